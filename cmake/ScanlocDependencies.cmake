@@ -1,0 +1,23 @@
+# Everything scanloc links against, by Debian 12 package (scripts/setup.sh installs them).
+find_package(Threads REQUIRED)
+find_package(Eigen3 3.4 REQUIRED NO_MODULE)  # libeigen3-dev
+find_package(absl REQUIRED)                  # libabsl-dev
+find_package(PkgConfig REQUIRED)             # pkg-config
+find_package(SQLite3 3.38 REQUIRED)          # libsqlite3-dev
+find_package(spdlog REQUIRED)                # libspdlog-dev
+find_package(Protobuf REQUIRED)              # libprotobuf-dev, protobuf-compiler
+find_package(CLI11 REQUIRED)                 # libcli11-dev
+find_package(gRPC CONFIG REQUIRED)           # libgrpc++-dev, protobuf-compiler-grpc
+find_package(nanoflann REQUIRED)             # libnanoflann-dev
+pkg_check_modules(XXHASH REQUIRED IMPORTED_TARGET libxxhash)  # libxxhash-dev
+
+# PCL's CMake package demands VTK and Qt; its pkg-config files name only what is linked.
+pkg_check_modules(PCL_IO REQUIRED IMPORTED_TARGET pcl_io)      # libpcl-dev
+pkg_check_modules(PCL_FILTERS IMPORTED_TARGET pcl_filters)
+
+if(SCANLOC_BUILD_TESTS)
+  find_package(GTest 1.12 REQUIRED)    # libgtest-dev, libgmock-dev
+endif()
+if(SCANLOC_BUILD_BENCH)
+  find_package(benchmark REQUIRED)     # libbenchmark-dev
+endif()

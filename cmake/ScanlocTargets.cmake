@@ -1,0 +1,76 @@
+# Settings shared by every target, and the functions that declare a library, a program and a test.
+include(GNUInstallDirs)
+include(GoogleTest)
+
+set(CMAKE_CXX_STANDARD 20)
+set(CMAKE_CXX_STANDARD_REQUIRED ON)
+set(CMAKE_CXX_EXTENSIONS OFF)
+set(CMAKE_POSITION_INDEPENDENT_CODE ON)
+if(NOT CMAKE_BUILD_TYPE)
+  set(CMAKE_BUILD_TYPE Release)
+endif()
+set(CMAKE_CXX_FLAGS_RELEASE "-O3 -DNDEBUG")
+set(CMAKE_RUNTIME_OUTPUT_DIRECTORY "${CMAKE_BINARY_DIR}/bin")
+
+find_program(CCACHE_PROGRAM ccache)
+if(CCACHE_PROGRAM)
+  set(CMAKE_CXX_COMPILER_LAUNCHER "${CCACHE_PROGRAM}")
+endif()
+
+# Settings of scanloc's own code only; generated protobuf code is compiled without the warnings.
+add_library(scanloc_warnings INTERFACE)
+target_compile_options(scanloc_warnings INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor)
+if(SCANLOC_WARNINGS_AS_ERRORS)
+  target_compile_options(scanloc_warnings INTERFACE -Werror)
+endif()
+
+# The same scan must give the same bits on every machine: a*b+c is never contracted into one
+# rounding, whichever instruction set a function is dispatched to.
+add_compile_options(-ffp-contract=off)
+if(SCANLOC_SANITIZE)
+  add_compile_options(-fsanitize=${SCANLOC_SANITIZE} -fno-omit-frame-pointer)
+  add_compile_definitions(SCANLOC_SANITIZED)
+  add_link_options(-fsanitize=${SCANLOC_SANITIZE})
+endif()
+
+# scanloc_add_library(core SOURCES a.cpp PUBLIC_DEPS x PRIVATE_DEPS y)
+# declares scanloc_core, known as scanloc::core, with its public headers in include/.
+function(scanloc_add_library module)
+  cmake_parse_arguments(ARG "" "" "SOURCES;PUBLIC_DEPS;PRIVATE_DEPS" ${ARGN})
+  set(target scanloc_${module})
+  add_library(${target} STATIC ${ARG_SOURCES})
+  add_library(scanloc::${module} ALIAS ${target})
+  set_target_properties(${target} PROPERTIES EXPORT_NAME ${module})
+  target_include_directories(${target} PUBLIC
+    "$<BUILD_INTERFACE:${CMAKE_CURRENT_SOURCE_DIR}/include>"
+    "$<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>"
+    PRIVATE "${CMAKE_CURRENT_SOURCE_DIR}/src")
+  target_compile_features(${target} PUBLIC cxx_std_20)
+  target_link_libraries(${target} PUBLIC ${ARG_PUBLIC_DEPS}
+    PRIVATE ${ARG_PRIVATE_DEPS} $<BUILD_INTERFACE:scanloc_warnings>)
+endfunction()
+
+# scanloc_add_program(scanlocd SOURCES main.cpp DEPS scanloc::server)
+function(scanloc_add_program name)
+  cmake_parse_arguments(ARG "" "" "SOURCES;DEPS" ${ARGN})
+  add_executable(${name} ${ARG_SOURCES})
+  target_link_libraries(${name} PRIVATE ${ARG_DEPS} scanloc_warnings)
+  install(TARGETS ${name} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+endfunction()
+
+# scanloc_add_test(core_tests SOURCES a_test.cpp DEPS scanloc::core)
+# declares a GoogleTest program whose tests ctest lists one by one.
+function(scanloc_add_test name)
+  cmake_parse_arguments(ARG "" "TIMEOUT" "SOURCES;DEPS" ${ARGN})
+  if(NOT ARG_TIMEOUT)
+    set(ARG_TIMEOUT 120)
+  endif()
+  add_executable(${name} ${ARG_SOURCES})
+  target_include_directories(${name} PRIVATE "${PROJECT_SOURCE_DIR}/tests")
+  target_compile_definitions(${name} PRIVATE
+    SCANLOC_SOURCE_DIR="${PROJECT_SOURCE_DIR}" SCANLOC_BIN_DIR="${CMAKE_BINARY_DIR}/bin")
+  target_link_libraries(${name} PRIVATE ${ARG_DEPS} scanloc_warnings GTest::gtest GTest::gmock
+    GTest::gtest_main)
+  set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY "${CMAKE_BINARY_DIR}/tests")
+  gtest_discover_tests(${name} PROPERTIES TIMEOUT ${ARG_TIMEOUT} DISCOVERY_TIMEOUT 60)
+endfunction()

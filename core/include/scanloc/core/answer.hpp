@@ -1,0 +1,54 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "scanloc/core/pose.hpp"
+
+namespace scanloc {
+
+enum class Outcome : std::uint8_t {  // on the wire, never renumber
+  kLocalized = 1,
+  kAmbiguous = 2,         ///< two distinct places explain the scan
+  kNotRecognized = 3,     ///< no place is near enough: out of the map, or changed too much
+  kInsufficientScan = 4,  ///< too few points in range to say anything
+};
+
+/// `localized`, `ambiguous`, `not_recognized` or `insufficient_scan`.
+[[nodiscard]] std::string_view OutcomeName(Outcome outcome);
+
+/// One place that the scan may have been taken at.
+struct Candidate {
+  std::int32_t place = 0;   ///< index in the map, 0-based, in the order built
+  std::int32_t session = 0; ///< index of its session in the map
+  std::string session_name;
+  Pose T_map_place = Pose::Identity();
+  double distance = 1.0;    ///< of the descriptors, D in [0, 1]
+  /// Probability that the answer is right; none where the map holds no calibration.
+  std::optional<double> confidence;
+  double yaw_rad = 0.0;     ///< heading of the query in the place frame, (-π, π]
+  double lateral_m = 0.0;   ///< displacement of the query along the place's +y
+  /// T_map_place · Trans(0, lateral_m, 0) · RotZ(yaw_rad)
+  Pose T_map_query = Pose::Identity();
+};
+
+/// Time spent per stage [ns]; zero where it was not measured.
+struct StageTimes {
+  std::int64_t describe_ns = 0;
+  std::int64_t retrieve_ns = 0;
+  std::int64_t match_ns = 0;
+};
+
+/// What is said to one query.
+struct Answer {
+  Outcome outcome = Outcome::kNotRecognized;
+  std::string reason;                 ///< why this outcome, for a person
+  std::vector<Candidate> candidates;  ///< best first
+  std::string content_id;             ///< of the map that gave the answer
+  StageTimes times;
+};
+
+}  // namespace scanloc

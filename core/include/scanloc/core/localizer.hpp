@@ -1,0 +1,50 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+
+#include "absl/status/statusor.h"
+#include "scanloc/core/answer.hpp"
+#include "scanloc/core/descriptor.hpp"
+#include "scanloc/core/key_index.hpp"
+#include "scanloc/core/map.hpp"
+#include "scanloc/core/method.hpp"
+
+namespace scanloc {
+
+/// What one query may choose for itself; the rest are the map's parameters.
+struct QueryOptions {
+  std::optional<Method> method;       ///< none: DefaultMethod of the map
+  std::optional<int> num_candidates;  ///< k, in [1, limits::kMaxCandidates]; none: the map's
+  std::optional<double> threshold;    ///< τ, in [0, 1]; none: the map's
+  int max_answers = 1;                ///< candidates told in the answer, best first
+  std::int64_t (*now_ns)() = nullptr; ///< monotonic clock for StageTimes; null: not measured
+};
+
+/// Answers wake-up queries against one map: the paper's three stages (Sec. V).
+/// Immutable after Create; any number of threads may call Localize at once, and the same map and
+/// the same descriptor always give the same answer.
+class Localizer {
+ public:
+  /// Builds the k-d trees: O(n log n) in the map's entries. InvalidArgument if the map's parameters
+  /// are bad.
+  [[nodiscard]] static absl::StatusOr<std::shared_ptr<const Localizer>> Create(
+      std::shared_ptr<const Map> map);
+
+  /// InvalidArgument: options out of range, or a descriptor of other shapes than the map's.
+  /// FailedPrecondition: the map does not serve the method.
+  [[nodiscard]] absl::StatusOr<Answer> Localize(const ScanDescriptor& query,
+                                                const QueryOptions& options = {}) const;
+
+  [[nodiscard]] const Map& map() const { return *map_; }
+
+ private:
+  explicit Localizer(std::shared_ptr<const Map> map);
+
+  std::shared_ptr<const Map> map_;
+  std::optional<KeyIndex> polar_index_;
+  std::optional<KeyIndex> cart_index_;
+};
+
+}  // namespace scanloc

@@ -1,0 +1,22 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+namespace scanloc {
+
+/// One return of a LiDAR, in the sensor frame: x forward, y left, z up [m].
+struct Point {
+  float x = 0.0F;
+  float y = 0.0F;
+  float z = 0.0F;
+
+  friend bool operator==(const Point&, const Point&) = default;
+};
+static_assert(sizeof(Point) == 3 * sizeof(float), "points are sent and stored as packed x y z");
+
+/// One scan, in the order in which the sensor or the file gave the points.
+using PointCloud = std::vector<Point>;
+using PointView = std::span<const Point>;
+
+}  // namespace scanloc

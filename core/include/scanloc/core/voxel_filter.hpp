@@ -1,0 +1,59 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "scanloc/core/point_cloud.hpp"
+
+namespace scanloc {
+
+/// What became of the points of one scan.
+struct ScanCounts {
+  std::size_t num_points = 0;        ///< given
+  std::size_t num_not_finite = 0;    ///< skipped: NaN or infinite
+  std::size_t num_beyond_limit = 0;  ///< skipped: a coordinate beyond limits::kMaxCoordinate_m
+  std::size_t num_voxels = 0;        ///< occupied voxels, so points left
+
+  friend bool operator==(const ScanCounts&, const ScanCounts&) = default;
+};
+
+/// Thins a scan to one point a voxel, the centroid of the points in it (paper, tab:impl).
+///
+/// Voxel (i, j, k) holds the points with floor(x / voxel_size_m) = i, and so on. Points that are not
+/// finite are skipped and counted. The centroids come in the order in which the voxels were first
+/// hit, so the same scan always gives the same bits.
+///
+/// Keeps its tables from scan to scan; use one per thread. O(points), one pass.
+class VoxelFilter {
+ public:
+  /// Requires voxel_size_m in [0.05, 10].
+  explicit VoxelFilter(double voxel_size_m);
+
+  /// The centroids of the scan's voxels; valid until the next call.
+  /// counts, if not null, is overwritten.
+  const PointCloud& Apply(PointView scan, ScanCounts* counts = nullptr);
+
+ private:
+  struct Voxel {
+    std::uint64_t key;
+    float sum_x, sum_y, sum_z;  // of the offsets from the voxel's lower corner, in voxels
+    std::uint32_t num_points;
+  };
+  struct Slot {
+    std::uint64_t key;
+    std::uint32_t voxel;  // index into voxels_
+    std::uint32_t scan;   // the slot is empty unless this is scan_
+  };
+
+  Voxel& Find(std::uint64_t key);
+  void Grow();
+
+  float voxel_size_m_;
+  std::vector<Slot> slots_;  // open addressing, linear probing, a power of two
+  std::uint32_t scan_ = 0;
+  std::vector<Voxel> voxels_;
+  PointCloud centroids_;
+};
+
+}  // namespace scanloc
