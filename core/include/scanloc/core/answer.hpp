@@ -3,7 +3,6 @@
 #include <cstdint>
 #include <optional>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "scanloc/core/pose.hpp"
@@ -18,19 +17,19 @@ enum class Outcome : std::uint8_t {  // on the wire, never renumber
 };
 
 /// `localized`, `ambiguous`, `not_recognized` or `insufficient_scan`.
-[[nodiscard]] std::string_view OutcomeName(Outcome outcome);
+[[nodiscard]] const char* OutcomeName(Outcome outcome);
 
 /// One place that the scan may have been taken at.
 struct Candidate {
-  std::int32_t place = 0;   ///< index in the map, 0-based, in the order built
-  std::int32_t session = 0; ///< index of its session in the map
+  std::int32_t place = 0;    ///< index in the map, 0-based, in the order built
+  std::int32_t session = 0;  ///< index of its session in the map
   std::string session_name;
   Pose T_map_place = Pose::Identity();
-  double distance = 1.0;    ///< of the descriptors, D in [0, 1]
+  double distance = 1.0;  ///< of the descriptors, D in [0, 1]
   /// Probability that the answer is right; none where the map holds no calibration.
   std::optional<double> confidence;
-  double yaw_rad = 0.0;     ///< heading of the query in the place frame, (-π, π]
-  double lateral_m = 0.0;   ///< displacement of the query along the place's +y
+  double yaw_rad = 0.0;    ///< heading of the query in the place frame, (-π, π]
+  double lateral_m = 0.0;  ///< displacement of the query along the place's +y
   /// T_map_place · Trans(0, lateral_m, 0) · RotZ(yaw_rad)
   Pose T_map_query = Pose::Identity();
 };

@@ -32,10 +32,10 @@ class ContextTable {
  public:
   /// What an entry says of the place.
   struct Entry {
-    std::int32_t place = 0;       ///< index of the place in the map
-    float root_shift_m = 0.0F;    ///< lateral position of the virtual vehicle, A-PC
-    bool flipped = false;         ///< the place as seen by the reversed vehicle, A-CC
-    bool augmented = false;       ///< not the place's own context
+    std::int32_t place = 0;     ///< index of the place in the map
+    float root_shift_m = 0.0F;  ///< lateral position of the virtual vehicle, A-PC
+    bool flipped = false;       ///< the place as seen by the reversed vehicle, A-CC
+    bool augmented = false;     ///< not the place's own context
   };
 
   ContextTable() = default;

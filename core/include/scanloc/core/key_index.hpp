@@ -15,8 +15,8 @@ namespace scanloc {
 class KeyIndex {
  public:
   struct Neighbor {
-    std::size_t entry = 0;       ///< of the table
-    double key_distance = 0.0;   ///< L2 between retrieval keys [m]
+    std::size_t entry = 0;      ///< of the table
+    double key_distance = 0.0;  ///< L2 between retrieval keys [m]
   };
 
   /// O(n log n).

@@ -15,11 +15,11 @@ namespace scanloc {
 
 /// What one query may choose for itself; the rest are the map's parameters.
 struct QueryOptions {
-  std::optional<Method> method;       ///< none: DefaultMethod of the map
-  std::optional<int> num_candidates;  ///< k, in [1, limits::kMaxCandidates]; none: the map's
-  std::optional<double> threshold;    ///< τ, in [0, 1]; none: the map's
-  int max_answers = 1;                ///< candidates told in the answer, best first
-  std::int64_t (*now_ns)() = nullptr; ///< monotonic clock for StageTimes; null: not measured
+  std::optional<Method> method;        ///< none: DefaultMethod of the map
+  std::optional<int> num_candidates;   ///< k, in [1, limits::kMaxCandidates]; none: the map's
+  std::optional<double> threshold;     ///< τ, in [0, 1]; none: the map's
+  int max_answers = 1;                 ///< candidates told in the answer, best first
+  std::int64_t (*now_ns)() = nullptr;  ///< monotonic clock for StageTimes; null: not measured
 };
 
 /// Answers wake-up queries against one map: the paper's three stages (Sec. V).

@@ -14,11 +14,12 @@ struct AlignOptions {
 
 /// How well a query's context lies on a map's.
 struct Match {
-  int shift = 0;          ///< n: query column j lies on map column j + n; see AlignOptions for its range
+  int shift = 0;  ///< n: query column j lies on map column j + n; see AlignOptions for its range
   double distance = 1.0;  ///< D, eq. minImgDist, in [0, 1]
 };
 
-/// Distance of two contexts of equal shape with the query's columns shifted by `shift` (eq. imgDist).
+/// Distance of two contexts of equal shape with the query's columns shifted by `shift` (eq.
+/// imgDist).
 ///
 /// The mean of 1 - cosine over the columns that at least one side has; a column that only one side
 /// has counts 1, one that neither has says nothing and is left out. No column at all: 1.

@@ -20,9 +20,10 @@ enum class DescriptorKind : std::uint8_t {  // persisted, never renumber
 /// with every place (tab:bf). Both can stand together: "a-pc-naive-brute".
 struct Method {
   DescriptorKind kind = DescriptorKind::kPolar;
-  bool augmented = true;         ///< candidates come from augmented keys, too
-  bool naive_alignment = false;  ///< every shift instead of the neighbourhood of the pre-aligned one
-  bool brute_force = false;      ///< every place instead of the k-d tree's candidates
+  bool augmented = true;  ///< candidates come from augmented keys, too
+  bool naive_alignment =
+      false;                 ///< every shift instead of the neighbourhood of the pre-aligned one
+  bool brute_force = false;  ///< every place instead of the k-d tree's candidates
 
   friend bool operator==(const Method&, const Method&) = default;
 };

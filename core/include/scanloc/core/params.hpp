@@ -2,7 +2,6 @@
 
 #include <cstdint>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "absl/status/status.h"
@@ -11,15 +10,15 @@ namespace scanloc {
 
 /// How the columns of one context are laid over another's (docs/algorithm.md, "Shifting columns").
 enum class ShiftMode : std::uint8_t {  // persisted, never renumber
-  kCircular = 0,  ///< columns pushed out on one side come in on the other
-  kBounded = 1,   ///< columns pushed out are lost, empty ones come in
+  kCircular = 0,                       ///< columns pushed out on one side come in on the other
+  kBounded = 1,                        ///< columns pushed out are lost, empty ones come in
 };
 
 /// The polar context, PC (paper, Sec. IV-D1 and tab:impl).
 struct PolarParams {
   bool enabled = true;
-  int num_rings = 20;        ///< rows, N_R
-  int num_sectors = 60;      ///< columns, N_A; even, so that half a turn is a whole number of sectors
+  int num_rings = 20;    ///< rows, N_R
+  int num_sectors = 60;  ///< columns, N_A; even, so that half a turn is a whole number of sectors
   double max_range_m = 80.0;
   /// Root shifts of A-PC (paper, Sec. V-D1): lateral positions of the virtual vehicles, +y is left
   /// [m]. Empty: no augmentation.
@@ -31,8 +30,8 @@ struct PolarParams {
 /// The cart context, CC (paper, Sec. IV-D2 and tab:impl).
 struct CartParams {
   bool enabled = true;
-  int num_rows = 40;        ///< along x over ±max_x_m, N_R; even, so that no bin straddles zero
-  int num_cols = 40;        ///< along y over ±max_y_m, N_A; even
+  int num_rows = 40;  ///< along x over ±max_x_m, N_R; even, so that no bin straddles zero
+  int num_cols = 40;  ///< along y over ±max_y_m, N_A; even
   double max_x_m = 100.0;
   double max_y_m = 40.0;
   bool double_flip = true;  ///< A-CC (paper, Sec. V-D2): also hold the place as seen when reversed
@@ -44,8 +43,8 @@ struct CartParams {
 
 /// How a query is answered unless it asks otherwise (paper, Sec. V-A to V-C).
 struct SearchParams {
-  int num_candidates = 1;   ///< k, places taken from the tree
-  int align_radius = 0;     ///< N(n̂*) holds the pre-aligned shift ± this many columns
+  int num_candidates = 1;  ///< k, places taken from the tree
+  int align_radius = 0;    ///< N(n̂*) holds the pre-aligned shift ± this many columns
   /// Acceptance thresholds τ of eq. LoopFound, a distance in [0, 1].
   double polar_threshold = 0.35;
   double cart_threshold = 0.35;
@@ -55,8 +54,8 @@ struct SearchParams {
   friend bool operator==(const SearchParams&, const SearchParams&) = default;
 };
 
-/// The parameters of a map: set when it is built, stored in it, and read back by whoever queries it.
-/// The defaults are the paper's table "Implementation details" (tab:impl).
+/// The parameters of a map: set when it is built, stored in it, and read back by whoever queries
+/// it. The defaults are the paper's table "Implementation details" (tab:impl).
 struct Params {
   double voxel_size_m = 0.5;
   /// Added to every z, so that heights are above ground.
@@ -77,29 +76,29 @@ struct Params {
 
 /// Calls visit(name, field) for every field, in a fixed order. The names are those of the map file
 /// and of `scanloc info --json`; never rename one. A field is a bool, int, double, ShiftMode or
-/// std::vector<double>. P is Params or const Params.
+/// std::vector<double>; a name is a string literal. P is Params or const Params.
 template <typename P, typename Visitor>
 void VisitFields(P& params, Visitor&& visit) {
-  visit(std::string_view("voxel_size_m"), params.voxel_size_m);
-  visit(std::string_view("sensor_height_m"), params.sensor_height_m);
-  visit(std::string_view("polar.enabled"), params.polar.enabled);
-  visit(std::string_view("polar.num_rings"), params.polar.num_rings);
-  visit(std::string_view("polar.num_sectors"), params.polar.num_sectors);
-  visit(std::string_view("polar.max_range_m"), params.polar.max_range_m);
-  visit(std::string_view("polar.root_shifts_m"), params.polar.root_shifts_m);
-  visit(std::string_view("cart.enabled"), params.cart.enabled);
-  visit(std::string_view("cart.num_rows"), params.cart.num_rows);
-  visit(std::string_view("cart.num_cols"), params.cart.num_cols);
-  visit(std::string_view("cart.max_x_m"), params.cart.max_x_m);
-  visit(std::string_view("cart.max_y_m"), params.cart.max_y_m);
-  visit(std::string_view("cart.double_flip"), params.cart.double_flip);
-  visit(std::string_view("cart.shift_mode"), params.cart.shift_mode);
-  visit(std::string_view("cart.max_shift_cols"), params.cart.max_shift_cols);
-  visit(std::string_view("search.num_candidates"), params.search.num_candidates);
-  visit(std::string_view("search.align_radius"), params.search.align_radius);
-  visit(std::string_view("search.polar_threshold"), params.search.polar_threshold);
-  visit(std::string_view("search.cart_threshold"), params.search.cart_threshold);
-  visit(std::string_view("search.min_voxels"), params.search.min_voxels);
+  visit("voxel_size_m", params.voxel_size_m);
+  visit("sensor_height_m", params.sensor_height_m);
+  visit("polar.enabled", params.polar.enabled);
+  visit("polar.num_rings", params.polar.num_rings);
+  visit("polar.num_sectors", params.polar.num_sectors);
+  visit("polar.max_range_m", params.polar.max_range_m);
+  visit("polar.root_shifts_m", params.polar.root_shifts_m);
+  visit("cart.enabled", params.cart.enabled);
+  visit("cart.num_rows", params.cart.num_rows);
+  visit("cart.num_cols", params.cart.num_cols);
+  visit("cart.max_x_m", params.cart.max_x_m);
+  visit("cart.max_y_m", params.cart.max_y_m);
+  visit("cart.double_flip", params.cart.double_flip);
+  visit("cart.shift_mode", params.cart.shift_mode);
+  visit("cart.max_shift_cols", params.cart.max_shift_cols);
+  visit("search.num_candidates", params.search.num_candidates);
+  visit("search.align_radius", params.search.align_radius);
+  visit("search.polar_threshold", params.search.polar_threshold);
+  visit("search.cart_threshold", params.search.cart_threshold);
+  visit("search.min_voxels", params.search.min_voxels);
 }
 
 }  // namespace scanloc

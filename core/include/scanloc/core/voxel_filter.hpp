@@ -20,9 +20,10 @@ struct ScanCounts {
 
 /// Thins a scan to one point a voxel, the centroid of the points in it (paper, tab:impl).
 ///
-/// Voxel (i, j, k) holds the points with floor(x / voxel_size_m) = i, and so on. Points that are not
-/// finite are skipped and counted. The centroids come in the order in which the voxels were first
-/// hit, so the same scan always gives the same bits.
+/// Voxels are half-open cubes and mirror images of each other about zero: along x, the i-th on
+/// either side of zero holds i <= |x| / voxel_size_m < i + 1. Points that are not finite are
+/// skipped and counted. The centroids come in the order in which the voxels were first hit, so the
+/// same scan always gives the same bits.
 ///
 /// Keeps its tables from scan to scan; use one per thread. O(points), one pass.
 class VoxelFilter {
@@ -33,6 +34,9 @@ class VoxelFilter {
   /// The centroids of the scan's voxels; valid until the next call.
   /// counts, if not null, is overwritten.
   const PointCloud& Apply(PointView scan, ScanCounts* counts = nullptr);
+
+  /// What the last Apply returned.
+  [[nodiscard]] const PointCloud& centroids() const { return centroids_; }
 
  private:
   struct Voxel {

@@ -1,0 +1,213 @@
+#include "scanloc/core/localizer.hpp"
+
+#include <algorithm>
+#include <numbers>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "absl/strings/str_format.h"
+#include "scanloc/core/limits.hpp"
+#include "scanloc/core/match.hpp"
+
+// The paper's three-stage place recognition (Sec. V), read from Localizer::Localize downwards.
+
+namespace scanloc {
+namespace {
+
+/// One retrieved place and how well the query lies on it.
+struct Scored {
+  std::size_t entry = 0;
+  Match match;
+};
+
+/// What the stages share: one query against the contexts of one kind.
+struct Search {
+  const ContextTable& table;
+  const KeyIndex& index;
+  ContextView query;
+  std::span<const std::int32_t> retrieval_cm;
+  Method method;
+  AlignOptions align;
+  int num_candidates;
+};
+
+std::size_t PlaceOf(const Search& search, std::size_t entry) {
+  return static_cast<std::size_t>(search.table.entry(entry).place);
+}
+
+/// Stage 1, place retrieval using the retrieval key (Sec. V-A). Brute force takes every entry.
+std::vector<std::size_t> Retrieve(const Search& search) {
+  std::vector<std::size_t> entries;
+  if (search.method.brute_force) {
+    for (std::size_t i = 0; i < search.table.size(); ++i) {
+      if (search.method.augmented || !search.table.entry(i).augmented) entries.push_back(i);
+    }
+    return entries;
+  }
+  for (const KeyIndex::Neighbor& neighbor :
+       search.index.Search(search.retrieval_cm, search.num_candidates, search.method.augmented)) {
+    entries.push_back(neighbor.entry);
+  }
+  return entries;
+}
+
+/// Stages 2 and 3, pre-alignment by the aligning key (Sec. V-B) and comparison of the full
+/// descriptors (Sec. V-C). Best first; equal distances: the lower place.
+std::vector<Scored> Compare(const Search& search, const std::vector<std::size_t>& entries) {
+  std::vector<Scored> scored;
+  scored.reserve(entries.size());
+  for (const std::size_t entry : entries) {
+    const ContextView place = search.table.context(entry);
+    const Match match = search.method.naive_alignment
+                            ? AlignNaively(search.query, place, search.align)
+                            : AlignByKey(search.query, place, search.align);
+    // Entries of a place follow each other; of each place only the best is kept.
+    if (!scored.empty() && PlaceOf(search, scored.back().entry) == PlaceOf(search, entry)) {
+      if (match.distance < scored.back().match.distance) scored.back() = {entry, match};
+    } else {
+      scored.push_back({entry, match});
+    }
+  }
+  std::sort(scored.begin(), scored.end(), [](const Scored& a, const Scored& b) {
+    return std::pair(a.match.distance, a.entry) < std::pair(b.match.distance, b.entry);
+  });
+  return scored;
+}
+
+/// The relative pose that a polar match says: a column is a turn, the variant's root shift the
+/// lateral displacement.
+void FillPolarOffset(const ContextTable& table, const Scored& scored, Candidate& candidate) {
+  const double sector_rad = 2.0 * std::numbers::pi / table.num_cols();
+  candidate.yaw_rad = WrapAngle(scored.match.shift * sector_rad);
+  candidate.lateral_m = table.entry(scored.entry).root_shift_m;
+}
+
+/// The relative pose that a cart match says: a column is a lateral displacement, and the double
+/// flip a reversed vehicle, whose left is the place's right.
+void FillCartOffset(const ContextTable& table, const CartParams& params, const Scored& scored,
+                    Candidate& candidate) {
+  const double col_m = 2.0 * params.max_y_m / params.num_cols;
+  const int half = table.num_cols() / 2;
+  const int shift =
+      scored.match.shift >= half ? scored.match.shift - table.num_cols() : scored.match.shift;
+  const bool flipped = table.entry(scored.entry).flipped;
+  candidate.yaw_rad = flipped ? std::numbers::pi : 0.0;
+  candidate.lateral_m = flipped ? -shift * col_m : shift * col_m;
+}
+
+AlignOptions AlignOptionsOf(const Params& params, DescriptorKind kind) {
+  if (kind == DescriptorKind::kPolar) {
+    return {ShiftMode::kCircular, 0, params.search.align_radius};
+  }
+  return {params.cart.shift_mode, params.cart.max_shift_cols, params.search.align_radius};
+}
+
+absl::Status CheckOptions(const QueryOptions& options) {
+  const int k = options.num_candidates.value_or(1);
+  if (k < 1 || k > limits::kMaxCandidates) {
+    return absl::InvalidArgumentError(absl::StrFormat(
+        "number of candidates is %d; it must be in [1, %d]", k, limits::kMaxCandidates));
+  }
+  if (options.max_answers < 1 || options.max_answers > limits::kMaxCandidates) {
+    return absl::InvalidArgumentError(
+        absl::StrFormat("number of answers is %d; it must be in [1, %d]", options.max_answers,
+                        limits::kMaxCandidates));
+  }
+  const double threshold = options.threshold.value_or(0.0);
+  if (!(threshold >= 0.0 && threshold <= 1.0)) {
+    return absl::InvalidArgumentError(
+        absl::StrFormat("threshold is %g; it must be in [0, 1]", threshold));
+  }
+  return absl::OkStatus();
+}
+
+/// Eq. LoopFound: the best candidate is recognised if its distance is below the threshold.
+void Decide(double threshold, Answer& answer) {
+  if (answer.candidates.empty()) {
+    answer.outcome = Outcome::kNotRecognized;
+    answer.reason = "the map has no place to compare with";
+    return;
+  }
+  const double distance = answer.candidates.front().distance;
+  const bool recognized = distance < threshold;
+  answer.outcome = recognized ? Outcome::kLocalized : Outcome::kNotRecognized;
+  answer.reason = absl::StrFormat("best distance %.3f is %s the threshold %.3f", distance,
+                                  recognized ? "below" : "not below", threshold);
+}
+
+}  // namespace
+
+Localizer::Localizer(std::shared_ptr<const Map> map) : map_(std::move(map)) {
+  if (map_->params.polar.enabled) polar_index_.emplace(map_->polar);
+  if (map_->params.cart.enabled) cart_index_.emplace(map_->cart);
+}
+
+absl::StatusOr<std::shared_ptr<const Localizer>> Localizer::Create(std::shared_ptr<const Map> map) {
+  if (absl::Status status = Validate(map->params); !status.ok()) return status;
+  return std::shared_ptr<const Localizer>(new Localizer(std::move(map)));
+}
+
+absl::StatusOr<Answer> Localizer::Localize(const ScanDescriptor& query,
+                                           const QueryOptions& options) const {
+  const Params& params = map_->params;
+  const Method method = options.method.value_or(DefaultMethod(params));
+  if (absl::Status status = CheckOptions(options); !status.ok()) return status;
+  if (absl::Status status = CheckServes(params, method); !status.ok()) return status;
+  if (absl::Status status = Validate(query, params); !status.ok()) return status;
+
+  Answer answer;
+  answer.content_id = map_->content_id;
+  if (query.num_voxels < static_cast<std::uint32_t>(params.search.min_voxels)) {
+    answer.outcome = Outcome::kInsufficientScan;
+    answer.reason = absl::StrFormat("the scan has %d occupied voxels in range; %d are needed",
+                                    query.num_voxels, params.search.min_voxels);
+    return answer;
+  }
+
+  const bool is_polar = method.kind == DescriptorKind::kPolar;
+  const Context& context = is_polar ? query.polar : query.cart;
+  const Keys keys = MakeKeys(context);
+  const Search search{
+      .table = is_polar ? map_->polar : map_->cart,
+      .index = is_polar ? *polar_index_ : *cart_index_,
+      .query = {context.num_rows, context.num_cols, context.cells_cm, keys.aligning_cm},
+      .retrieval_cm = keys.retrieval_cm,
+      .method = method,
+      .align = AlignOptionsOf(params, method.kind),
+      .num_candidates = options.num_candidates.value_or(params.search.num_candidates)};
+
+  const auto now_ns = [&] { return options.now_ns == nullptr ? 0 : options.now_ns(); };
+  const std::int64_t start_ns = now_ns();
+  const std::vector<std::size_t> retrieved = Retrieve(search);
+  const std::int64_t retrieved_ns = now_ns();
+  const std::vector<Scored> scored = Compare(search, retrieved);
+  answer.times.retrieve_ns = retrieved_ns - start_ns;
+  answer.times.match_ns = now_ns() - retrieved_ns;
+
+  const std::size_t num_answers =
+      std::min(scored.size(), static_cast<std::size_t>(options.max_answers));
+  for (std::size_t i = 0; i < num_answers; ++i) {
+    Candidate candidate;
+    candidate.place = search.table.entry(scored[i].entry).place;
+    candidate.distance = scored[i].match.distance;
+    if (is_polar) {
+      FillPolarOffset(search.table, scored[i], candidate);
+    } else {
+      FillCartOffset(search.table, params.cart, scored[i], candidate);
+    }
+    const Place& place = map_->places[PlaceOf(search, scored[i].entry)];
+    candidate.session = place.session;
+    candidate.session_name = map_->sessions[static_cast<std::size_t>(place.session)];
+    candidate.T_map_place = place.T_map_place;
+    candidate.T_map_query =
+        place.T_map_place * PlanarOffset(candidate.lateral_m, candidate.yaw_rad);
+    answer.candidates.push_back(std::move(candidate));
+  }
+  Decide(options.threshold.value_or(is_polar ? params.search.polar_threshold
+                                             : params.search.cart_threshold),
+         answer);
+  return answer;
+}
+
+}  // namespace scanloc
