@@ -1,0 +1,102 @@
+#include "scanloc/core/key_index.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <random>
+#include <set>
+
+namespace scanloc {
+namespace {
+
+constexpr int kNumRows = 5;
+
+std::vector<std::int32_t> RandomKey(std::mt19937_64& random, int spread) {
+  std::vector<std::int32_t> key;
+  for (int r = 0; r < kNumRows; ++r) key.push_back(static_cast<std::int32_t>(random() % spread));
+  return key;
+}
+
+void Append(ContextTable& table, std::int32_t place, bool augmented,
+            const std::vector<std::int32_t>& key) {
+  table.Append({.place = place, .augmented = augmented}, std::vector<std::uint16_t>(kNumRows * 2),
+               key, std::vector<std::int32_t>(2));
+}
+
+ContextTable RandomTable(std::mt19937_64& random, int num_places, int spread) {
+  ContextTable table(kNumRows, 2);
+  for (int place = 0; place < num_places; ++place) {
+    for (int variant = 0; variant < 3; ++variant) {
+      Append(table, place, variant > 0, RandomKey(random, spread));
+    }
+  }
+  return table;
+}
+
+/// The key distance of each place, nearest first, by looking at every entry.
+std::vector<double> DistancesByHand(const ContextTable& table, const std::vector<std::int32_t>& key,
+                                    bool augmented) {
+  std::map<int, double> best;
+  for (std::size_t i = 0; i < table.size(); ++i) {
+    if (table.entry(i).augmented && !augmented) continue;
+    double sum = 0.0;
+    for (int r = 0; r < kNumRows; ++r) {
+      sum += std::pow((table.retrieval_key_cm(i)[r] - key[r]) * 0.01, 2);
+    }
+    const auto [it, is_new] = best.try_emplace(table.entry(i).place, std::sqrt(sum));
+    if (!is_new) it->second = std::min(it->second, std::sqrt(sum));
+  }
+  std::vector<double> distances;
+  for (const auto& [place, distance] : best) distances.push_back(distance);
+  std::sort(distances.begin(), distances.end());
+  return distances;
+}
+
+TEST(KeyIndex, FindsTheNearestPlacesEachOnce) {
+  std::mt19937_64 random(1);
+  const ContextTable table = RandomTable(random, 400, 5000);
+  const KeyIndex index(table);
+  for (int i = 0; i < 200; ++i) {
+    const std::vector<std::int32_t> key = RandomKey(random, 5000);
+    for (const bool augmented : {false, true}) {
+      const std::vector<double> expected = DistancesByHand(table, key, augmented);
+      const auto found = index.Search(key, 10, augmented);
+      ASSERT_EQ(found.size(), 10U);
+      std::set<int> places;
+      for (std::size_t n = 0; n < found.size(); ++n) {
+        EXPECT_NEAR(found[n].key_distance, expected[n], 1e-4);
+        EXPECT_TRUE(augmented || !table.entry(found[n].entry).augmented);
+        places.insert(table.entry(found[n].entry).place);
+      }
+      EXPECT_EQ(places.size(), found.size());
+    }
+  }
+}
+
+TEST(KeyIndex, GivesAllPlacesWhenFewerThanAsked) {
+  std::mt19937_64 random(2);
+  const KeyIndex index(RandomTable(random, 3, 100));
+  EXPECT_EQ(index.Search(RandomKey(random, 100), 10, true).size(), 3U);
+  EXPECT_EQ(index.Search(RandomKey(random, 100), 10, false).size(), 3U);
+}
+
+TEST(KeyIndex, AnswersAnEmptyTableWithNothing) {
+  const KeyIndex index(ContextTable(kNumRows, 2));
+  EXPECT_TRUE(index.Search(std::vector<std::int32_t>(kNumRows), 1, true).empty());
+}
+
+TEST(KeyIndex, GivesTiesInOrderOfEntry) {
+  ContextTable table(kNumRows, 2);
+  for (int place = 0; place < 100; ++place) {
+    Append(table, place, false, std::vector<std::int32_t>(kNumRows, 7));
+  }
+  const KeyIndex index(table);
+  const auto found = index.Search(std::vector<std::int32_t>(kNumRows, 9), 4, true);
+  ASSERT_EQ(found.size(), 4U);
+  for (std::size_t n = 0; n < found.size(); ++n) EXPECT_EQ(found[n].entry, n);
+}
+
+}  // namespace
+}  // namespace scanloc
