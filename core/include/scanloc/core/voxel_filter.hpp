@@ -39,24 +39,17 @@ class VoxelFilter {
   [[nodiscard]] const PointCloud& centroids() const { return centroids_; }
 
  private:
-  struct Voxel {
-    std::uint64_t key;
-    float sum_x, sum_y, sum_z;  // of the offsets from the voxel's lower corner, in voxels
-    std::uint32_t num_points;
-  };
   struct Slot {
     std::uint64_t key;
-    std::uint32_t voxel;  // index into voxels_
-    std::uint32_t scan;   // the slot is empty unless this is scan_
+    alignas(16) float sum[4];  // x, y, z [m] and the number of points
   };
 
-  Voxel& Find(std::uint64_t key);
+  Slot& Find(std::uint64_t key);
   void Grow();
 
   float voxel_size_m_;
-  std::vector<Slot> slots_;  // open addressing, linear probing, a power of two
-  std::uint32_t scan_ = 0;
-  std::vector<Voxel> voxels_;
+  std::vector<Slot> slots_;           // open addressing, linear probing, a power of two
+  std::vector<std::uint32_t> taken_;  // slots in the order in which they were taken
   PointCloud centroids_;
 };
 
