@@ -1,0 +1,29 @@
+#!/usr/bin/env bash
+# Format, lint and layering. Exits with 1 and the list of what is wrong.
+#   scripts/check.sh [PRESET]     whose compile commands clang-tidy reads (default: dev)
+set -euo pipefail
+cd "$(dirname "$0")/.."
+preset=${1:-dev}
+scripts/setup.sh --with-checks
+failed=0
+
+mapfile -t sources < <(git ls-files '*.cpp' '*.hpp')
+echo "check: format of ${#sources[@]} files"
+clang-format --dry-run --Werror "${sources[@]}" || failed=1
+
+echo "check: layering"
+scripts/check_layering.sh || failed=1
+
+[[ -f build/$preset/compile_commands.json ]] || cmake --preset "$preset" >/dev/null
+# The generated headers must exist before anything that includes them is looked at.
+cmake --build --preset "$preset" --target scanloc_proto >/dev/null
+mapfile -t units < <(git ls-files '*.cpp' | grep -vE '^(tests|bench)/')
+echo "check: lint of ${#units[@]} files"
+printf '%s\n' "${units[@]}" |
+  xargs -P "$(nproc)" -n 4 clang-tidy --quiet -p "build/$preset" 2>/dev/null || failed=1
+
+if [[ $failed -ne 0 ]]; then
+  echo "check: failed" >&2
+  exit 1
+fi
+echo "check: all well"
