@@ -1,0 +1,86 @@
+#!/usr/bin/env bash
+# Shows scanloc at work: maps a drive, serves the map, and asks the server where the scans of
+# another drive were taken.
+#
+#   scripts/demo.sh                                  a made town: one session is mapped, another,
+#                                                    in the opposite lane and direction, queries
+#   scripts/demo.sh --scans DIR --poses FILE ...     your own drive: every second scan is mapped,
+#                                                    the others query; further flags (--calib,
+#                                                    --times, --format) go to scanloc
+#
+# Leaves map, answers and picture in demo-out/ (or $SCANLOC_DEMO_OUT).
+set -euo pipefail
+cd "$(dirname "$0")/.."
+root=$PWD
+out=${SCANLOC_DEMO_OUT:-$root/demo-out}
+
+scripts/setup.sh
+cmake --preset release -DSCANLOC_BUILD_TESTS=OFF -DSCANLOC_BUILD_BENCH=OFF >/dev/null
+cmake --build --preset release --target scanloc scanlocd
+bin=$root/build/release/bin
+
+rm -rf "$out"
+mkdir -p "$out"
+
+say() { printf '\n== %s\n' "$*"; }
+
+if [[ $# -eq 0 ]]; then
+  say "1. A made town: one session to map, and another to ask from"
+  "$bin/scanloc" simulate "$out/mapping" --town-seed 7 --session-seed 1 --length-m 900
+  "$bin/scanloc" simulate "$out/wakeup" --town-seed 7 --session-seed 2 --length-m 900 \
+    --reverse --lane-shift-m 3.5 --spacing-m 45
+  map_drive=(--scans "$out/mapping" --poses "$out/mapping/poses.txt" --times "$out/mapping/times.txt")
+  query_drive=(--scans "$out/wakeup")
+  truth=(--truth "$out/wakeup/poses.txt")
+  build_flags=()
+else
+  say "1. Your drive: every second scan is mapped, the others ask"
+  scans="" poses="" calib=() times=() format=()
+  while [[ $# -gt 0 ]]; do
+    case "$1" in
+      --scans) scans=$2 ;;
+      --poses) poses=$2 ;;
+      --calib) calib=(--calib "$2") ;;
+      --times) times=(--times "$2") ;;
+      --format) format=(--format "$2") ;;
+      *) echo "demo: unknown flag $1; use --scans --poses --calib --times --format" >&2; exit 2 ;;
+    esac
+    shift 2
+  done
+  [[ -n "$scans" && -n "$poses" ]] || { echo "demo: --scans and --poses are both needed" >&2; exit 2; }
+  map_drive=(--scans "$scans" --poses "$poses" "${calib[@]}" "${times[@]}" "${format[@]}")
+  query_drive=(--scans "$scans" --every 2 --offset 1)
+  truth=(--truth "$poses" "${calib[@]}" "${format[@]}")
+  build_flags=(--every 2 --spacing-m 0)
+fi
+
+say "2. Build the map"
+"$bin/scanloc" build "$out/town.scanloc" "${map_drive[@]}" --session mapping "${build_flags[@]}"
+"$bin/scanloc" info "$out/town.scanloc"
+
+say "3. Serve it"
+server_pid=""
+trap '[[ -z "$server_pid" ]] || kill "$server_pid" 2>/dev/null || true' EXIT
+coproc SERVER { exec "$bin/scanlocd" --map "town=$out/town.scanloc" --listen 127.0.0.1:0 2>"$out/server.log"; }
+server_pid=$SERVER_PID
+read -r -t 60 ready <&"${SERVER[0]}" || { cat "$out/server.log" >&2; exit 1; }
+echo "$ready"
+address=${ready##* }
+
+say "4. Ask the server, over the network, where each scan was taken"
+"$bin/scanloc" locate --server "$address" --map town "${query_drive[@]}" "${truth[@]}" \
+  --method a-pc --candidates 10 --csv "$out/answers.csv"
+"$bin/scanloc" locate --server "$address" --map town "${query_drive[@]}" "${truth[@]}" \
+  --method a-pc --candidates 10
+
+say "5. Draw map and answers"
+"$bin/scanloc" plot "$out/town.scanloc" --answers "$out/answers.csv" "${truth[@]}" \
+  --out "$out/answers.svg"
+
+say "6. Stop the server"
+kill -TERM "$server_pid"
+wait "$server_pid"
+server_pid=""
+echo "stopped"
+printf '\nmap      %s\nanswers  %s\npicture  %s\n' \
+  "$out/town.scanloc" "$out/answers.csv" "$out/answers.svg"
