@@ -1,0 +1,57 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "scanloc/core/pose.hpp"
+
+namespace scanloc::dataset {
+
+enum class PoseFormat {
+  kAuto,    ///< told by the number of values in the first row
+  kKitti,   ///< 12 values a row: [R t] row by row, no stamp
+  kTum,     ///< stamp [s] tx ty tz qx qy qz qw; lines that begin with # are comments
+  kMulran,  ///< global_pose.csv: stamp [ns],12 values as of KITTI, between commas
+};
+
+/// Parses `auto`, `kitti`, `tum` or `mulran`; InvalidArgument for other names.
+[[nodiscard]] absl::StatusOr<PoseFormat> ParsePoseFormat(std::string_view name);
+
+/// `auto`, `kitti`, `tum` or `mulran`.
+[[nodiscard]] std::string_view PoseFormatName(PoseFormat format);
+
+/// The poses of a drive, in the order of the file.
+struct Trajectory {
+  PoseFormat format = PoseFormat::kKitti;  ///< never kAuto
+  std::vector<Pose> T_map_sensor;
+  std::vector<std::int64_t> stamps_ns;  ///< one a pose; empty for kKitti
+};
+
+/// Reads a trajectory.
+///
+/// Without calib_file the rows are taken as T_map_sensor. With it, they are the poses of another
+/// body (KITTI: the left grey camera; MulRan: the vehicle) and its `Tr:` row is T_body_sensor:
+///   kKitti          T_map_sensor = Tr⁻¹ · T_row · Tr. The rows' own world is a camera frame, z
+///                   forward; the map frame becomes the sensor frame where the camera's pose is the
+///                   identity, that is the sensor frame of the first scan, z up.
+///   kTum, kMulran   T_map_sensor = T_row · Tr. The map frame is the world of the rows.
+///
+/// NotFound: no such file. InvalidArgument, with file, line and value: a number that does not parse,
+/// a wrong number of values, NaN, a rotation that is none, a translation out of range, a blank line
+/// between rows, or no row at all.
+[[nodiscard]] absl::StatusOr<Trajectory> ReadTrajectory(const std::string& poses_file,
+                                                        PoseFormat format = PoseFormat::kAuto,
+                                                        const std::string& calib_file = "");
+
+/// Reads the `Tr:` row (12 values) of a calibration file as that of the KITTI odometry benchmark:
+/// T_camera_sensor. Errors as of ReadTrajectory.
+[[nodiscard]] absl::StatusOr<Pose> ReadCalib(const std::string& calib_file);
+
+/// Reads times in seconds, one a line, into nanoseconds, without the rounding of a double.
+/// Errors as of ReadTrajectory.
+[[nodiscard]] absl::StatusOr<std::vector<std::int64_t>> ReadTimes(const std::string& times_file);
+
+}  // namespace scanloc::dataset

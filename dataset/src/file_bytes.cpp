@@ -1,0 +1,80 @@
+#include "file_bytes.hpp"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <new>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+
+namespace scanloc::dataset {
+namespace {
+
+class FileDescriptor {
+ public:
+  explicit FileDescriptor(int fd) : fd_(fd) {}
+  FileDescriptor(const FileDescriptor&) = delete;
+  FileDescriptor& operator=(const FileDescriptor&) = delete;
+  ~FileDescriptor() {
+    if (fd_ >= 0) close(fd_);
+  }
+  [[nodiscard]] int get() const { return fd_; }
+
+ private:
+  int fd_;
+};
+
+absl::Status CheckSize(const std::string& path, const struct stat& info, std::int64_t max_bytes) {
+  if (S_ISDIR(info.st_mode)) {
+    return absl::InvalidArgumentError(absl::StrCat(path, ": is a directory, not a file"));
+  }
+  if (!S_ISREG(info.st_mode)) {
+    return absl::InvalidArgumentError(absl::StrCat(path, ": is not a regular file"));
+  }
+  if (info.st_size == 0) return absl::InvalidArgumentError(absl::StrCat(path, ": is empty"));
+  if (info.st_size > max_bytes) {
+    return absl::InvalidArgumentError(
+        absl::StrCat(path, ": holds ", info.st_size, " bytes; at most ", max_bytes, " are read"));
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+absl::StatusOr<FileBytes> ReadFileBytes(const std::string& path, std::int64_t max_bytes) {
+  // O_NONBLOCK: opening a pipe that nobody writes to must fail below, not wait.
+  const FileDescriptor file(open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
+  if (file.get() < 0) return absl::ErrnoToStatus(errno, path);
+  struct stat info {};
+  if (fstat(file.get(), &info) != 0) return absl::ErrnoToStatus(errno, path);
+  if (absl::Status status = CheckSize(path, info, max_bytes); !status.ok()) return status;
+
+  const auto size = static_cast<std::size_t>(info.st_size);
+  std::unique_ptr<char[]> data(new (std::nothrow) char[size]);
+  if (data == nullptr) {
+    return absl::ResourceExhaustedError(
+        absl::StrCat(path, ": no memory for its ", size, " bytes"));
+  }
+  std::size_t num_read = 0;
+  while (num_read < size) {
+    const ssize_t n = read(file.get(), data.get() + num_read, size - num_read);
+    if (n < 0 && errno == EINTR) continue;
+    if (n < 0) return absl::ErrnoToStatus(errno, path);
+    if (n == 0) {
+      return absl::InvalidArgumentError(
+          absl::StrCat(path, ": shrank from ", size, " to ", num_read, " bytes while it was read"));
+    }
+    num_read += static_cast<std::size_t>(n);
+  }
+  return FileBytes(std::move(data), size);
+}
+
+absl::Status Annotate(const absl::Status& status, std::string_view context) {
+  if (status.ok()) return status;
+  return {status.code(), absl::StrCat(std::string(context), ": ", status.message())};
+}
+
+}  // namespace scanloc::dataset

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <string_view>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+
+namespace scanloc::dataset {
+
+/// The bytes of a file, in memory of their own.
+class FileBytes {
+ public:
+  FileBytes(std::unique_ptr<char[]> data, std::size_t size) : data_(std::move(data)), size_(size) {}
+
+  [[nodiscard]] std::string_view view() const { return {data_.get(), size_}; }
+
+ private:
+  std::unique_ptr<char[]> data_;
+  std::size_t size_ = 0;
+};
+
+/// Reads a regular file that is not empty and holds at most max_bytes. Never waits for a pipe.
+/// NotFound, PermissionDenied, or InvalidArgument with the path and the reason.
+[[nodiscard]] absl::StatusOr<FileBytes> ReadFileBytes(const std::string& path,
+                                                      std::int64_t max_bytes);
+
+/// The same status with "context: " before its message.
+[[nodiscard]] absl::Status Annotate(const absl::Status& status, std::string_view context);
+
+}  // namespace scanloc::dataset

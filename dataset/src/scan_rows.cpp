@@ -1,0 +1,99 @@
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <optional>
+#include <vector>
+
+#include "absl/strings/numbers.h"
+#include "absl/strings/str_cat.h"
+#include "scan_decoders.hpp"
+
+namespace scanloc::dataset {
+namespace {
+
+static_assert(std::endian::native == std::endian::little, "scan files are read as little endian");
+
+template <typename Float>
+Float Load(const char* bytes, bool big_endian) {
+  std::array<char, sizeof(Float)> raw;
+  std::memcpy(raw.data(), bytes, raw.size());
+  if (big_endian) std::reverse(raw.begin(), raw.end());
+  return std::bit_cast<Float>(raw);
+}
+
+// A cast of a double beyond the range of float is undefined; no LiDAR gives one either.
+float ToFloat(double value) {
+  if (std::abs(value) > std::numeric_limits<float>::max()) {
+    return std::numeric_limits<float>::infinity();
+  }
+  return static_cast<float>(value);
+}
+
+float LoadCoordinate(const char* record, const Coordinate& coordinate, bool big_endian) {
+  const char* bytes = record + coordinate.offset_bytes;
+  if (coordinate.is_double) return ToFloat(Load<double>(bytes, big_endian));
+  return Load<float>(bytes, big_endian);
+}
+
+absl::Status BadRow(const LineReader& lines, std::string_view reason) {
+  return absl::InvalidArgumentError(
+      absl::StrCat("line ", lines.line_number(), ": ", std::string(reason)));
+}
+
+}  // namespace
+
+absl::StatusOr<Scan> ReadTextRows(const RowLayout& layout, std::size_t num_rows,
+                                  LineReader& lines) {
+  // The shortest row is one digit and one blank a column: announced rows that cannot be there must
+  // not be reserved.
+  if (num_rows > (lines.rest().size() + 1) / 2 / layout.num_columns) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("truncated: the header announces ", num_rows, " points, but only ",
+                     lines.rest().size(), " bytes follow it"));
+  }
+  Scan scan;
+  scan.points.reserve(num_rows);
+  std::vector<std::string_view> tokens;
+  for (std::size_t row = 0; row < num_rows;) {
+    const std::optional<std::string_view> line = lines.Next();
+    if (!line) {
+      return absl::InvalidArgumentError(absl::StrCat("truncated: the header announces ", num_rows,
+                                                     " points, but only ", row, " rows follow it"));
+    }
+    SplitAtBlanks(*line, tokens);
+    if (tokens.empty()) continue;
+    if (tokens.size() != layout.num_columns) {
+      return BadRow(lines, absl::StrCat("has ", tokens.size(), " values; the header announces ",
+                                        layout.num_columns));
+    }
+    std::array<float, 3> xyz{};
+    for (std::size_t i = 0; i < 3; ++i) {
+      const std::string_view token = tokens[layout.xyz[i]];
+      if (!absl::SimpleAtof({token.data(), token.size()}, &xyz[i])) {
+        return BadRow(lines, absl::StrCat(Quote(token), " is not a number"));
+      }
+    }
+    AddPoint({xyz[0], xyz[1], xyz[2]}, scan);
+    ++row;
+  }
+  return scan;
+}
+
+Scan ReadRecords(const RecordLayout& layout, std::size_t num_records, std::string_view bytes) {
+  Scan scan;
+  scan.points.reserve(num_records);
+  const auto& [x, y, z] = layout.xyz;
+  const char* record = bytes.data();
+  for (std::size_t i = 0; i < num_records; ++i, record += layout.record_bytes) {
+    AddPoint({LoadCoordinate(record, x, layout.big_endian),
+              LoadCoordinate(record, y, layout.big_endian),
+              LoadCoordinate(record, z, layout.big_endian)},
+             scan);
+  }
+  return scan;
+}
+
+}  // namespace scanloc::dataset
