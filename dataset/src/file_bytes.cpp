@@ -55,8 +55,7 @@ absl::StatusOr<FileBytes> ReadFileBytes(const std::string& path, std::int64_t ma
   const auto size = static_cast<std::size_t>(info.st_size);
   std::unique_ptr<char[]> data(new (std::nothrow) char[size]);
   if (data == nullptr) {
-    return absl::ResourceExhaustedError(
-        absl::StrCat(path, ": no memory for its ", size, " bytes"));
+    return absl::ResourceExhaustedError(absl::StrCat(path, ": no memory for its ", size, " bytes"));
   }
   std::size_t num_read = 0;
   while (num_read < size) {

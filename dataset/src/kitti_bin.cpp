@@ -49,20 +49,20 @@ absl::Status CheckPlausible(const Scan& scan, std::size_t num_points) {
   }
   const std::size_t num_bad = count.num_not_finite + count.num_beyond_limit + count.num_tiny;
   if (num_bad <= num_points / 2) return absl::OkStatus();
-  return absl::InvalidArgumentError(absl::StrCat(
-      num_bad, " of its ", num_points, " points are no LiDAR returns in metres (",
-      count.num_not_finite, " not finite, ", count.num_beyond_limit, " beyond ",
-      limits::kMaxCoordinate_m, " m, ", count.num_tiny, " with a coordinate below a micrometre)",
-      std::string(kOtherLayouts)));
+  return absl::InvalidArgumentError(
+      absl::StrCat(num_bad, " of its ", num_points, " points are no LiDAR returns in metres (",
+                   count.num_not_finite, " not finite, ", count.num_beyond_limit, " beyond ",
+                   limits::kMaxCoordinate_m, " m, ", count.num_tiny,
+                   " with a coordinate below a micrometre)", std::string(kOtherLayouts)));
 }
 
 }  // namespace
 
 absl::StatusOr<Scan> DecodeKittiBin(std::string_view bytes) {
   if (bytes.size() % kRecordBytes != 0) {
-    return absl::InvalidArgumentError(absl::StrCat(
-        "its ", bytes.size(), " bytes are not a multiple of ", kRecordBytes,
-        ": truncated or not a KITTI scan", std::string(kOtherLayouts)));
+    return absl::InvalidArgumentError(
+        absl::StrCat("its ", bytes.size(), " bytes are not a multiple of ", kRecordBytes,
+                     ": truncated or not a KITTI scan", std::string(kOtherLayouts)));
   }
   const std::size_t num_points = bytes.size() / kRecordBytes;
   if (num_points > limits::kMaxPointsPerScan) {

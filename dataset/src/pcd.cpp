@@ -136,27 +136,26 @@ absl::StatusOr<Scan> DecodeCompressed(const PcdHeader& header, std::string_view 
   std::memcpy(&compressed_bytes, body.data(), sizeof(compressed_bytes));
   std::memcpy(&num_bytes, body.data() + sizeof(compressed_bytes), sizeof(num_bytes));
   if (compressed_bytes == 0 || compressed_bytes > body.size() - kCompressedPrefixBytes) {
-    return absl::InvalidArgumentError(absl::StrCat("truncated: announces ", compressed_bytes,
-                                                   " compressed bytes, but ",
-                                                   body.size() - kCompressedPrefixBytes,
-                                                   " follow"));
+    return absl::InvalidArgumentError(
+        absl::StrCat("truncated: announces ", compressed_bytes, " compressed bytes, but ",
+                     body.size() - kCompressedPrefixBytes, " follow"));
   }
   if (num_bytes != header.num_points * record_bytes ||
       num_bytes > kMaxLzfRatio * compressed_bytes) {
-    return absl::InvalidArgumentError(absl::StrCat(
-        "announces ", num_bytes, " bytes made of ", compressed_bytes, " compressed ones, but ",
-        header.num_points, " points of ", record_bytes, " bytes need ",
-        header.num_points * record_bytes));
+    return absl::InvalidArgumentError(
+        absl::StrCat("announces ", num_bytes, " bytes made of ", compressed_bytes,
+                     " compressed ones, but ", header.num_points, " points of ", record_bytes,
+                     " bytes need ", header.num_points * record_bytes));
   }
   return ReadWithPcl(body, true, fields, record_bytes, header.num_points);
 }
 
 // Not through PCL: it reads "abc" as 0 and takes many times as long.
 absl::StatusOr<Scan> DecodeAscii(const PcdHeader& header, std::string_view body) {
-  const RowLayout layout{.num_columns = header.num_columns,
-                         .xyz = {FindField(header.fields, "x").column,
-                                 FindField(header.fields, "y").column,
-                                 FindField(header.fields, "z").column}};
+  const RowLayout layout{
+      .num_columns = header.num_columns,
+      .xyz = {FindField(header.fields, "x").column, FindField(header.fields, "y").column,
+              FindField(header.fields, "z").column}};
   LineReader lines(body, header.num_lines + 1);
   absl::StatusOr<Scan> scan = ReadTextRows(layout, header.num_points, lines);
   if (!scan.ok()) return scan;

@@ -129,8 +129,8 @@ absl::Status SetNumPoints(const RawHeader& raw, PcdHeader& header) {
   }
   const std::uint64_t num_points = raw.points.value_or(width * height);
   if (width != 0 && height != 0 && width * height != num_points) {
-    return Bad(absl::StrCat("WIDTH ", width, " x HEIGHT ", height, " differs from POINTS ",
-                            num_points));
+    return Bad(
+        absl::StrCat("WIDTH ", width, " x HEIGHT ", height, " differs from POINTS ", num_points));
   }
   if (num_points > limits::kMaxPointsPerScan) {
     return Bad(absl::StrCat("announces ", num_points, " points; a scan has at most ",
@@ -171,8 +171,9 @@ absl::Status CheckCoordinates(const PcdHeader& header) {
     }
     const auto field = std::find_if(header.fields.begin(), header.fields.end(), is_it);
     if (field->type != 'F' || field->count != 1) {
-      return Bad(absl::StrCat("field ", std::string(name), " has TYPE ", std::string(1, field->type),
-                              " COUNT ", field->count, "; TYPE F COUNT 1 is read"));
+      return Bad(absl::StrCat("field ", std::string(name), " has TYPE ",
+                              std::string(1, field->type), " COUNT ", field->count,
+                              "; TYPE F COUNT 1 is read"));
     }
   }
   return absl::OkStatus();

@@ -60,8 +60,9 @@ absl::Status ParseElement(const Tokens& tokens, PlyHeader& header) {
     return Bad("element line is not \"element NAME COUNT\"");
   }
   if (header.num_elements++ > 0) {
-    return tokens[1] == "vertex" ? Bad("vertex must be the first element, and the only one so named")
-                                 : absl::OkStatus();
+    return tokens[1] == "vertex"
+               ? Bad("vertex must be the first element, and the only one so named")
+               : absl::OkStatus();
   }
   if (tokens[1] != "vertex") {
     return Bad(absl::StrCat("the first element is ", Quote(tokens[1]), "; it must be vertex"));
@@ -159,10 +160,10 @@ absl::StatusOr<Scan> DecodeBinary(const PlyHeader& header, const std::array<std:
     layout.record_bytes += property.size_bytes;
   }
   if (body.size() / layout.record_bytes < header.num_vertices) {
-    return absl::InvalidArgumentError(absl::StrCat(
-        "truncated: ", header.num_vertices, " points of ", layout.record_bytes, " bytes need ",
-        header.num_vertices * layout.record_bytes, " bytes, but only ", body.size(),
-        " follow the header"));
+    return absl::InvalidArgumentError(
+        absl::StrCat("truncated: ", header.num_vertices, " points of ", layout.record_bytes,
+                     " bytes need ", header.num_vertices * layout.record_bytes, " bytes, but only ",
+                     body.size(), " follow the header"));
   }
   return ReadRecords(layout, header.num_vertices, body);
 }

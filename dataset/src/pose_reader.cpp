@@ -26,12 +26,11 @@ struct FormatInfo {
   PoseFormat format;
   std::string_view name;
   std::size_t num_values;  ///< in a row
-  bool has_commas;
 };
-constexpr std::array<FormatInfo, 4> kFormats = {{{PoseFormat::kAuto, "auto", 0, false},
-                                                 {PoseFormat::kKitti, "kitti", 12, false},
-                                                 {PoseFormat::kTum, "tum", 8, false},
-                                                 {PoseFormat::kMulran, "mulran", 13, true}}};
+constexpr std::array<FormatInfo, 4> kFormats = {{{PoseFormat::kAuto, "auto", 0},
+                                                 {PoseFormat::kKitti, "kitti", 12},
+                                                 {PoseFormat::kTum, "tum", 8},
+                                                 {PoseFormat::kMulran, "mulran", 13}}};
 
 const FormatInfo& Info(PoseFormat format) { return kFormats[static_cast<std::size_t>(format)]; }
 
@@ -56,8 +55,10 @@ void SplitRow(std::string_view row, Tokens& tokens) {
 
 using RowHandler = std::function<absl::Status(const Tokens& row)>;
 
+enum class BlankLines { kSkip, kOnlyAtEnd };
+
 // Calls `handle` for each row that is no comment; a status it returns gets file and line.
-absl::Status ForEachRow(const std::string& file, const RowHandler& handle) {
+absl::Status ForEachRow(const std::string& file, BlankLines blank_lines, const RowHandler& handle) {
   const absl::StatusOr<FileBytes> bytes = ReadFileBytes(file, kMaxTextFileBytes);
   if (!bytes.ok()) return bytes.status();
   LineReader lines(bytes->view());
@@ -68,7 +69,9 @@ absl::Status ForEachRow(const std::string& file, const RowHandler& handle) {
     SplitRow(*line, tokens);
     if (!tokens.empty() && !tokens[0].empty() && tokens[0][0] == '#') continue;
     if (tokens.empty()) {
-      if (first_blank_line == 0) first_blank_line = lines.line_number();
+      if (first_blank_line == 0 && blank_lines == BlankLines::kOnlyAtEnd) {
+        first_blank_line = lines.line_number();
+      }
       continue;
     }
     if (first_blank_line != 0) {
@@ -160,7 +163,7 @@ absl::Status AppendRow(const Tokens& tokens, Trajectory& trajectory) {
   return absl::OkStatus();
 }
 
-absl::StatusOr<PoseFormat> DetectFormat(std::string_view file, std::size_t num_values) {
+absl::StatusOr<PoseFormat> DetectFormat(std::size_t num_values) {
   for (const FormatInfo& info : kFormats) {
     if (info.num_values == num_values && info.format != PoseFormat::kAuto) return info.format;
   }
@@ -192,14 +195,15 @@ absl::StatusOr<Trajectory> ReadTrajectory(const std::string& poses_file, PoseFor
                                           const std::string& calib_file) try {
   Trajectory trajectory;
   trajectory.format = format;
-  absl::Status status = ForEachRow(poses_file, [&](const Tokens& row) -> absl::Status {
-    if (trajectory.format == PoseFormat::kAuto) {
-      const absl::StatusOr<PoseFormat> detected = DetectFormat(poses_file, row.size());
-      if (!detected.ok()) return detected.status();
-      trajectory.format = *detected;
-    }
-    return AppendRow(row, trajectory);
-  });
+  absl::Status status =
+      ForEachRow(poses_file, BlankLines::kOnlyAtEnd, [&](const Tokens& row) -> absl::Status {
+        if (trajectory.format == PoseFormat::kAuto) {
+          const absl::StatusOr<PoseFormat> detected = DetectFormat(row.size());
+          if (!detected.ok()) return detected.status();
+          trajectory.format = *detected;
+        }
+        return AppendRow(row, trajectory);
+      });
   if (status.ok() && !calib_file.empty()) status = ApplyCalib(calib_file, trajectory);
   if (!status.ok()) return status;
   return trajectory;
@@ -209,15 +213,16 @@ absl::StatusOr<Trajectory> ReadTrajectory(const std::string& poses_file, PoseFor
 
 absl::StatusOr<Pose> ReadCalib(const std::string& calib_file) try {
   std::optional<Pose> T_camera_sensor;
-  absl::Status status = ForEachRow(calib_file, [&](const Tokens& row) -> absl::Status {
-    if (row[0] != "Tr:") return absl::OkStatus();
-    if (absl::Status num = CheckNumValues(row, 13); !num.ok()) return num;
-    if (T_camera_sensor.has_value()) return Bad("a second Tr: row");
-    const absl::StatusOr<Pose> pose = ParseMatrix(std::span(row).subspan(1));
-    if (!pose.ok()) return pose.status();
-    T_camera_sensor = *pose;
-    return absl::OkStatus();
-  });
+  absl::Status status =
+      ForEachRow(calib_file, BlankLines::kSkip, [&](const Tokens& row) -> absl::Status {
+        if (row[0] != "Tr:") return absl::OkStatus();
+        if (absl::Status num = CheckNumValues(row, 13); !num.ok()) return num;
+        if (T_camera_sensor.has_value()) return Bad("a second Tr: row");
+        const absl::StatusOr<Pose> pose = ParseMatrix(std::span(row).subspan(1));
+        if (!pose.ok()) return pose.status();
+        T_camera_sensor = *pose;
+        return absl::OkStatus();
+      });
   if (!status.ok()) return status;
   if (!T_camera_sensor.has_value()) {
     return Bad(absl::StrCat(calib_file,
@@ -231,13 +236,14 @@ absl::StatusOr<Pose> ReadCalib(const std::string& calib_file) try {
 
 absl::StatusOr<std::vector<std::int64_t>> ReadTimes(const std::string& times_file) try {
   std::vector<std::int64_t> stamps_ns;
-  absl::Status status = ForEachRow(times_file, [&](const Tokens& row) -> absl::Status {
-    if (absl::Status num = CheckNumValues(row, 1); !num.ok()) return num;
-    const absl::StatusOr<std::int64_t> ns = ParseSeconds(row[0]);
-    if (!ns.ok()) return ns.status();
-    stamps_ns.push_back(*ns);
-    return absl::OkStatus();
-  });
+  absl::Status status =
+      ForEachRow(times_file, BlankLines::kOnlyAtEnd, [&](const Tokens& row) -> absl::Status {
+        if (absl::Status num = CheckNumValues(row, 1); !num.ok()) return num;
+        const absl::StatusOr<std::int64_t> ns = ParseSeconds(row[0]);
+        if (!ns.ok()) return ns.status();
+        stamps_ns.push_back(*ns);
+        return absl::OkStatus();
+      });
   if (!status.ok()) return status;
   return stamps_ns;
 } catch (const std::bad_alloc&) {

@@ -50,9 +50,9 @@ absl::StatusOr<Scan> ReadTextRows(const RowLayout& layout, std::size_t num_rows,
   // The shortest row is one digit and one blank a column: announced rows that cannot be there must
   // not be reserved.
   if (num_rows > (lines.rest().size() + 1) / 2 / layout.num_columns) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("truncated: the header announces ", num_rows, " points, but only ",
-                     lines.rest().size(), " bytes follow it"));
+    return absl::InvalidArgumentError(absl::StrCat("truncated: the header announces ", num_rows,
+                                                   " points, but only ", lines.rest().size(),
+                                                   " bytes follow it"));
   }
   Scan scan;
   scan.points.reserve(num_rows);
@@ -88,10 +88,10 @@ Scan ReadRecords(const RecordLayout& layout, std::size_t num_records, std::strin
   const auto& [x, y, z] = layout.xyz;
   const char* record = bytes.data();
   for (std::size_t i = 0; i < num_records; ++i, record += layout.record_bytes) {
-    AddPoint({LoadCoordinate(record, x, layout.big_endian),
-              LoadCoordinate(record, y, layout.big_endian),
-              LoadCoordinate(record, z, layout.big_endian)},
-             scan);
+    AddPoint(
+        {LoadCoordinate(record, x, layout.big_endian), LoadCoordinate(record, y, layout.big_endian),
+         LoadCoordinate(record, z, layout.big_endian)},
+        scan);
   }
   return scan;
 }

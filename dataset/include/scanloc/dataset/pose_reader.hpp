@@ -39,9 +39,9 @@ struct Trajectory {
 ///                   identity, that is the sensor frame of the first scan, z up.
 ///   kTum, kMulran   T_map_sensor = T_row · Tr. The map frame is the world of the rows.
 ///
-/// NotFound: no such file. InvalidArgument, with file, line and value: a number that does not parse,
-/// a wrong number of values, NaN, a rotation that is none, a translation out of range, a blank line
-/// between rows, or no row at all.
+/// NotFound: no such file. InvalidArgument, with file, line and value: a number that does not
+/// parse, a wrong number of values, NaN, a rotation that is none, a translation out of range, a
+/// blank line between rows, or no row at all.
 [[nodiscard]] absl::StatusOr<Trajectory> ReadTrajectory(const std::string& poses_file,
                                                         PoseFormat format = PoseFormat::kAuto,
                                                         const std::string& calib_file = "");

@@ -25,10 +25,10 @@ struct Scan {
 ///   .pcd  ascii, binary or binary_compressed, with fields x y z of type F;
 ///   .ply  ascii, binary_little_endian or binary_big_endian, with float or double x y z.
 ///
-/// NotFound: no such file. InvalidArgument, with the path and the reason: not a regular file, empty,
-/// truncated, larger than limits::kMaxScanFileBytes, more than limits::kMaxPointsPerScan points,
-/// malformed, or coordinates that no LiDAR gives (a file of another layout). ResourceExhausted: out
-/// of memory. Any number of threads may read at once.
+/// NotFound: no such file. InvalidArgument, with the path and the reason: not a regular file,
+/// empty, truncated, larger than limits::kMaxScanFileBytes, more than limits::kMaxPointsPerScan
+/// points, malformed, or coordinates that no LiDAR gives (a file of another layout).
+/// ResourceExhausted: out of memory. Any number of threads may read at once.
 [[nodiscard]] absl::StatusOr<Scan> ReadScan(const std::string& path);
 
 }  // namespace scanloc::dataset

@@ -1,0 +1,77 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "scanloc/core/pose.hpp"
+#include "scanloc/dataset/pose_reader.hpp"
+
+namespace scanloc::dataset {
+
+/// A scan file of a drive.
+struct ScanFile {
+  std::string path;
+  std::string name;  ///< the file's name without its folder
+
+  friend bool operator==(const ScanFile&, const ScanFile&) = default;
+};
+
+/// The scan files (.bin, .pcd, .ply; hidden files left out) of a folder, by name in byte order.
+///
+/// If the folder holds none of them but a folder `velodyne` (a KITTI sequence) or `Scans`, the
+/// files of that one are listed. NotFound: no such folder. InvalidArgument: not a folder, or no
+/// scan in it.
+[[nodiscard]] absl::StatusOr<std::vector<ScanFile>> ListScans(const std::string& scans_dir);
+
+/// Where a drive lies; empty: not given.
+struct DriveOptions {
+  std::string scans_dir;   ///< as for ListScans
+  std::string poses_file;  ///< as for ReadTrajectory
+  std::string calib_file;  ///< T_body_sensor, as for ReadTrajectory; optional
+  std::string times_file;  ///< when each scan was taken, one line a scan; optional
+  PoseFormat format = PoseFormat::kAuto;
+};
+
+/// One scan of a drive, not read yet, and where it was taken.
+struct Frame {
+  std::string path;
+  std::string name;  ///< the file's name without its folder
+  Pose T_map_sensor = Pose::Identity();
+  std::int64_t stamp_ns = 0;  ///< of the scan, else of its pose; 0 if neither is known
+};
+
+/// A recorded drive, in the name order of its scans.
+struct Drive {
+  std::vector<Frame> frames;
+  /// Scans left out because no pose lies within kMaxStampGap_ns; only where stamps pair them.
+  std::size_t num_without_pose = 0;
+};
+
+/// Farthest in time that a pose may lie from the scan it is paired with [ns]: one turn of a sensor
+/// at 10 Hz.
+inline constexpr std::int64_t kMaxStampGap_ns = 100'000'000;
+
+/// Opens a drive: lists its scans and pairs each with a pose.
+///
+/// The i-th scan by name has the i-th pose, and their numbers must agree. Where both have stamps,
+/// each scan has the pose nearest in time instead. Poses have stamps in the formats kTum and
+/// kMulran; scans have those of times_file, else those that all their names give: 19 digits [ns],
+/// 16 digits [µs] or seconds with a decimal point.
+///
+/// Errors as of ListScans, ReadTrajectory and ReadTimes. InvalidArgument too: numbers of scans,
+/// poses or times that differ (both are named); numbered scans whose names do not sort by number;
+/// or not one scan within kMaxStampGap_ns of a pose.
+[[nodiscard]] absl::StatusOr<Drive> OpenDrive(const DriveOptions& options);
+
+/// The indices of the frames to keep for equidistant places (paper, Sec. VI): the first, and then
+/// each that the sensor reached spacing_m of travel after the last one kept. Up to a millimetre
+/// short counts as reached, for positions rounded in a text file. A spacing_m of 0 or less keeps
+/// all.
+[[nodiscard]] std::vector<std::size_t> SelectBySpacing(std::span<const Frame> frames,
+                                                       double spacing_m);
+
+}  // namespace scanloc::dataset
