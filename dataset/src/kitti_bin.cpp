@@ -1,5 +1,4 @@
 #include <cmath>
-#include <cstring>
 
 #include "absl/strings/str_cat.h"
 #include "scan_decoders.hpp"
@@ -30,9 +29,7 @@ bool IsTiny(float value) {
 Implausible CountImplausible(const Scan& scan) {
   Implausible count{.num_not_finite = scan.num_not_finite};
   for (const Point& p : scan.points) {
-    const bool beyond_limit = std::abs(p.x) > limits::kMaxCoordinate_m ||
-                              std::abs(p.y) > limits::kMaxCoordinate_m ||
-                              std::abs(p.z) > limits::kMaxCoordinate_m;
+    const bool beyond_limit = IsBeyondLimit(p);
     const bool tiny = IsTiny(p.x) || IsTiny(p.y) || IsTiny(p.z);
     count.num_beyond_limit += beyond_limit ? 1 : 0;
     count.num_tiny += tiny && !beyond_limit ? 1 : 0;
@@ -69,8 +66,8 @@ absl::StatusOr<Scan> DecodeKittiBin(std::string_view bytes) {
     return absl::InvalidArgumentError(absl::StrCat(
         "holds ", num_points, " points; a scan has at most ", limits::kMaxPointsPerScan));
   }
-  const RecordLayout layout{.record_bytes = kRecordBytes, .xyz = {{{0}, {4}, {8}}}};
-  Scan scan = ReadRecords(layout, num_points, bytes);
+  const BinaryLayout layout{.xyz = {{{0, kRecordBytes}, {4, kRecordBytes}, {8, kRecordBytes}}}};
+  Scan scan = ReadBinary(layout, num_points, bytes);
   if (absl::Status status = CheckPlausible(scan, num_points); !status.ok()) return status;
   return scan;
 }

@@ -1,13 +1,11 @@
-#include <pcl/PCLPointCloud2.h>
-#include <pcl/console/print.h>
-#include <pcl/io/pcd_io.h>
+#include <pcl/io/lzf.h>
 
 #include <algorithm>
 #include <array>
 #include <cstdint>
 #include <cstring>
-#include <exception>
-#include <new>
+#include <optional>
+#include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "pcd_header.hpp"
@@ -16,146 +14,84 @@
 namespace scanloc::dataset {
 namespace {
 
-// PCL believes what a file says, so it sees a body only after the header and all sizes were
-// checked here, and never the header itself.
+// Of PCL only the decompressor is used. Its PCDReader believes what a file says: it writes out of
+// bounds on padded compressed fields, reads "abc" as 0, and unpacks fields that nobody asked for.
+// The tests compare with it, file by file.
 
+constexpr std::array<std::string_view, 3> kAxes = {"x", "y", "z"};
 constexpr std::size_t kCompressedPrefixBytes = 8;  // compressed and uncompressed size
 // LZF's longest back reference makes 264 bytes of 3.
 constexpr std::uint64_t kMaxLzfRatio = 88;
-
-std::uint8_t PclDatatype(const PcdField& field) {
-  using Types = pcl::PCLPointField;
-  switch (field.type) {
-    case 'I':
-      return field.size == 1   ? Types::INT8
-             : field.size == 2 ? Types::INT16
-             : field.size == 4 ? Types::INT32
-                               : Types::INT64;
-    case 'U':
-      return field.size == 1   ? Types::UINT8
-             : field.size == 2 ? Types::UINT16
-             : field.size == 4 ? Types::UINT32
-                               : Types::UINT64;
-    default:
-      return field.size == 4 ? Types::FLOAT32 : Types::FLOAT64;
-  }
-}
-
-// An empty cloud that PCL fills, of the given fields of the file.
-pcl::PCLPointCloud2 MakeCloud(const std::vector<PcdField>& fields, std::size_t record_bytes,
-                              std::size_t num_points) {
-  pcl::PCLPointCloud2 cloud;
-  for (const PcdField& field : fields) {
-    pcl::PCLPointField pcl_field;
-    pcl_field.name = field.name;
-    pcl_field.offset = static_cast<pcl::uindex_t>(field.offset);
-    pcl_field.datatype = PclDatatype(field);
-    pcl_field.count = field.count;
-    cloud.fields.push_back(pcl_field);
-  }
-  cloud.width = static_cast<pcl::uindex_t>(num_points);
-  cloud.height = 1;
-  cloud.point_step = static_cast<pcl::uindex_t>(record_bytes);
-  cloud.row_step = static_cast<pcl::uindex_t>(record_bytes * num_points);
-  cloud.data.resize(record_bytes * num_points);
-  return cloud;
-}
 
 const PcdField& FindField(const std::vector<PcdField>& fields, std::string_view name) {
   return *std::find_if(fields.begin(), fields.end(),
                        [name](const PcdField& field) { return field.name == name; });
 }
 
-RecordLayout MakeRecordLayout(const std::vector<PcdField>& fields, std::size_t record_bytes) {
-  RecordLayout layout{.record_bytes = record_bytes};
-  constexpr std::array<std::string_view, 3> kNames = {"x", "y", "z"};
-  for (std::size_t i = 0; i < 3; ++i) {
-    const PcdField& field = FindField(fields, kNames[i]);
-    layout.xyz[i] = {.offset_bytes = field.offset, .is_double = field.size == 8};
-  }
-  return layout;
-}
-
-absl::StatusOr<Scan> ReadWithPcl(std::string_view body, bool compressed,
-                                 const std::vector<PcdField>& fields, std::size_t record_bytes,
-                                 std::size_t num_points) {
-  // PCL complains on the console, which is not ours to write to.
-  static const bool silenced = [] {
-    pcl::console::setVerbosityLevel(pcl::console::L_ALWAYS);
-    return true;
-  }();
-  static_cast<void>(silenced);
-
-  pcl::PCLPointCloud2 cloud = MakeCloud(fields, record_bytes, num_points);
-  const std::size_t num_bytes = cloud.data.size();
-  try {
-    const auto* data = static_cast<const unsigned char*>(static_cast<const void*>(body.data()));
-    pcl::PCDReader reader;
-    if (reader.readBodyBinary(data, cloud, pcl::PCDReader::PCD_V7, compressed, 0) != 0 ||
-        cloud.data.size() != num_bytes) {
-      return absl::InvalidArgumentError("the compressed points are damaged");
-    }
-  } catch (const std::bad_alloc&) {
-    throw;
-  } catch (const std::exception& error) {
-    return absl::InvalidArgumentError(absl::StrCat("PCL cannot read it: ", error.what()));
-  }
-  const auto* decoded = static_cast<const char*>(static_cast<const void*>(cloud.data.data()));
-  return ReadRecords(MakeRecordLayout(fields, record_bytes), num_points, {decoded, num_bytes});
-}
-
 absl::StatusOr<Scan> DecodeBinary(const PcdHeader& header, std::string_view body) {
-  const std::size_t num_bytes = header.num_points * header.record_bytes;
-  if (body.size() < num_bytes) {
-    return absl::InvalidArgumentError(absl::StrCat(
-        "truncated: ", header.num_points, " points of ", header.record_bytes, " bytes need ",
-        num_bytes, " bytes, but only ", body.size(), " follow the header"));
+  if (body.size() < header.num_points * header.record_bytes) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("truncated: ", header.num_points, " points of ", header.record_bytes,
+                     " bytes need ", header.num_points * header.record_bytes, " bytes, but only ",
+                     body.size(), " follow the header"));
   }
-  // Of the whole records, PCL need not look at any field but these.
-  const std::vector<PcdField> xyz = {FindField(header.fields, "x"), FindField(header.fields, "y"),
-                                     FindField(header.fields, "z")};
-  return ReadWithPcl(body, false, xyz, header.record_bytes, header.num_points);
+  BinaryLayout layout;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const PcdField& field = FindField(header.fields, kAxes[axis]);
+    layout.xyz[axis] = {field.offset, header.record_bytes, field.size == 8};
+  }
+  return ReadBinary(layout, header.num_points, body);
 }
 
-absl::StatusOr<Scan> DecodeCompressed(const PcdHeader& header, std::string_view body) {
-  // Padding is not stored when compressed; PCL writes beyond its buffer if it is told of any.
-  std::vector<PcdField> fields;
-  std::size_t record_bytes = 0;
-  for (PcdField field : header.fields) {
-    if (field.name == "_") continue;
-    field.offset = record_bytes;
-    record_bytes += static_cast<std::size_t>(field.size) * field.count;
-    fields.push_back(field);
-  }
+// The bytes that follow the header of a binary_compressed file, decompressed to num_bytes.
+absl::StatusOr<std::vector<char>> Decompress(std::string_view body, std::size_t num_bytes) {
   if (body.size() <= kCompressedPrefixBytes) {
     return absl::InvalidArgumentError(absl::StrCat(
         "truncated: only ", body.size(), " bytes follow the header of a binary_compressed file"));
   }
-  std::uint32_t compressed_bytes = 0;
-  std::uint32_t num_bytes = 0;
-  std::memcpy(&compressed_bytes, body.data(), sizeof(compressed_bytes));
-  std::memcpy(&num_bytes, body.data() + sizeof(compressed_bytes), sizeof(num_bytes));
-  if (compressed_bytes == 0 || compressed_bytes > body.size() - kCompressedPrefixBytes) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("truncated: announces ", compressed_bytes, " compressed bytes, but ",
-                     body.size() - kCompressedPrefixBytes, " follow"));
+  std::uint32_t num_compressed = 0;
+  std::uint32_t num_announced = 0;
+  std::memcpy(&num_compressed, body.data(), sizeof(num_compressed));
+  std::memcpy(&num_announced, body.data() + sizeof(num_compressed), sizeof(num_announced));
+  body.remove_prefix(kCompressedPrefixBytes);
+  if (num_compressed == 0 || num_compressed > body.size()) {
+    return absl::InvalidArgumentError(absl::StrCat("truncated: announces ", num_compressed,
+                                                   " compressed bytes, but ", body.size(),
+                                                   " follow"));
   }
-  if (num_bytes != header.num_points * record_bytes ||
-      num_bytes > kMaxLzfRatio * compressed_bytes) {
+  if (num_announced != num_bytes || num_bytes > kMaxLzfRatio * num_compressed) {
     return absl::InvalidArgumentError(
-        absl::StrCat("announces ", num_bytes, " bytes made of ", compressed_bytes,
-                     " compressed ones, but ", header.num_points, " points of ", record_bytes,
-                     " bytes need ", header.num_points * record_bytes));
+        absl::StrCat("announces ", num_announced, " bytes made of ", num_compressed,
+                     " compressed ones, but its points need ", num_bytes));
   }
-  return ReadWithPcl(body, true, fields, record_bytes, header.num_points);
+  std::vector<char> bytes(num_bytes);
+  if (pcl::lzfDecompress(body.data(), num_compressed, bytes.data(), num_announced) != num_bytes) {
+    return absl::InvalidArgumentError("its compressed points are damaged");
+  }
+  return bytes;
 }
 
-// Not through PCL: it reads "abc" as 0 and takes many times as long.
+absl::StatusOr<Scan> DecodeCompressed(const PcdHeader& header, std::string_view body) {
+  // All values of the first field, then all of the second, and so on; padding is not stored.
+  BinaryLayout layout;
+  std::size_t num_bytes = 0;
+  for (const PcdField& field : header.fields) {
+    if (field.name == "_") continue;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      if (field.name == kAxes[axis]) layout.xyz[axis] = {num_bytes, field.size, field.size == 8};
+    }
+    num_bytes += header.num_points * field.size * field.count;
+  }
+  const absl::StatusOr<std::vector<char>> bytes = Decompress(body, num_bytes);
+  if (!bytes.ok()) return bytes.status();
+  return ReadBinary(layout, header.num_points, {bytes->data(), bytes->size()});
+}
+
 absl::StatusOr<Scan> DecodeAscii(const PcdHeader& header, std::string_view body) {
-  const RowLayout layout{
-      .num_columns = header.num_columns,
-      .xyz = {FindField(header.fields, "x").column, FindField(header.fields, "y").column,
-              FindField(header.fields, "z").column}};
+  RowLayout layout{.num_columns = header.num_columns};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    layout.xyz[axis] = FindField(header.fields, kAxes[axis]).column;
+  }
   LineReader lines(body, header.num_lines + 1);
   absl::StatusOr<Scan> scan = ReadTextRows(layout, header.num_points, lines);
   if (!scan.ok()) return scan;

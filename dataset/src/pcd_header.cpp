@@ -142,10 +142,6 @@ absl::Status SetNumPoints(const RawHeader& raw, PcdHeader& header) {
 
 absl::Status LayOutFields(PcdHeader& header) {
   for (PcdField& field : header.fields) {
-    if (field.type == 'F' && field.size != 4 && field.size != 8) {
-      return Bad(absl::StrCat("field ", Quote(field.name), " of TYPE F has SIZE ", field.size,
-                              "; 4 and 8 are read"));
-    }
     field.offset = header.record_bytes;
     field.column = header.num_columns;
     header.record_bytes += static_cast<std::size_t>(field.size) * field.count;
@@ -170,10 +166,10 @@ absl::Status CheckCoordinates(const PcdHeader& header) {
       return Bad(absl::StrCat("has ", num, " fields named ", std::string(name), "; one is needed"));
     }
     const auto field = std::find_if(header.fields.begin(), header.fields.end(), is_it);
-    if (field->type != 'F' || field->count != 1) {
+    if (field->type != 'F' || field->count != 1 || (field->size != 4 && field->size != 8)) {
       return Bad(absl::StrCat("field ", std::string(name), " has TYPE ",
-                              std::string(1, field->type), " COUNT ", field->count,
-                              "; TYPE F COUNT 1 is read"));
+                              std::string(1, field->type), " SIZE ", field->size, " COUNT ",
+                              field->count, "; TYPE F, SIZE 4 or 8 and COUNT 1 are read"));
     }
   }
   return absl::OkStatus();

@@ -151,21 +151,25 @@ absl::StatusOr<std::array<std::size_t, 3>> FindCoordinates(const PlyHeader& head
 
 absl::StatusOr<Scan> DecodeBinary(const PlyHeader& header, const std::array<std::size_t, 3>& xyz,
                                   std::string_view body) {
-  RecordLayout layout{.big_endian = header.format == PlyHeader::Format::kBigEndian};
+  BinaryLayout layout{.big_endian = header.format == PlyHeader::Format::kBigEndian};
+  std::size_t vertex_bytes = 0;
   for (std::size_t i = 0; i < header.properties.size(); ++i) {
     const Property& property = header.properties[i];
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      if (xyz[axis] == i) layout.xyz[axis] = {layout.record_bytes, property.size_bytes == 8};
+      if (xyz[axis] != i) continue;
+      layout.xyz[axis].offset_bytes = vertex_bytes;
+      layout.xyz[axis].is_double = property.size_bytes == 8;
     }
-    layout.record_bytes += property.size_bytes;
+    vertex_bytes += property.size_bytes;
   }
-  if (body.size() / layout.record_bytes < header.num_vertices) {
+  for (Coordinate& coordinate : layout.xyz) coordinate.stride_bytes = vertex_bytes;
+  if (body.size() / vertex_bytes < header.num_vertices) {
     return absl::InvalidArgumentError(
-        absl::StrCat("truncated: ", header.num_vertices, " points of ", layout.record_bytes,
-                     " bytes need ", header.num_vertices * layout.record_bytes, " bytes, but only ",
+        absl::StrCat("truncated: ", header.num_vertices, " points of ", vertex_bytes,
+                     " bytes need ", header.num_vertices * vertex_bytes, " bytes, but only ",
                      body.size(), " follow the header"));
   }
-  return ReadRecords(layout, header.num_vertices, body);
+  return ReadBinary(layout, header.num_vertices, body);
 }
 
 absl::StatusOr<Scan> DecodeAscii(const PlyHeader& header, const std::array<std::size_t, 3>& xyz,

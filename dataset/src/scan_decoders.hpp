@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "absl/status/statusor.h"
+#include "scanloc/core/limits.hpp"
 #include "scanloc/dataset/scan_reader.hpp"
 #include "text.hpp"
 
@@ -16,13 +17,10 @@ namespace scanloc::dataset {
 [[nodiscard]] absl::StatusOr<Scan> DecodePcd(std::string_view bytes);
 [[nodiscard]] absl::StatusOr<Scan> DecodePly(std::string_view bytes);
 
-/// Appends a point, or counts it if it is not finite.
-inline void AddPoint(const Point& point, Scan& scan) {
-  if (std::isfinite(point.x) && std::isfinite(point.y) && std::isfinite(point.z)) {
-    scan.points.push_back(point);
-  } else {
-    ++scan.num_not_finite;
-  }
+/// Whether a coordinate is beyond limits::kMaxCoordinate_m.
+[[nodiscard]] inline bool IsBeyondLimit(const Point& p) {
+  return std::abs(p.x) > limits::kMaxCoordinate_m || std::abs(p.y) > limits::kMaxCoordinate_m ||
+         std::abs(p.z) > limits::kMaxCoordinate_m;
 }
 
 /// Where x, y and z stand in a row of text.
@@ -35,21 +33,20 @@ struct RowLayout {
 [[nodiscard]] absl::StatusOr<Scan> ReadTextRows(const RowLayout& layout, std::size_t num_rows,
                                                 LineReader& lines);
 
-/// How a record stores a coordinate.
+/// Where the values of one coordinate lie in a block of bytes.
 struct Coordinate {
-  std::size_t offset_bytes = 0;
-  bool is_double = false;  ///< else float
+  std::size_t offset_bytes = 0;  ///< of the first point's value
+  std::size_t stride_bytes = 0;  ///< from one point's value to the next
+  bool is_double = false;        ///< else float
 };
 
-/// Binary records of equal size that hold x, y and z.
-struct RecordLayout {
-  std::size_t record_bytes = 0;
+struct BinaryLayout {
   std::array<Coordinate, 3> xyz{};
   bool big_endian = false;
 };
 
-/// Reads num_records records. Requires bytes.size() >= num_records * layout.record_bytes.
-[[nodiscard]] Scan ReadRecords(const RecordLayout& layout, std::size_t num_records,
-                               std::string_view bytes);
+/// Reads num_points points. Requires all their values to lie within bytes.
+[[nodiscard]] Scan ReadBinary(const BinaryLayout& layout, std::size_t num_points,
+                              std::string_view bytes);
 
 }  // namespace scanloc::dataset

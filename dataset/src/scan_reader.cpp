@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
-#include <exception>
 #include <new>
 
 #include "absl/strings/match.h"
@@ -34,10 +32,7 @@ const Format* FindFormat(std::string_view path) {
 // Points far from the origin would all be skipped later, and the scan pass as an empty one.
 absl::Status CheckNearSensor(const Scan& scan) {
   const auto num_beyond = static_cast<std::size_t>(
-      std::count_if(scan.points.begin(), scan.points.end(), [](const Point& p) {
-        return std::abs(p.x) > limits::kMaxCoordinate_m ||
-               std::abs(p.y) > limits::kMaxCoordinate_m || std::abs(p.z) > limits::kMaxCoordinate_m;
-      }));
+      std::count_if(scan.points.begin(), scan.points.end(), IsBeyondLimit));
   if (num_beyond <= scan.points.size() / 2) return absl::OkStatus();
   return absl::InvalidArgumentError(absl::StrCat(
       num_beyond, " of its ", scan.points.size(), " points lie beyond ", limits::kMaxCoordinate_m,

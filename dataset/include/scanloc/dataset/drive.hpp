@@ -29,17 +29,17 @@ struct ScanFile {
 
 /// Where a drive lies; empty: not given.
 struct DriveOptions {
-  std::string scans_dir;   ///< as for ListScans
-  std::string poses_file;  ///< as for ReadTrajectory
-  std::string calib_file;  ///< T_body_sensor, as for ReadTrajectory; optional
-  std::string times_file;  ///< when each scan was taken, one line a scan; optional
+  std::string scans_dir{};   ///< as for ListScans
+  std::string poses_file{};  ///< as for ReadTrajectory
+  std::string calib_file{};  ///< T_body_sensor, as for ReadTrajectory; optional
+  std::string times_file{};  ///< when each scan was taken, one line a scan; optional
   PoseFormat format = PoseFormat::kAuto;
 };
 
 /// One scan of a drive, not read yet, and where it was taken.
 struct Frame {
-  std::string path;
-  std::string name;  ///< the file's name without its folder
+  std::string path{};
+  std::string name{};  ///< the file's name without its folder
   Pose T_map_sensor = Pose::Identity();
   std::int64_t stamp_ns = 0;  ///< of the scan, else of its pose; 0 if neither is known
 };

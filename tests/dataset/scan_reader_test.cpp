@@ -1,0 +1,210 @@
+#include "scanloc/dataset/scan_reader.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+
+#include "scanloc/core/limits.hpp"
+#include "support/real_data.hpp"
+#include "support/scan_files.hpp"
+#include "support/temp_dir.hpp"
+
+namespace scanloc::dataset {
+namespace {
+
+using test::KittiBytes;
+using test::RealData;
+using test::SomePoints;
+using test::TempDir;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
+constexpr float kInf = std::numeric_limits<float>::infinity();
+
+TEST(ScanReader, ReadsKittiBin) {
+  const TempDir dir;
+  const absl::StatusOr<Scan> scan = ReadScan(dir.Write("0.bin", KittiBytes(SomePoints(7))));
+  ASSERT_TRUE(scan.ok()) << scan.status();
+  EXPECT_EQ(scan->points, SomePoints(7));
+  EXPECT_EQ(scan->num_not_finite, 0U);
+}
+
+TEST(ScanReader, DropsAndCountsPointsThatAreNotFinite) {
+  const TempDir dir;
+  const PointCloud points = {{1, 2, 3},     {kNaN, 0, 0}, {4, 5, 6},   {0, kInf, 0},
+                             {0, 0, -kInf}, {7, 8, 9},    {10, 11, 12}};
+  const absl::StatusOr<Scan> scan = ReadScan(dir.Write("0.bin", KittiBytes(points)));
+  ASSERT_TRUE(scan.ok()) << scan.status();
+  EXPECT_EQ(scan->points, (PointCloud{{1, 2, 3}, {4, 5, 6}, {7, 8, 9}, {10, 11, 12}}));
+  EXPECT_EQ(scan->num_not_finite, 3U);
+}
+
+TEST(ScanReader, KeepsPointsBeyondTheLimitForTheVoxelFilterToCount) {
+  const TempDir dir;
+  const PointCloud points = {{1, 2, 3}, {5000, 0, 0}, {4, 5, 6}};
+  const absl::StatusOr<Scan> scan = ReadScan(dir.Write("0.bin", KittiBytes(points)));
+  ASSERT_TRUE(scan.ok()) << scan.status();
+  EXPECT_EQ(scan->points, points);
+}
+
+TEST(ScanReader, TakesExtensionsInEitherCase) {
+  const TempDir dir;
+  EXPECT_TRUE(ReadScan(dir.Write("0.BIN", KittiBytes(SomePoints(1)))).ok());
+  EXPECT_TRUE(IsScanFile("a/b.PcD"));
+  EXPECT_TRUE(IsScanFile("b.ply"));
+  EXPECT_FALSE(IsScanFile("b.obj"));
+  EXPECT_FALSE(IsScanFile("bin"));
+}
+
+TEST(ScanReader, SaysThatAFileIsMissing) {
+  const TempDir dir;
+  const absl::StatusOr<Scan> scan = ReadScan(dir.File("none.bin"));
+  EXPECT_EQ(scan.status().code(), absl::StatusCode::kNotFound);
+  EXPECT_THAT(std::string(scan.status().message()), HasSubstr("none.bin"));
+}
+
+std::string Garbage(std::size_t num_bytes) {
+  std::string bytes;
+  std::uint32_t state = 12345;
+  while (bytes.size() < num_bytes) {
+    state = state * 1664525U + 1013904223U;
+    bytes += static_cast<char>(state >> 24U);
+  }
+  return bytes;
+}
+
+struct BadFile {
+  std::string name;
+  std::string content;
+  std::string reason;
+};
+
+void ExpectRefusal(const BadFile& bad) {
+  SCOPED_TRACE(bad.name);
+  const TempDir dir;
+  const std::string path = dir.Write(bad.name, bad.content);
+  const absl::StatusOr<Scan> scan = ReadScan(path);
+  ASSERT_FALSE(scan.ok());
+  EXPECT_EQ(scan.status().code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_THAT(std::string(scan.status().message()), AllOf(HasSubstr(path), HasSubstr(bad.reason)));
+}
+
+TEST(ScanReader, RefusesBadFilesWithPathAndReason) {
+  const std::vector<BadFile> table = {
+      BadFile{"empty.bin", "", "empty"},
+      BadFile{"empty.pcd", "", "empty"},
+      BadFile{"empty.ply", "", "empty"},
+      BadFile{"cut.bin", KittiBytes(SomePoints(3)).substr(0, 47), "47 bytes"},
+      BadFile{"cut.bin", KittiBytes(SomePoints(3)).substr(0, 40), "velodyne_sync"},
+      BadFile{"garbage.bin", Garbage(16000), "no LiDAR returns"},
+      BadFile{"garbage.pcd", Garbage(16000), "PCD header"},
+      BadFile{"garbage.ply", Garbage(16000), "PLY header"},
+      BadFile{"nan.bin", KittiBytes(PointCloud(9, {kNaN, kNaN, kNaN})), "9 not finite"},
+      BadFile{"far.bin", KittiBytes(PointCloud(9, {1e30F, 0, 0})), "9 beyond 4096 m"},
+      BadFile{"tiny.bin", KittiBytes(PointCloud(9, {1.0F, 1e-30F, 0})), "9 with a coordinate"},
+      BadFile{"zero.bin", KittiBytes(PointCloud(9)), "zero"},
+      BadFile{"mesh.obj", "v 1 2 3\n", ".bin (KITTI), .pcd or .ply"},
+      BadFile{"noextension", KittiBytes(SomePoints(3)), "no scan file"}};
+  for (const BadFile& bad : table) ExpectRefusal(bad);
+}
+
+TEST(ScanReader, RefusesADirectory) {
+  const TempDir dir;
+  std::filesystem::create_directory(dir.path() / "folder.bin");
+  const absl::StatusOr<Scan> scan = ReadScan(dir.File("folder.bin"));
+  EXPECT_EQ(scan.status().code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_THAT(std::string(scan.status().message()), HasSubstr("directory"));
+}
+
+TEST(ScanReader, RefusesAPipeWithoutWaitingForIt) {
+  const TempDir dir;
+  ASSERT_EQ(mkfifo(dir.File("pipe.bin").c_str(), 0600), 0);
+  const absl::StatusOr<Scan> scan = ReadScan(dir.File("pipe.bin"));
+  EXPECT_EQ(scan.status().code(), absl::StatusCode::kInvalidArgument);
+}
+
+// Sparse: it takes no room on the disk.
+std::string WriteSparse(const TempDir& dir, const std::string& name, std::int64_t num_bytes) {
+  const std::string path = dir.Write(name, "");
+  std::filesystem::resize_file(path, static_cast<std::uintmax_t>(num_bytes));
+  return path;
+}
+
+TEST(ScanReader, RefusesAFileOverTheLimitOfBytes) {
+  const TempDir dir;
+  for (const char* name : {"big.bin", "big.pcd", "big.ply"}) {
+    const absl::StatusOr<Scan> scan =
+        ReadScan(WriteSparse(dir, name, limits::kMaxScanFileBytes + 1));
+    EXPECT_EQ(scan.status().code(), absl::StatusCode::kInvalidArgument);
+    EXPECT_THAT(std::string(scan.status().message()), HasSubstr("at most 536870912"));
+  }
+}
+
+TEST(ScanReader, RefusesABinOverTheLimitOfPoints) {
+  const TempDir dir;
+  const absl::StatusOr<Scan> scan = ReadScan(
+      WriteSparse(dir, "big.bin", 16 * (static_cast<std::int64_t>(limits::kMaxPointsPerScan) + 1)));
+  EXPECT_EQ(scan.status().code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_THAT(std::string(scan.status().message()), HasSubstr("at most 4000000"));
+}
+
+TEST(ScanReaderOnRealData, ReadsEveryFormatOrSaysWhyNot) {
+  SCANLOC_REAL_DATA_OR_SKIP(formats, "formats");
+  struct Expected {
+    std::string name;
+    std::size_t num_points;
+    std::size_t num_not_finite;
+    Point first;
+  };
+  const std::vector<Expected> all = {
+      {"apollo-with-nan.pcd", 101643, 9525, {-2.89481F, 0.992803F, -1.86707F}},
+      {"hdl32-padded-fields.pcd", 64545, 0, {0.461427F, -3.75802F, -2.24543F}},
+      {"vlp16-ascii.pcd", 22988, 0, {-1.14F, 0.0F, -0.3F}},
+      {"width-zero-compressed.pcd", 1790, 0, {12.3804F, -15.7828F, 3.96369F}}};
+  for (const Expected& expected : all) {
+    SCOPED_TRACE(expected.name);
+    const absl::StatusOr<Scan> scan = ReadScan(formats + "/" + expected.name);
+    ASSERT_TRUE(scan.ok()) << scan.status();
+    ASSERT_EQ(scan->points.size(), expected.num_points);
+    EXPECT_EQ(scan->num_not_finite, expected.num_not_finite);
+    for (const Point& p : scan->points) ASSERT_LT(std::hypot(p.x, p.y, p.z), 300.0F);
+    EXPECT_NEAR(scan->points[0].x, expected.first.x, 1e-4);
+    EXPECT_NEAR(scan->points[0].y, expected.first.y, 1e-4);
+    EXPECT_NEAR(scan->points[0].z, expected.first.z, 1e-4);
+  }
+  const absl::StatusOr<Scan> nclt = ReadScan(formats + "/nclt-velodyne-sync.bin");
+  EXPECT_EQ(nclt.status().code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_THAT(std::string(nclt.status().message()), HasSubstr("velodyne_sync"));
+  EXPECT_EQ(ReadScan(formats + "/delft-3dfier.obj").status().code(),
+            absl::StatusCode::kInvalidArgument);
+}
+
+// Every scan of the recorded drives: a street at the sensor's range, none of it dropped.
+TEST(ScanReaderOnRealData, ReadsEveryScanOfEveryFolder) {
+  bool any = false;
+  for (const char* folder : {"kitti-00-first-827m/velodyne", "kitti-00-full-scans",
+                             "mulran-kaist03-21/Scans", "nclt-2013-01-10/velodyne"}) {
+    const std::string path = RealData(folder);
+    if (path.empty()) continue;
+    for (const auto& entry : std::filesystem::directory_iterator(path)) {
+      any = true;
+      const absl::StatusOr<Scan> scan = ReadScan(entry.path().string());
+      ASSERT_TRUE(scan.ok()) << scan.status();
+      EXPECT_EQ(scan->num_not_finite, 0U) << entry.path();
+      ASSERT_GT(scan->points.size(), 1000U) << entry.path();
+      for (const Point& p : scan->points) {
+        ASSERT_LT(std::hypot(p.x, p.y, p.z), 300.0F) << entry.path();
+      }
+    }
+  }
+  if (!any) GTEST_SKIP() << "no real data under " << test::RealDataRoot();
+}
+
+}  // namespace
+}  // namespace scanloc::dataset

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "scanloc/core/point_cloud.hpp"
+
+namespace scanloc::test {
+
+/// Appends the bytes of a number, little endian.
+template <typename T>
+void AppendBytes(std::string& bytes, T value) {
+  const auto raw = std::bit_cast<std::array<char, sizeof(T)>>(value);
+  bytes.append(raw.data(), raw.size());
+}
+
+/// Appends the bytes of a number, big endian.
+template <typename T>
+void AppendBytesBigEndian(std::string& bytes, T value) {
+  auto raw = std::bit_cast<std::array<char, sizeof(T)>>(value);
+  std::reverse(raw.begin(), raw.end());
+  bytes.append(raw.data(), raw.size());
+}
+
+/// A KITTI .bin file of the points, with intensity 0.5.
+inline std::string KittiBytes(const PointCloud& points) {
+  std::string bytes;
+  for (const Point& p : points) {
+    for (const float value : {p.x, p.y, p.z, 0.5F}) AppendBytes(bytes, value);
+  }
+  return bytes;
+}
+
+/// A few points that are all different and exact in six decimal digits.
+inline PointCloud SomePoints(std::size_t num_points) {
+  PointCloud points;
+  for (std::size_t i = 0; i < num_points; ++i) {
+    const auto value = static_cast<float>(i);
+    points.push_back({1.0F + value, -0.25F * value, 0.5F - 0.125F * value});
+  }
+  return points;
+}
+
+}  // namespace scanloc::test
