@@ -44,6 +44,7 @@ DriveOptions Options(const TempDir& dir, const std::string& poses) {
 
 std::vector<std::string> Names(const std::vector<ScanFile>& scans) {
   std::vector<std::string> names;
+  names.reserve(scans.size());
   for (const ScanFile& scan : scans) names.push_back(scan.name);
   return names;
 }
@@ -59,6 +60,7 @@ std::vector<std::pair<std::string, double>> Pairs(const Drive& drive) {
 
 std::vector<std::int64_t> Stamps(const Drive& drive) {
   std::vector<std::int64_t> stamps_ns;
+  stamps_ns.reserve(drive.frames.size());
   for (const Frame& frame : drive.frames) stamps_ns.push_back(frame.stamp_ns);
   return stamps_ns;
 }
@@ -240,6 +242,7 @@ TEST(OpenDrive, PairsStampedPosesByRowWhereScansHaveNoStamps) {
 
 std::vector<Frame> FramesAt(const std::vector<double>& xs) {
   std::vector<Frame> frames;
+  frames.reserve(xs.size());
   for (const double x : xs) {
     frames.push_back({.T_map_sensor = Pose(Eigen::Translation3d(x, 0, 0))});
   }
@@ -260,8 +263,8 @@ TEST(SelectBySpacing, KeepsAllWithoutSpacing) {
 }
 
 TEST(SelectBySpacing, TakesDrivesSpacedEvenlyWithRounding) {
-  std::vector<double> xs;
-  for (int i = 0; i < 100; ++i) xs.push_back(1.5 * i - (i % 2) * 1e-5);
+  std::vector<double> xs(100);
+  for (int i = 0; i < 100; ++i) xs[i] = 1.5 * i - (i % 2) * 1e-5;
   EXPECT_EQ(SelectBySpacing(FramesAt(xs), 1.5).size(), 100U);
 }
 
@@ -277,7 +280,7 @@ TEST(OpenDriveOnRealData, OpensEveryDriveAndReadsItsFirstScan) {
   for (const auto& [folder, num_frames, has_times] :
        {Expected{"nclt-2013-01-10", 551, true}, Expected{"kitti-00-first-827m", 456, false},
         Expected{"mulran-kaist03-21", 21, true}}) {
-    const std::string path = root + "/../" + folder;
+    const std::string path = absl::StrCat(root, "/../", folder);
     DriveOptions options{.scans_dir = path, .poses_file = path + "/poses.txt"};
     if (has_times) options.times_file = path + "/times.txt";
     const auto drive = OpenDrive(options);

@@ -131,7 +131,7 @@ TEST(ScanReader, RefusesAPipeWithoutWaitingForIt) {
 
 // Sparse: it takes no room on the disk.
 std::string WriteSparse(const TempDir& dir, const std::string& name, std::int64_t num_bytes) {
-  const std::string path = dir.Write(name, "");
+  std::string path = dir.Write(name, "");
   std::filesystem::resize_file(path, static_cast<std::uintmax_t>(num_bytes));
   return path;
 }

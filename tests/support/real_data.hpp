@@ -29,6 +29,6 @@ inline std::string RealData(const std::string& relative) {
 /// Declares `const std::string name`, the path of real data; skips the test where it is absent.
 #define SCANLOC_REAL_DATA_OR_SKIP(name, relative)                                  \
   const std::string name = ::scanloc::test::RealData(relative);                    \
-  if (name.empty())                                                                \
+  if ((name).empty())                                                              \
   GTEST_SKIP() << "no real data: " << ::scanloc::test::RealDataRoot() / (relative) \
                << " is absent; set SCANLOC_DATA to it"
