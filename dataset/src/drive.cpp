@@ -13,6 +13,7 @@
 #include "absl/strings/str_cat.h"
 #include "decimal_time.hpp"
 #include "scanloc/dataset/scan_reader.hpp"
+#include "text.hpp"
 
 namespace scanloc::dataset {
 namespace {
@@ -21,9 +22,7 @@ namespace fs = std::filesystem;
 
 constexpr std::string_view kDigits = "0123456789";
 
-absl::Status Bad(std::string_view reason) {
-  return absl::InvalidArgumentError(std::string(reason));
-}
+absl::Status Bad(std::string_view reason) { return absl::InvalidArgumentError(ToAbsl(reason)); }
 
 absl::StatusOr<std::vector<ScanFile>> ListFolder(const fs::path& folder) {
   std::error_code error;
@@ -64,7 +63,7 @@ std::optional<std::int64_t> StampOfName(std::string_view name) {
     return is_decimal ? ParseSecondsAsNs(stem) : std::nullopt;
   }
   std::int64_t value = 0;
-  if (!IsNumber(stem) || !absl::SimpleAtoi(absl::string_view(stem.data(), stem.size()), &value)) {
+  if (!IsNumber(stem) || !absl::SimpleAtoi(ToAbsl(stem), &value)) {
     return std::nullopt;
   }
   if (stem.size() == 19) return value;

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "text.hpp"
 
 namespace scanloc::dataset {
 namespace {
@@ -73,7 +74,7 @@ absl::StatusOr<FileBytes> ReadFileBytes(const std::string& path, std::int64_t ma
 
 absl::Status Annotate(const absl::Status& status, std::string_view context) {
   if (status.ok()) return status;
-  return {status.code(), absl::StrCat(std::string(context), ": ", status.message())};
+  return {status.code(), absl::StrCat(ToAbsl(context), ": ", status.message())};
 }
 
 }  // namespace scanloc::dataset

@@ -50,7 +50,7 @@ absl::Status CheckPlausible(const Scan& scan, std::size_t num_points) {
       absl::StrCat(num_bad, " of its ", num_points, " points are no LiDAR returns in metres (",
                    count.num_not_finite, " not finite, ", count.num_beyond_limit, " beyond ",
                    limits::kMaxCoordinate_m, " m, ", count.num_tiny,
-                   " with a coordinate below a micrometre)", std::string(kOtherLayouts)));
+                   " with a coordinate below a micrometre)", ToAbsl(kOtherLayouts)));
 }
 
 }  // namespace
@@ -59,7 +59,7 @@ absl::StatusOr<Scan> DecodeKittiBin(std::string_view bytes) {
   if (bytes.size() % kRecordBytes != 0) {
     return absl::InvalidArgumentError(
         absl::StrCat("its ", bytes.size(), " bytes are not a multiple of ", kRecordBytes,
-                     ": truncated or not a KITTI scan", std::string(kOtherLayouts)));
+                     ": truncated or not a KITTI scan", ToAbsl(kOtherLayouts)));
   }
   const std::size_t num_points = bytes.size() / kRecordBytes;
   if (num_points > limits::kMaxPointsPerScan) {

@@ -25,12 +25,12 @@ struct RawHeader {
 };
 
 absl::Status Bad(std::string_view reason) {
-  return absl::InvalidArgumentError(absl::StrCat("PCD header: ", std::string(reason)));
+  return absl::InvalidArgumentError(absl::StrCat("PCD header: ", ToAbsl(reason)));
 }
 
 template <typename Int>
 bool ParseNumber(std::string_view token, Int& value) {
-  return absl::SimpleAtoi(absl::string_view(token.data(), token.size()), &value);
+  return absl::SimpleAtoi(ToAbsl(token), &value);
 }
 
 absl::Status ParseFields(const Tokens& tokens, PcdHeader& header) {
@@ -49,7 +49,7 @@ absl::Status ParseFields(const Tokens& tokens, PcdHeader& header) {
 absl::Status ParsePerField(const Tokens& tokens, PcdHeader& header) {
   const std::string_view key = tokens[0];
   if (tokens.size() - 1 != header.fields.size()) {
-    return Bad(absl::StrCat(std::string(key), " has ", tokens.size() - 1, " values for ",
+    return Bad(absl::StrCat(ToAbsl(key), " has ", tokens.size() - 1, " values for ",
                             header.fields.size(), " fields"));
   }
   for (std::size_t i = 0; i < header.fields.size(); ++i) {
@@ -66,7 +66,7 @@ absl::Status ParsePerField(const Tokens& tokens, PcdHeader& header) {
       ok = ParseNumber(token, field.count) && field.count >= 1 && field.count <= kMaxRecordBytes;
     }
     if (!ok) {
-      return Bad(absl::StrCat(std::string(key), " ", Quote(token), " of field ", Quote(field.name),
+      return Bad(absl::StrCat(ToAbsl(key), " ", Quote(token), " of field ", Quote(field.name),
                               " is not known"));
     }
   }
@@ -76,7 +76,7 @@ absl::Status ParsePerField(const Tokens& tokens, PcdHeader& header) {
 absl::Status ParseCount(const Tokens& tokens, std::optional<std::uint64_t>& count) {
   std::uint64_t value = 0;
   if (tokens.size() != 2 || !ParseNumber(tokens[1], value)) {
-    return Bad(absl::StrCat(std::string(tokens[0]), " is not one whole number"));
+    return Bad(absl::StrCat(ToAbsl(tokens[0]), " is not one whole number"));
   }
   count = value;
   return absl::OkStatus();
@@ -163,13 +163,13 @@ absl::Status CheckCoordinates(const PcdHeader& header) {
     const auto is_it = [name](const PcdField& field) { return field.name == name; };
     const auto num = std::count_if(header.fields.begin(), header.fields.end(), is_it);
     if (num != 1) {
-      return Bad(absl::StrCat("has ", num, " fields named ", std::string(name), "; one is needed"));
+      return Bad(absl::StrCat("has ", num, " fields named ", ToAbsl(name), "; one is needed"));
     }
     const auto field = std::find_if(header.fields.begin(), header.fields.end(), is_it);
     if (field->type != 'F' || field->count != 1 || (field->size != 4 && field->size != 8)) {
-      return Bad(absl::StrCat("field ", std::string(name), " has TYPE ",
-                              std::string(1, field->type), " SIZE ", field->size, " COUNT ",
-                              field->count, "; TYPE F, SIZE 4 or 8 and COUNT 1 are read"));
+      return Bad(absl::StrCat("field ", ToAbsl(name), " has TYPE ", std::string(1, field->type),
+                              " SIZE ", field->size, " COUNT ", field->count,
+                              "; TYPE F, SIZE 4 or 8 and COUNT 1 are read"));
     }
   }
   return absl::OkStatus();

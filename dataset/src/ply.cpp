@@ -37,7 +37,7 @@ struct PlyHeader {
 };
 
 absl::Status Bad(std::string_view reason) {
-  return absl::InvalidArgumentError(absl::StrCat("PLY header: ", std::string(reason)));
+  return absl::InvalidArgumentError(absl::StrCat("PLY header: ", ToAbsl(reason)));
 }
 
 absl::Status ParseFormat(const Tokens& tokens, PlyHeader& header) {
@@ -55,8 +55,7 @@ absl::Status ParseFormat(const Tokens& tokens, PlyHeader& header) {
 
 absl::Status ParseElement(const Tokens& tokens, PlyHeader& header) {
   std::uint64_t count = 0;
-  if (tokens.size() != 3 ||
-      !absl::SimpleAtoi(absl::string_view(tokens[2].data(), tokens[2].size()), &count)) {
+  if (tokens.size() != 3 || !absl::SimpleAtoi(ToAbsl(tokens[2]), &count)) {
     return Bad("element line is not \"element NAME COUNT\"");
   }
   if (header.num_elements++ > 0) {
@@ -141,7 +140,7 @@ absl::StatusOr<std::array<std::size_t, 3>> FindCoordinates(const PlyHeader& head
     const auto& all = header.properties;
     const auto property = std::find_if(all.begin(), all.end(), is_it);
     if (std::count_if(all.begin(), all.end(), is_it) != 1 || !property->is_float) {
-      return Bad(absl::StrCat("a vertex needs one property ", std::string(kNames[i]),
+      return Bad(absl::StrCat("a vertex needs one property ", ToAbsl(kNames[i]),
                               " of type float or double"));
     }
     xyz[i] = static_cast<std::size_t>(property - all.begin());

@@ -63,7 +63,7 @@ Scan ReadBlock(const std::array<Coordinate, 3>& xyz, std::size_t num_points, con
 
 absl::Status BadRow(const LineReader& lines, std::string_view reason) {
   return absl::InvalidArgumentError(
-      absl::StrCat("line ", lines.line_number(), ": ", std::string(reason)));
+      absl::StrCat("line ", lines.line_number(), ": ", ToAbsl(reason)));
 }
 
 }  // namespace
@@ -95,7 +95,7 @@ absl::StatusOr<Scan> ReadTextRows(const RowLayout& layout, std::size_t num_rows,
     std::array<float, 3> xyz{};
     for (std::size_t i = 0; i < 3; ++i) {
       const std::string_view token = tokens[layout.xyz[i]];
-      if (!absl::SimpleAtof({token.data(), token.size()}, &xyz[i])) {
+      if (!absl::SimpleAtof(ToAbsl(token), &xyz[i])) {
         return BadRow(lines, absl::StrCat(Quote(token), " is not a number"));
       }
     }

@@ -34,9 +34,7 @@ constexpr std::array<FormatInfo, 4> kFormats = {{{PoseFormat::kAuto, "auto", 0},
 
 const FormatInfo& Info(PoseFormat format) { return kFormats[static_cast<std::size_t>(format)]; }
 
-absl::Status Bad(std::string_view reason) {
-  return absl::InvalidArgumentError(std::string(reason));
-}
+absl::Status Bad(std::string_view reason) { return absl::InvalidArgumentError(ToAbsl(reason)); }
 
 // The values of a row: between commas if it has any, else between blanks.
 void SplitRow(std::string_view row, Tokens& tokens) {
@@ -48,7 +46,7 @@ void SplitRow(std::string_view row, Tokens& tokens) {
     SplitAtBlanks(row.substr(0, comma), words);
     // Two words between commas are one bad value, and none is one too: both fail to parse.
     tokens.push_back(words.size() == 1 ? words[0] : row.substr(0, comma));
-    more = comma != std::string_view::npos;
+    more = comma != std::string_view::npos && tokens.size() < kMaxTokens;
     if (more) row.remove_prefix(comma + 1);
   }
 }
@@ -98,7 +96,7 @@ template <std::size_t kNum>
 absl::StatusOr<std::array<double, kNum>> ParseValues(std::span<const std::string_view> tokens) {
   std::array<double, kNum> values{};
   for (std::size_t i = 0; i < kNum; ++i) {
-    if (!absl::SimpleAtod({tokens[i].data(), tokens[i].size()}, &values[i])) {
+    if (!absl::SimpleAtod(ToAbsl(tokens[i]), &values[i])) {
       return Bad(absl::StrCat(Quote(tokens[i]), " is not a number"));
     }
   }
@@ -127,7 +125,7 @@ absl::StatusOr<std::int64_t> ParseSeconds(std::string_view token) {
 
 absl::StatusOr<std::int64_t> ParseNanoseconds(std::string_view token) {
   std::int64_t ns = 0;
-  if (!absl::SimpleAtoi(absl::string_view(token.data(), token.size()), &ns)) {
+  if (!absl::SimpleAtoi(ToAbsl(token), &ns)) {
     return Bad(absl::StrCat(Quote(token), " is not a stamp in whole nanoseconds"));
   }
   return ns;

@@ -23,8 +23,7 @@ constexpr std::array<Format, 3> kFormats = {
 const Format* FindFormat(std::string_view path) {
   const auto* const format =
       std::find_if(kFormats.begin(), kFormats.end(), [path](const Format& candidate) {
-        return absl::EndsWithIgnoreCase({path.data(), path.size()},
-                                        {candidate.extension.data(), candidate.extension.size()});
+        return absl::EndsWithIgnoreCase(ToAbsl(path), ToAbsl(candidate.extension));
       });
   return format == kFormats.end() ? nullptr : format;
 }

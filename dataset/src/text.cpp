@@ -24,7 +24,7 @@ std::optional<std::string_view> LineReader::Next() {
 void SplitAtBlanks(std::string_view line, std::vector<std::string_view>& tokens) {
   tokens.clear();
   std::size_t i = 0;
-  while (i < line.size()) {
+  while (i < line.size() && tokens.size() < kMaxTokens) {
     while (i < line.size() && IsBlank(line[i])) ++i;
     const std::size_t begin = i;
     while (i < line.size() && !IsBlank(line[i])) ++i;

@@ -6,6 +6,8 @@
 #include <string_view>
 #include <vector>
 
+#include "absl/strings/string_view.h"
+
 namespace scanloc::dataset {
 
 /// Walks through the lines of a text, counting them; takes "\n" and "\r\n" ends.
@@ -27,8 +29,14 @@ class LineReader {
   std::size_t line_number_;
 };
 
-/// The tokens of a line, between any number of blanks; tokens is overwritten.
+/// Most tokens that a line is split into; more than any format reads.
+inline constexpr std::size_t kMaxTokens = 100'000;
+
+/// The first kMaxTokens tokens of a line, between any number of blanks; tokens is overwritten.
 void SplitAtBlanks(std::string_view line, std::vector<std::string_view>& tokens);
+
+/// The same text for absl, whose string_view is a type of its own in Debian 12.
+inline absl::string_view ToAbsl(std::string_view text) { return {text.data(), text.size()}; }
 
 /// A token of untrusted text for a message: at most 40 bytes, quoted, unprintable bytes as "?".
 [[nodiscard]] std::string Quote(std::string_view token);

@@ -156,6 +156,14 @@ TEST(PoseReader, GivesPosesOrARefusalWhateverHappensToTheFile) {
   }
 }
 
+TEST(PoseReader, RefusesALineOfAMillionValues) {
+  for (const char* value : {"1 ", "1,"}) {
+    std::string content;
+    for (int i = 0; i < 1'000'000; ++i) content += value;
+    EXPECT_EQ(Read(content).status().code(), absl::StatusCode::kInvalidArgument);
+  }
+}
+
 TEST(PoseReader, SaysThatAFileIsMissing) {
   const TempDir dir;
   EXPECT_EQ(ReadTrajectory(dir.File("none.txt")).status().code(), absl::StatusCode::kNotFound);
