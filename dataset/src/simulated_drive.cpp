@@ -22,7 +22,7 @@ constexpr double kNaturalTilt_deg = 0.2;  // standard deviation, cut off at kMax
 constexpr double kMaxNaturalTilt_deg = 0.5;
 
 /// How far left of its line the driver is, smooth along the route and within ±0.4 m.
-double Wobble_m(std::uint64_t seed, double along_m) {
+double Wobble(std::uint64_t seed, double along_m) {
   const double knot = std::floor(along_m / kWobbleLength_m);
   const double f = along_m / kWobbleLength_m - knot;
   const auto at = [&](double i) {
@@ -50,13 +50,12 @@ Eigen::Matrix3d Attitude(const Eigen::Vector2d& heading, double pitch_rad, doubl
 Pose MakePose(const Town& town, const SessionOptions& options, double along_m, Random random) {
   const std::uint64_t wobble_seed = Mix(options.session_seed, 0x30B);
   const auto driven = [&](double s) {
-    const double offset = DrivenOffset_m(options) + Wobble_m(wobble_seed, s);
+    const double offset = DrivenOffset(options) + Wobble(wobble_seed, s);
     return Eigen::Vector2d(town.route.At(s) + LeftOf(town.route.Tangent(s)) * offset);
   };
   const Eigen::Vector2d at = driven(along_m);
   const Eigen::Vector2d tangent = town.route.Tangent(along_m);
-  const double drift =
-      (Wobble_m(wobble_seed, along_m + 0.5) - Wobble_m(wobble_seed, along_m - 0.5));
+  const double drift = (Wobble(wobble_seed, along_m + 0.5) - Wobble(wobble_seed, along_m - 0.5));
   // CosSin of the small drift angle, without an arc tangent.
   const double norm = std::sqrt(1.0 + drift * drift);
   Eigen::Vector2d heading = (tangent + LeftOf(tangent) * drift) / norm;

@@ -246,7 +246,7 @@ Path MakeLeg(const Street& street, bool forward) {
 
 /// How far before a crossing the turn from one leg into the next begins, so that the bend has
 /// kRadius_m where the streets are long enough.
-double TurnReach_m(const Path& leg, const Path& next) {
+double TurnReach(const Path& leg, const Path& next) {
   constexpr double kRadius_m = 9.0;
   const double cos = leg.Tangent(leg.length_m()).dot(next.Tangent(0.0));
   const double tan_half = std::sqrt((1.0 - cos) / std::max(1.0 + cos, 1e-3));
@@ -290,7 +290,7 @@ Path MakeRoute(const Grid& grid, const std::vector<Street>& streets, double leng
   for (std::size_t i = 0; i + 1 < legs.size(); ++i) {
     const Path& leg = legs[i];
     const Path& next = legs[i + 1];
-    const double reach = TurnReach_m(leg, next);
+    const double reach = TurnReach(leg, next);
     const double end_m = leg.length_m() - reach;
     for (double s = cut_m; s < end_m; s += Path::kStep_m) polyline.push_back(leg.At(s));
     AppendTurn(leg.At(end_m), leg.Tangent(end_m), next.At(reach), next.Tangent(reach), polyline);

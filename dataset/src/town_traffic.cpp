@@ -77,11 +77,11 @@ bool IsInTheWay(const Solid& solid, const Eigen::Vector2d& own, const Eigen::Vec
 
 }  // namespace
 
-double DrivenOffset_m(const SessionOptions& options) { return options.lane_shift_m - kRightLane_m; }
+double DrivenOffset(const SessionOptions& options) { return options.lane_shift_m - kRightLane_m; }
 
 std::vector<Solid> MakeStandingTraffic(const Town& town, const SessionOptions& options) {
   Site own_way;
-  own_way.KeepFree(town.route, kOwnHalfWidth_m + 0.3, DrivenOffset_m(options));
+  own_way.KeepFree(town.route, kOwnHalfWidth_m + 0.3, DrivenOffset(options));
   const std::uint64_t seed = Mix(options.session_seed, 0x9A);
   std::vector<Solid> standing;
   const auto add_clear = [&](const std::vector<Solid>& solids) {

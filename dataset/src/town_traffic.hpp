@@ -8,7 +8,7 @@
 namespace scanloc::dataset {
 
 /// Signed distance of the driven line from the route's centre line, to the left [m].
-[[nodiscard]] double DrivenOffset_m(const SessionOptions& options);
+[[nodiscard]] double DrivenOffset(const SessionOptions& options);
 
 /// What stands still during one session only: parked vehicles, and the changeable things that are
 /// there. Nothing stands in the way of the session's own vehicle.

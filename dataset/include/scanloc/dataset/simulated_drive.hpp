@@ -59,7 +59,8 @@ class SimulatedDrive {
   /// Number of scans, at least 1. The methods below require i < size().
   [[nodiscard]] std::size_t size() const;
   /// The sensor's true pose in the town's frame.
-  [[nodiscard]] const Pose& T_map_sensor(std::size_t i) const;
+  [[nodiscard]] const Pose& T_map_sensor(  // NOLINT(readability-identifier-naming): frames in names
+      std::size_t i) const;
   /// When the scan was taken, from 0 at the first scan.
   [[nodiscard]] std::int64_t stamp_ns(std::size_t i) const;
   /// Casts the scan: some milliseconds.
