@@ -1,0 +1,88 @@
+#pragma once
+
+#include <Eigen/Geometry>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "scanloc/core/map.hpp"
+#include "scanloc/core/params.hpp"
+
+/// The map file (docs/map_format.md): one SQLite database, by convention named *.scanloc.
+///
+/// Every function here opens the file read-only and may be called from any thread. A file that a
+/// killed build left with an unfinished write is rolled back to the last commit first, which needs
+/// the right to write it once.
+///
+/// Whatever was done to a file, a call gives either exactly what was written or one of
+///   NotFound            no such file
+///   InvalidArgument     a directory, not SQLite, or the database of another application
+///   FailedPrecondition  written by a newer version, or an unfinished write that may not be undone
+///   DataLoss            truncated or damaged: a checksum, the schema or an invariant does not hold
+///   Unavailable         a build kept the file locked for longer than a few seconds
+///   ResourceExhausted   over one of limits.hpp
+namespace scanloc::mapdb {
+
+/// One drive in a map.
+struct SessionInfo {
+  std::string name;
+  std::int64_t num_scans = 0;       ///< planned
+  std::int64_t num_places = 0;      ///< built so far
+  std::int64_t num_empty = 0;       ///< scans without a point in range: no place
+  std::int64_t num_unreadable = 0;  ///< scans passed over because they could not be read
+  std::int64_t first_stamp_ns = 0;  ///< of its places; 0 where it has none
+  std::int64_t last_stamp_ns = 0;
+
+  /// False: the build was stopped before its last scan, and can be resumed.
+  [[nodiscard]] bool complete() const {
+    return num_places + num_empty + num_unreadable == num_scans;
+  }
+};
+
+/// What a map file says of itself.
+struct MapInfo {
+  int schema_version = 0;
+  int compatible_version = 0;  ///< oldest schema version whose readers can read the file
+  std::string built_by;        ///< program and version that created the file
+  std::string content_id;      ///< as in Map
+  bool complete = false;       ///< every session is
+  Params params;
+  std::vector<SessionInfo> sessions;
+  std::int64_t num_scans = 0;  ///< sums over the sessions
+  std::int64_t num_places = 0;
+  std::int64_t num_empty = 0;
+  std::int64_t num_unreadable = 0;
+  std::int64_t first_stamp_ns = 0;
+  std::int64_t last_stamp_ns = 0;
+  Eigen::AlignedBox3d
+      extent_m;  ///< of the positions of the places, map frame; isEmpty() without any
+  std::int64_t file_bytes = 0;
+};
+
+/// One place as the file holds it, without its contexts.
+struct PlaceRecord {
+  Place place;
+  std::string scan;              ///< name of the scan it was made of
+  std::uint32_t num_voxels = 0;  ///< as in PlaceDescriptor
+};
+
+/// The whole map, ready for Localizer::Create. Every checksum is checked and the content id
+/// recomputed. An incomplete map gives what was committed.
+[[nodiscard]] absl::StatusOr<Map> LoadMap(const std::string& path);
+
+/// What the file says of itself; does not read the contexts, so damage to them goes unseen.
+[[nodiscard]] absl::StatusOr<MapInfo> ReadInfo(const std::string& path);
+
+/// All places in the order built; does not read the contexts.
+[[nodiscard]] absl::StatusOr<std::vector<PlaceRecord>> ReadPlaces(const std::string& path);
+
+/// Checks the whole file and tells everything that is damaged, a line each; none: it is sound.
+///
+/// Checks SQLite's own structure, schema, checksums, parameters, sessions, poses, shapes and
+/// heights of contexts, keys against cells, and the content id. At most kMaxProblems lines.
+/// An error only where there is nothing to check: no file, not a map, or a newer one.
+inline constexpr std::size_t kMaxProblems = 100;
+[[nodiscard]] absl::StatusOr<std::vector<std::string>> Verify(const std::string& path);
+
+}  // namespace scanloc::mapdb

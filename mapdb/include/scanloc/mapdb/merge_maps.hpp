@@ -1,0 +1,20 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "absl/status/statusor.h"
+
+namespace scanloc::mapdb {
+
+/// Writes a new map that holds the sessions of all inputs, in their order, and gives its content
+/// id.
+///
+/// Sessions without a place are left out. AlreadyExists if there is a file at `out`;
+/// FailedPrecondition if an input is incomplete, parameters differ (names the first difference) or
+/// two sessions have one name; InvalidArgument without an input or a place; else the errors of
+/// map_file.hpp and MapBuilder, naming the input. On failure there is no file at `out`.
+[[nodiscard]] absl::StatusOr<std::string> MergeMaps(const std::string& out,
+                                                    const std::vector<std::string>& inputs);
+
+}  // namespace scanloc::mapdb
