@@ -1,0 +1,215 @@
+#include "scanloc/mapdb/build_map.hpp"
+
+#include <algorithm>
+#include <condition_variable>
+#include <mutex>
+#include <optional>
+#include <system_error>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "scanloc/core/descriptor.hpp"
+
+namespace scanloc::mapdb {
+namespace {
+
+constexpr int kMaxThreads = 256;
+constexpr std::size_t kWindowPerThread = 4;
+
+// What became of one scan.
+struct DescribedScan {
+  absl::Status load_status;
+  PlaceDescriptor descriptor;
+  ScanCounts counts;
+};
+
+// Loads and describes scans on threads, ahead of the one who takes them in order by no more than a
+// window.
+class ScanPipeline {
+ public:
+  ScanPipeline(const ScanLoader& load_scan, std::size_t first, std::size_t end, std::size_t window)
+      : load_scan_(load_scan), next_claim_(first), next_take_(first), end_(end), window_(window) {}
+
+  ScanPipeline(const ScanPipeline&) = delete;
+  ScanPipeline& operator=(const ScanPipeline&) = delete;
+
+  ~ScanPipeline() {
+    {
+      const std::lock_guard lock(mutex_);
+      is_stopped_ = true;
+    }
+    may_claim_.notify_all();
+    for (std::thread& thread : threads_) thread.join();
+  }
+
+  absl::Status Start(std::vector<Describer> describers) {
+    describers_ = std::move(describers);
+    slots_.resize(window_);
+    for (Describer& describer : describers_) {
+      try {
+        threads_.emplace_back([this, &describer] { Work(describer); });
+      } catch (const std::system_error& error) {
+        if (!threads_.empty()) break;
+        return absl::ResourceExhaustedError(
+            absl::StrCat("cannot start a thread: ", error.what(), "; end other programs"));
+      }
+    }
+    return absl::OkStatus();
+  }
+
+  // The next scan in order; waits for it.
+  DescribedScan Take() {
+    std::unique_lock lock(mutex_);
+    std::optional<DescribedScan>& slot = slots_[next_take_ % window_];
+    is_ready_.wait(lock, [&] { return slot.has_value(); });
+    DescribedScan scan = *std::move(slot);
+    slot.reset();
+    ++next_take_;
+    may_claim_.notify_one();
+    return scan;
+  }
+
+ private:
+  void Work(Describer& describer) {
+    while (const std::optional<std::size_t> scan = Claim()) {
+      DescribedScan result;
+      absl::StatusOr<PointCloud> points = load_scan_(*scan);
+      result.load_status = points.status();
+      if (points.ok()) result.descriptor = describer.DescribePlace(*points, &result.counts);
+      const std::lock_guard lock(mutex_);
+      slots_[*scan % window_] = std::move(result);
+      is_ready_.notify_one();
+    }
+  }
+
+  std::optional<std::size_t> Claim() {
+    std::unique_lock lock(mutex_);
+    may_claim_.wait(lock, [&] {
+      return is_stopped_ || next_claim_ == end_ || next_claim_ < next_take_ + window_;
+    });
+    if (is_stopped_ || next_claim_ == end_) return std::nullopt;
+    return next_claim_++;
+  }
+
+  const ScanLoader& load_scan_;
+  std::vector<Describer> describers_;
+  std::mutex mutex_;
+  std::condition_variable may_claim_;
+  std::condition_variable is_ready_;
+  std::size_t next_claim_;
+  std::size_t next_take_;
+  const std::size_t end_;
+  const std::size_t window_;
+  bool is_stopped_ = false;
+  std::vector<std::optional<DescribedScan>> slots_;
+  std::vector<std::thread> threads_;
+};
+
+absl::StatusOr<MapBuilder> OpenBuilder(const BuildOptions& options, const SessionPlan& plan) {
+  switch (options.mode) {
+    case BuildMode::kCreate:
+      return MapBuilder::Create(options.path, options.params, plan);
+    case BuildMode::kAppend:
+      return MapBuilder::Append(options.path, plan);
+    case BuildMode::kResume:
+      return MapBuilder::Resume(options.path, options.params, plan);
+  }
+  return absl::InvalidArgumentError("unknown build mode");
+}
+
+absl::StatusOr<std::vector<Describer>> MakeDescribers(const Params& params, std::size_t count) {
+  std::vector<Describer> describers;
+  for (std::size_t i = 0; i < count; ++i) {
+    absl::StatusOr<Describer> describer = Describer::Create(params);
+    if (!describer.ok()) return describer.status();
+    describers.push_back(*std::move(describer));
+  }
+  return describers;
+}
+
+absl::Status NameScan(const absl::Status& status, const SessionPlan& plan, std::size_t scan) {
+  return {status.code(), absl::StrCat("scan ", scan + 1, " of ", plan.scans.size(), " ('",
+                                      plan.scans[scan].name, "'): ", status.message())};
+}
+
+// Writes one scan into the map, or counts why not.
+absl::Status WriteScan(const DescribedScan& scan, bool skip_unreadable, MapBuilder& builder,
+                       BuildSummary& summary) {
+  if (!scan.load_status.ok()) {
+    const absl::Status named = NameScan(scan.load_status, builder.plan(), builder.next_scan());
+    if (!skip_unreadable) return named;
+    if (summary.num_unreadable++ == 0) summary.first_unreadable = std::string(named.message());
+    return builder.Skip(SkipReason::kUnreadable);
+  }
+  summary.num_points += static_cast<std::int64_t>(scan.counts.num_points);
+  summary.num_points_not_finite += static_cast<std::int64_t>(scan.counts.num_not_finite);
+  if (scan.descriptor.num_voxels == 0) {
+    ++summary.num_empty;
+    return builder.Skip(SkipReason::kEmpty);
+  }
+  ++summary.num_places;
+  return builder.Add(scan.descriptor);
+}
+
+absl::Status BuildAll(const BuildOptions& options, const ScanLoader& load_scan,
+                      const ProgressCallback& progress, MapBuilder& builder,
+                      BuildSummary& summary) {
+  const std::size_t num_scans = builder.plan().scans.size();
+  const std::size_t num_left = num_scans - builder.next_scan();
+  if (num_left == 0) return absl::OkStatus();
+  const std::size_t wanted = options.num_threads > 0
+                                 ? static_cast<std::size_t>(options.num_threads)
+                                 : std::max(1U, std::thread::hardware_concurrency());
+  absl::StatusOr<std::vector<Describer>> describers =
+      MakeDescribers(builder.params(), std::min({wanted, num_left, std::size_t{kMaxThreads}}));
+  if (!describers.ok()) return describers.status();
+  ScanPipeline pipeline(load_scan, builder.next_scan(), num_scans,
+                        kWindowPerThread * describers->size());
+  if (absl::Status status = pipeline.Start(*std::move(describers)); !status.ok()) return status;
+
+  for (int num_uncommitted = 1; builder.next_scan() < num_scans; ++num_uncommitted) {
+    absl::Status status = WriteScan(pipeline.Take(), options.skip_unreadable, builder, summary);
+    if (status.ok() && num_uncommitted % options.commit_interval == 0) status = builder.Commit();
+    if (!status.ok()) return status;
+    if (progress) progress({builder.next_scan(), num_scans});
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+absl::Status Validate(const BuildOptions& options) {
+  if (options.path.empty()) return absl::InvalidArgumentError("path is empty; name the map file");
+  if (options.num_threads < 0 || options.num_threads > kMaxThreads) {
+    return absl::InvalidArgumentError(absl::StrCat("num_threads is ", options.num_threads,
+                                                   "; it must be in [0, ", kMaxThreads, "]"));
+  }
+  if (options.commit_interval < 1) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("commit_interval is ", options.commit_interval, "; it must be at least 1"));
+  }
+  return options.mode == BuildMode::kAppend ? absl::OkStatus() : scanloc::Validate(options.params);
+}
+
+absl::StatusOr<BuildSummary> BuildMap(const BuildOptions& options, const SessionPlan& plan,
+                                      const ScanLoader& load_scan,
+                                      const ProgressCallback& progress) {
+  if (absl::Status status = Validate(options); !status.ok()) return status;
+  absl::StatusOr<MapBuilder> builder = OpenBuilder(options, plan);
+  if (!builder.ok()) return builder.status();
+  BuildSummary summary;
+  if (absl::Status status = BuildAll(options, load_scan, progress, *builder, summary);
+      !status.ok()) {
+    const absl::Status committed = builder->Commit();
+    return committed.ok() ? status : committed;
+  }
+  absl::StatusOr<std::string> content_id = builder->Finish();
+  if (!content_id.ok()) return content_id.status();
+  summary.content_id = *std::move(content_id);
+  summary.num_places_in_map = builder->num_places();
+  return summary;
+}
+
+}  // namespace scanloc::mapdb

@@ -1,0 +1,290 @@
+#include "encoding.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <charconv>
+#include <functional>
+#include <map>
+#include <type_traits>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_join.h"
+#include "scanloc/core/descriptor.hpp"
+#include "scanloc/core/limits.hpp"
+
+namespace scanloc::mapdb {
+namespace {
+
+constexpr double kRigidTolerance = 1e-6;
+
+template <typename T>
+void PutLittleEndian(T value, std::byte* bytes) {
+  using Bits = std::make_unsigned_t<T>;
+  for (std::size_t i = 0; i < sizeof(T); ++i) {
+    bytes[i] = static_cast<std::byte>(static_cast<Bits>(value) >> (8 * i));
+  }
+}
+
+template <typename T>
+T GetLittleEndian(const std::byte* bytes) {
+  std::make_unsigned_t<T> value = 0;
+  for (std::size_t i = 0; i < sizeof(T); ++i) {
+    value |= static_cast<std::make_unsigned_t<T>>(
+        static_cast<std::make_unsigned_t<T>>(std::to_integer<std::uint8_t>(bytes[i])) << (8 * i));
+  }
+  return value;
+}
+
+template <typename T>
+std::string NumberText(T value) {
+  char buffer[32];
+  const std::to_chars_result end = std::to_chars(buffer, buffer + sizeof(buffer), value);
+  return {buffer, end.ptr};
+}
+
+template <typename T>
+bool ParseNumber(std::string_view text, T& value) {
+  const std::from_chars_result end = std::from_chars(text.data(), text.data() + text.size(), value);
+  return end.ec == std::errc() && end.ptr == text.data() + text.size();
+}
+
+std::string FieldText(bool value) { return value ? "true" : "false"; }
+std::string FieldText(int value) { return NumberText(value); }
+std::string FieldText(double value) { return NumberText(value); }
+std::string FieldText(ShiftMode value) { return NumberText(static_cast<int>(value)); }
+std::string FieldText(const std::vector<double>& values) {
+  return absl::StrJoin(values, ",", [](std::string* text, double value) {
+    absl::StrAppend(text, NumberText(value));
+  });
+}
+
+bool ParseField(std::string_view text, bool& value) {
+  value = text == "true";
+  return value || text == "false";
+}
+bool ParseField(std::string_view text, int& value) { return ParseNumber(text, value); }
+bool ParseField(std::string_view text, double& value) { return ParseNumber(text, value); }
+bool ParseField(std::string_view text, ShiftMode& value) {
+  int number = 0;
+  if (!ParseNumber(text, number) || number < 0 || number > static_cast<int>(ShiftMode::kBounded)) {
+    return false;
+  }
+  value = static_cast<ShiftMode>(number);
+  return true;
+}
+bool ParseField(std::string_view text, std::vector<double>& values) {
+  values.clear();
+  while (!text.empty()) {
+    const std::size_t end = std::min(text.find(','), text.size());
+    if (!ParseNumber(text.substr(0, end), values.emplace_back())) return false;
+    text.remove_prefix(std::min(end + 1, text.size()));
+  }
+  return true;
+}
+
+// Length of the UTF-8 character at the front of the text; 0 if it is none or a control character.
+std::size_t CharacterBytes(std::string_view text) {
+  const auto byte = [&](std::size_t i) { return static_cast<std::uint8_t>(text[i]); };
+  if (byte(0) < 0x80) {
+    return byte(0) >= 0x20 && byte(0) != 0x7f ? 1 : 0;
+  }
+  const std::size_t length = byte(0) < 0xc2   ? 0
+                             : byte(0) < 0xe0 ? 2
+                             : byte(0) < 0xf0 ? 3
+                             : byte(0) < 0xf5 ? 4
+                                              : 0;
+  if (length == 0 || text.size() < length) {
+    return 0;
+  }
+  std::uint32_t code = byte(0) & (0x7fU >> length);
+  for (std::size_t i = 1; i < length; ++i) {
+    if ((byte(i) & 0xc0) != 0x80) {
+      return 0;
+    }
+    code = code << 6 | (byte(i) & 0x3fU);
+  }
+  constexpr std::uint32_t kShortest[] = {0, 0, 0x80, 0x800, 0x10000};
+  const bool is_surrogate = code >= 0xd800 && code < 0xe000;
+  return code < kShortest[length] || code > 0x10ffff || is_surrogate ? 0 : length;
+}
+
+}  // namespace
+
+ParamTexts EncodeParams(const Params& params) {
+  ParamTexts texts;
+  VisitFields(params, [&](std::string_view name, const auto& field) {
+    texts.emplace_back(name, FieldText(field));
+  });
+  std::sort(texts.begin(), texts.end());
+  return texts;
+}
+
+absl::StatusOr<Params> DecodeParams(const ParamTexts& texts) {
+  const std::map<std::string, std::string, std::less<>> text_of(texts.begin(), texts.end());
+  Params params;
+  std::string problem;
+  VisitFields(params, [&](std::string_view name, auto& field) {
+    const auto text = text_of.find(name);
+    if (!problem.empty()) {
+      return;
+    }
+    if (text == text_of.end()) {
+      problem = absl::StrCat("parameter ", std::string(name), " is missing");
+    } else if (!ParseField(text->second, field)) {
+      problem = absl::StrCat("parameter ", text->first, " is '", text->second, "'");
+    }
+  });
+  if (!problem.empty()) {
+    return absl::InvalidArgumentError(problem);
+  }
+  if (absl::Status status = Validate(params); !status.ok()) {
+    return status;
+  }
+  return params;
+}
+
+std::string DescribeDifference(const Params& a, const Params& b) {
+  const ParamTexts texts_a = EncodeParams(a);
+  const ParamTexts texts_b = EncodeParams(b);
+  for (std::size_t i = 0; i < texts_a.size(); ++i) {
+    if (texts_a[i] != texts_b[i]) {
+      return absl::StrCat(texts_a[i].first, " is '", texts_a[i].second, "', not '",
+                          texts_b[i].second, "'");
+    }
+  }
+  return "";
+}
+
+Bytes EncodePose(const Pose& pose) {
+  Bytes bytes(kPoseBytes);
+  std::byte* next = bytes.data();
+  for (int row = 0; row < 3; ++row) {
+    for (int col = 0; col < 4; ++col, next += sizeof(double)) {
+      PutLittleEndian(std::bit_cast<std::uint64_t>(pose(row, col)), next);
+    }
+  }
+  return bytes;
+}
+
+Pose DecodePose(std::span<const std::byte> bytes) {
+  Pose pose = Pose::Identity();
+  const std::byte* next = bytes.data();
+  for (int row = 0; row < 3; ++row) {
+    for (int col = 0; col < 4; ++col, next += sizeof(double)) {
+      pose(row, col) = std::bit_cast<double>(GetLittleEndian<std::uint64_t>(next));
+    }
+  }
+  return pose;
+}
+
+absl::Status CheckPose(const Pose& pose) {
+  if (!pose.matrix().allFinite()) {
+    return absl::InvalidArgumentError("the pose has a number that is not finite");
+  }
+  const Eigen::Matrix3d rotation = pose.linear();
+  const double error =
+      (rotation.transpose() * rotation - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff();
+  if (!(error <= kRigidTolerance) || !(rotation.determinant() > 0.0)) {
+    return absl::InvalidArgumentError("the pose is not rigid: its 3×3 part is no rotation");
+  }
+  if (!(pose.translation().cwiseAbs().maxCoeff() <= limits::kMaxTranslation_m)) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        "the pose lies farther than ", limits::kMaxTranslation_m, " m from the origin"));
+  }
+  return absl::OkStatus();
+}
+
+void EncodeKey(std::span<const std::int32_t> key_cm, Bytes& bytes) {
+  bytes.resize(key_cm.size_bytes());
+  for (std::size_t i = 0; i < key_cm.size(); ++i) {
+    PutLittleEndian(key_cm[i], bytes.data() + 4 * i);
+  }
+}
+
+bool DecodeKey(std::span<const std::byte> bytes, std::int32_t max_cm,
+               std::span<std::int32_t> key_cm) {
+  if (bytes.size() != key_cm.size_bytes()) {
+    return false;
+  }
+  bool in_range = true;
+  for (std::size_t i = 0; i < key_cm.size(); ++i) {
+    key_cm[i] = GetLittleEndian<std::int32_t>(bytes.data() + 4 * i);
+    in_range &= key_cm[i] >= 0 && key_cm[i] <= max_cm;
+  }
+  return in_range;
+}
+
+void EncodeCells(std::span<const std::uint16_t> cells_cm, Bytes& bytes) {
+  const std::size_t mask_bytes = MaskBytes(cells_cm.size());
+  bytes.assign(mask_bytes + cells_cm.size_bytes(), std::byte{0});
+  std::byte* next = bytes.data() + mask_bytes;
+  for (std::size_t i = 0; i < cells_cm.size(); ++i) {
+    if (cells_cm[i] != 0) {
+      bytes[i / 8] |= std::byte{1} << (i % 8);
+      PutLittleEndian(cells_cm[i], next);
+      next += sizeof(std::uint16_t);
+    }
+  }
+  bytes.resize(next - bytes.data());
+}
+
+bool DecodeCells(std::span<const std::byte> bytes, std::span<std::uint16_t> cells_cm) {
+  const std::size_t mask_bytes = MaskBytes(cells_cm.size());
+  if (bytes.size() < mask_bytes) {
+    return false;
+  }
+  const std::byte* next = bytes.data() + mask_bytes;
+  const std::byte* const end = bytes.data() + bytes.size();
+  std::fill(cells_cm.begin(), cells_cm.end(), std::uint16_t{0});
+  bool in_range = true;
+  for (std::size_t i = 0; i < mask_bytes; ++i) {
+    for (auto mask = std::to_integer<unsigned>(bytes[i]); mask != 0; mask &= mask - 1) {
+      const std::size_t cell = 8 * i + std::countr_zero(mask);
+      if (cell >= cells_cm.size() || end - next < 2) {
+        return false;
+      }
+      cells_cm[cell] = GetLittleEndian<std::uint16_t>(next);
+      in_range &= cells_cm[cell] - 1U < Context::kMaxHeight_cm;
+      next += 2;
+    }
+  }
+  return in_range && next == end;
+}
+
+absl::Status CheckName(absl::string_view what, const std::string& name) {
+  if (name.empty() || name.size() > limits::kMaxNameBytes) {
+    return absl::InvalidArgumentError(absl::StrCat("the name of ", what, " has ", name.size(),
+                                                   " bytes; it must have 1 to ",
+                                                   limits::kMaxNameBytes));
+  }
+  for (std::size_t i = 0; i < name.size();) {
+    const std::size_t length = CharacterBytes(std::string_view(name).substr(i));
+    if (length == 0) {
+      return absl::InvalidArgumentError(absl::StrCat(
+          "the name of ", what, " is not UTF-8 text or has a control character, at byte ", i,
+          "; rename it"));
+    }
+    i += length;
+  }
+  return absl::OkStatus();
+}
+
+std::vector<ContextShape> ContextShapes(const Params& params) {
+  std::vector<ContextShape> shapes;
+  if (params.polar.enabled) {
+    ContextShape shape{DescriptorKind::kPolar, 0, params.polar.num_rings, params.polar.num_sectors,
+                       0.0};
+    shapes.push_back(shape);
+    for (const double root_shift_m : params.polar.root_shifts_m) {
+      ++shape.variant;
+      shape.root_shift_m = root_shift_m;
+      shapes.push_back(shape);
+    }
+  }
+  if (params.cart.enabled) {
+    shapes.push_back({DescriptorKind::kCart, 0, params.cart.num_rows, params.cart.num_cols, 0.0});
+  }
+  return shapes;
+}
+
+}  // namespace scanloc::mapdb

@@ -1,0 +1,148 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "absl/strings/str_cat.h"
+#include "checksum.hpp"
+#include "encoding.hpp"
+#include "scanloc/core/params.hpp"
+#include "sqlite.hpp"
+
+/// Reading a map file row by row, each row checked: what load, info, verify, append and merge
+/// share.
+namespace scanloc::mapdb {
+
+/// The small tables of a map file.
+struct MapHead {
+  int schema_version = 0;
+  int compatible_version = 0;
+  std::string built_by;
+  std::string content_id;
+  ParamTexts param_texts;
+  Params params;
+  std::vector<SessionRow> sessions;
+
+  [[nodiscard]] std::int64_t num_places() const;
+  /// False: the last session has scans left to build. Only the last can have.
+  [[nodiscard]] bool complete() const {
+    return sessions.back().num_done() == sessions.back().num_scans;
+  }
+};
+
+/// Checks the version and the schema and reads the small tables.
+[[nodiscard]] absl::StatusOr<MapHead> ReadHead(Connection& connection);
+
+/// OK if the file is large enough to hold as many places as its head says, so that memory set aside
+/// for them is in proportion to the file.
+[[nodiscard]] absl::Status CheckRoomForPlaces(Connection& connection, const MapHead& head);
+
+/// The places of a map in order. `head` must outlive it.
+class PlaceCursor {
+ public:
+  [[nodiscard]] static absl::StatusOr<PlaceCursor> Open(Connection& connection,
+                                                        const MapHead& head);
+
+  /// False after the last row. An error is SQLite's; the cursor is then at its end.
+  [[nodiscard]] absl::StatusOr<bool> Step();
+  /// Reads the current row. DataLoss if it is not what can stand there; another Step may follow.
+  /// Its checksum is not compared: it covers the contexts.
+  [[nodiscard]] absl::Status Read(PlaceRow& row) const;
+  /// DataLoss unless the file has as many places as its sessions say. After the last Step.
+  [[nodiscard]] absl::Status CheckEnd() const;
+
+ private:
+  PlaceCursor(Statement statement, const MapHead& head, std::string path);
+
+  Statement statement_;
+  const MapHead* head_;
+  std::string path_;
+  std::int64_t next_id_ = 0;      // of the row behind the current one
+  std::size_t session_ = 0;       // of the current row
+  std::int64_t session_end_ = 0;  // id behind the last place of that session
+};
+
+/// Gives visit(row) every place in order, each checked, until it returns an error, and compares the
+/// content id at the end. Gives the hash, ready for further places of the last session.
+template <typename Visitor>
+absl::StatusOr<ContentHasher> VisitPlaces(Connection& connection, const MapHead& head,
+                                          Visitor&& visit) {
+  absl::StatusOr<PlaceCursor> places = PlaceCursor::Open(connection, head);
+  if (!places.ok()) return places.status();
+  ContentHasher content(head.param_texts);
+  PlaceRow row;
+  while (true) {
+    const absl::StatusOr<bool> has_row = places->Step();
+    if (!has_row.ok()) return has_row.status();
+    if (!*has_row) break;
+    if (absl::Status status = places->Read(row); !status.ok()) return status;
+    content.AddSessionsBefore(static_cast<std::size_t>(row.session) + 1, head.sessions);
+    content.AddPlace(row);
+    if (absl::Status status = visit(row); !status.ok()) return status;
+  }
+  if (absl::Status status = places->CheckEnd(); !status.ok()) return status;
+  content.AddSessionsBefore(head.sessions.size(), head.sessions);
+  if (content.ContentId() != head.content_id) {
+    return DamagedError(connection.path(), "its content id does not match its content");
+  }
+  return content;
+}
+
+/// One context, decoded.
+struct ContextValues {
+  std::vector<std::uint16_t> cells_cm;
+  std::vector<std::int32_t> retrieval_cm;
+  std::vector<std::int32_t> aligning_cm;
+  std::int64_t checksum = 0;
+};
+
+/// The contexts of a map in order, those of a place as ContextShapes has them.
+class ContextCursor {
+ public:
+  [[nodiscard]] static absl::StatusOr<ContextCursor> Open(Connection& connection,
+                                                          const Params& params);
+
+  /// False after the last row, as PlaceCursor.
+  [[nodiscard]] absl::StatusOr<bool> Step();
+  /// Decodes the current row and checks its checksum, shape and heights, but not keys against
+  /// cells.
+  [[nodiscard]] absl::Status Read(ContextValues& values);
+  /// What the current row is.
+  [[nodiscard]] const ContextShape& shape() const;
+  [[nodiscard]] std::int64_t place() const;
+  [[nodiscard]] const std::vector<ContextShape>& shapes() const { return shapes_; }
+
+ private:
+  ContextCursor(Statement statement, const Params& params, std::string path);
+
+  Statement statement_;
+  std::vector<ContextShape> shapes_;
+  std::string path_;
+  std::int64_t next_id_ = 0;
+  Hasher hasher_;
+};
+
+/// Reads the contexts of the place in order and gives visit(shape, values) each, then compares the
+/// place's checksum.
+template <typename Visitor>
+absl::Status ReadContextsOf(const PlaceRow& place, ContextCursor& cursor, ContextValues& values,
+                            Hasher& hasher, const std::string& path, Visitor&& visit) {
+  StartPlaceChecksum(place, hasher);
+  for (std::size_t i = 0; i < cursor.shapes().size(); ++i) {
+    const absl::StatusOr<bool> row = cursor.Step();
+    if (!row.ok()) return row.status();
+    if (!*row) return DamagedError(path, "contexts are missing at its end");
+    if (absl::Status status = cursor.Read(values); !status.ok()) return status;
+    hasher.Add(values.checksum);
+    visit(cursor.shape(), values);
+  }
+  if (hasher.Digest64() != place.checksum) {
+    return DamagedError(path, absl::StrCat("place ", place.id, ": its checksum does not match"));
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace scanloc::mapdb

@@ -1,0 +1,273 @@
+#include "map_writer.hpp"
+
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "open_map.hpp"
+#include "scanloc/core/context_table.hpp"
+#include "scanloc/core/limits.hpp"
+#include "schema.hpp"
+#include "session_plan.hpp"
+
+namespace scanloc::mapdb {
+namespace {
+
+constexpr char kBuiltBy[] = "scanloc " SCANLOC_VERSION;
+
+// Another writer holds its lock to its end, so waiting for it is in vain; a reader soon lets go.
+constexpr int kOtherWriterTimeout_ms = 200;
+constexpr int kReadersTimeout_ms = 60'000;
+
+}  // namespace
+
+absl::StatusOr<MapWriter> MapWriter::Open(const std::string& path) {
+  absl::StatusOr<Connection> connection = OpenForWriting(path);
+  if (!connection.ok()) return connection.status();
+  MapWriter writer(*std::move(connection));
+  if (absl::Status status = writer.TakeLock(); !status.ok()) return status;
+  const absl::StatusOr<std::int64_t> num_pages = writer.connection_.QueryInt(schema::kCountPages);
+  if (!num_pages.ok()) return num_pages.status();
+  if (*num_pages == 0) return writer;
+  if (absl::Status status = writer.ReadExisting(); !status.ok()) return status;
+  if (absl::Status status = writer.PrepareInserts(); !status.ok()) return status;
+  return writer;
+}
+
+absl::Status MapWriter::TakeLock() {
+  connection_.SetBusyTimeout(kOtherWriterTimeout_ms);
+  if (absl::Status status = connection_.Execute(schema::kBeginWrite); !status.ok()) return status;
+  connection_.SetBusyTimeout(kReadersTimeout_ms);
+  const absl::StatusOr<std::int64_t> version = connection_.QueryInt(schema::kDataVersion);
+  if (!version.ok()) return version.status();
+  if (data_version_.has_value() && *version != *data_version_) {
+    return absl::UnavailableError(absl::StrCat("map '", path(), "' was written by another build",
+                                               " meanwhile; scanloc info tells what it holds now"));
+  }
+  data_version_ = *version;
+  return absl::OkStatus();
+}
+
+absl::Status MapWriter::ReadExisting() {
+  if (absl::Status status = CheckFront(connection_); !status.ok()) return status;
+  absl::StatusOr<MapHead> head = ReadHead(connection_);
+  if (!head.ok()) return head.status();
+  head_ = *std::move(head);
+  if (head_.schema_version > schema::kVersion) {
+    return absl::FailedPreconditionError(
+        absl::StrCat("map '", path(), "' has schema version ", head_.schema_version,
+                     "; this scanloc can read it but writes only version ", schema::kVersion,
+                     ": use a newer scanloc"));
+  }
+  absl::StatusOr<ContentHasher> content =
+      VisitPlaces(connection_, head_, [](const PlaceRow&) { return absl::OkStatus(); });
+  if (!content.ok()) return content.status();
+  content_ = *std::move(content);
+  num_places_ = head_.num_places();
+  return absl::OkStatus();
+}
+
+absl::StatusOr<std::vector<PlaceRow>> MapWriter::ReadLastSession() {
+  std::vector<PlaceRow> places;
+  const auto last = static_cast<std::int64_t>(head_.sessions.size()) - 1;
+  const absl::StatusOr<ContentHasher> content =
+      VisitPlaces(connection_, head_, [&](const PlaceRow& row) {
+        if (row.session == last) places.push_back(row);
+        return absl::OkStatus();
+      });
+  if (!content.ok()) return content.status();
+  return places;
+}
+
+absl::Status MapWriter::InsertPairs(const char* sql, const ParamTexts& pairs,
+                                    std::int64_t (*checksum)(std::string_view, std::string_view)) {
+  absl::StatusOr<Statement> insert = connection_.Prepare(sql);
+  if (!insert.ok()) return insert.status();
+  for (const auto& [key, value] : pairs) {
+    insert->Bind(1, key);
+    insert->Bind(2, value);
+    insert->Bind(3, checksum(key, value));
+    if (absl::Status status = insert->Run(); !status.ok()) return status;
+  }
+  return absl::OkStatus();
+}
+
+absl::Status MapWriter::Initialize(const Params& params) {
+  for (const schema::Table& table : schema::kTables) {
+    if (absl::Status status = connection_.Execute(table.create_sql); !status.ok()) return status;
+  }
+  if (absl::Status status = connection_.Execute(schema::kSetApplicationId); !status.ok()) {
+    return status;
+  }
+  head_.schema_version = schema::kVersion;
+  head_.compatible_version = schema::kCompatibleVersion;
+  head_.built_by = kBuiltBy;
+  head_.params = params;
+  head_.param_texts = EncodeParams(params);
+  content_.emplace(head_.param_texts);
+  head_.content_id = content_->ContentId();
+  const ParamTexts meta = {
+      {schema::kVersionKey, absl::StrCat(head_.schema_version)},
+      {schema::kCompatibleVersionKey, absl::StrCat(head_.compatible_version)},
+      {schema::kBuiltByKey, head_.built_by},
+      {schema::kContentIdKey, head_.content_id},
+  };
+  if (absl::Status status = InsertPairs(schema::kInsertMeta, meta, MetaChecksum); !status.ok()) {
+    return status;
+  }
+  if (absl::Status status = InsertPairs(schema::kInsertParam, head_.param_texts, ParamChecksum);
+      !status.ok()) {
+    return status;
+  }
+  return PrepareInserts();
+}
+
+absl::Status MapWriter::PrepareInserts() {
+  shapes_ = ContextShapes(head_.params);
+  contexts_.resize(shapes_.size());
+  absl::StatusOr<Statement> place = connection_.Prepare(schema::kInsertPlace);
+  if (!place.ok()) return place.status();
+  absl::StatusOr<Statement> context = connection_.Prepare(schema::kInsertContext);
+  if (!context.ok()) return context.status();
+  insert_place_ = *std::move(place);
+  insert_context_ = *std::move(context);
+  return absl::OkStatus();
+}
+
+absl::Status MapWriter::StartSession(const SessionPlan& plan) {
+  const auto id = static_cast<std::int64_t>(head_.sessions.size());
+  if (id >= limits::kMaxSessions) {
+    return absl::ResourceExhaustedError(
+        absl::StrCat("map '", path(), "' has ", id,
+                     " sessions, the most that a map may have; start another map"));
+  }
+  SessionRow row;
+  row.name = plan.name;
+  row.plan_hash = PlanHash(plan);
+  row.num_scans = static_cast<std::int64_t>(plan.scans.size());
+  absl::StatusOr<Statement> insert = connection_.Prepare(schema::kInsertSession);
+  if (!insert.ok()) return insert.status();
+  insert->Bind(1, id);
+  insert->Bind(2, row.name);
+  insert->Bind(3, row.plan_hash);
+  insert->Bind(4, row.num_scans);
+  insert->Bind(5, row.num_places);
+  insert->Bind(6, row.num_empty);
+  insert->Bind(7, row.num_unreadable);
+  insert->Bind(8, SessionChecksum(id, row));
+  if (absl::Status status = insert->Run(); !status.ok()) return status;
+  head_.sessions.push_back(std::move(row));
+  content_->AddSessionsBefore(head_.sessions.size(), head_.sessions);
+  has_changes_ = true;
+  return Commit();
+}
+
+void MapWriter::EncodeContexts(const PlaceDescriptor& descriptor, PlaceRow& place) {
+  StartPlaceChecksum(place, place_hasher_);
+  for (std::size_t i = 0; i < shapes_.size(); ++i) {
+    const Context& context = shapes_[i].kind == DescriptorKind::kPolar
+                                 ? descriptor.polar[static_cast<std::size_t>(shapes_[i].variant)]
+                                 : descriptor.cart;
+    const Keys keys = MakeKeys(context);
+    auto& [retrieval_key, aligning_key, cells, row] = contexts_[i];
+    EncodeKey(keys.retrieval_cm, retrieval_key);
+    EncodeKey(keys.aligning_cm, aligning_key);
+    EncodeCells(context.cells_cm, cells);
+    row.id = place.id * static_cast<std::int64_t>(shapes_.size()) + static_cast<std::int64_t>(i);
+    row.place = place.id;
+    row.kind = static_cast<std::int64_t>(shapes_[i].kind);
+    row.variant = shapes_[i].variant;
+    row.retrieval_key = retrieval_key;
+    row.aligning_key = aligning_key;
+    row.cells = cells;
+    row.checksum = ContextChecksum(row, context_hasher_);
+    place_hasher_.Add(row.checksum);
+  }
+  place.checksum = place_hasher_.Digest64();
+}
+
+absl::Status MapWriter::InsertPlace(const PlaceRow& place) {
+  insert_place_->Bind(1, place.id);
+  insert_place_->Bind(2, place.session);
+  insert_place_->Bind(3, place.stamp_ns);
+  insert_place_->Bind(4, std::span(place.pose));
+  insert_place_->Bind(5, place.scan);
+  insert_place_->Bind(6, place.num_voxels);
+  insert_place_->Bind(7, place.checksum);
+  return insert_place_->Run();
+}
+
+absl::Status MapWriter::InsertContext(const ContextRow& context) {
+  insert_context_->Bind(1, context.id);
+  insert_context_->Bind(2, context.place);
+  insert_context_->Bind(3, context.kind);
+  insert_context_->Bind(4, context.variant);
+  insert_context_->Bind(5, context.checksum);
+  insert_context_->Bind(6, context.retrieval_key);
+  insert_context_->Bind(7, context.aligning_key);
+  insert_context_->Bind(8, context.cells);
+  return insert_context_->Run();
+}
+
+absl::Status MapWriter::AddPlace(const PlannedScan& scan, const PlaceDescriptor& descriptor) {
+  if (num_places_ >= limits::kMaxPlaces) {
+    return absl::ResourceExhaustedError(
+        absl::StrCat("map '", path(), "' has ", num_places_,
+                     " places, the most that a map may have; start another map"));
+  }
+  PlaceRow place;
+  place.id = num_places_;
+  place.session = static_cast<std::int64_t>(head_.sessions.size()) - 1;
+  place.stamp_ns = scan.stamp_ns;
+  place.pose = EncodePose(scan.T_map_place);
+  place.scan = scan.name;
+  place.num_voxels = descriptor.num_voxels;
+  EncodeContexts(descriptor, place);
+  if (absl::Status status = InsertPlace(place); !status.ok()) return status;
+  for (const EncodedContext& context : contexts_) {
+    if (absl::Status status = InsertContext(context.row); !status.ok()) return status;
+  }
+  content_->AddPlace(place);
+  ++num_places_;
+  ++head_.sessions.back().num_places;
+  has_changes_ = true;
+  return absl::OkStatus();
+}
+
+void MapWriter::AddSkipped(SkipReason reason) {
+  SessionRow& session = head_.sessions.back();
+  ++(reason == SkipReason::kEmpty ? session.num_empty : session.num_unreadable);
+  has_changes_ = true;
+}
+
+absl::Status MapWriter::WriteCountsAndContentId() {
+  const auto id = static_cast<std::int64_t>(head_.sessions.size()) - 1;
+  const SessionRow& session = head_.sessions.back();
+  absl::StatusOr<Statement> update = connection_.Prepare(schema::kUpdateSession);
+  if (!update.ok()) return update.status();
+  update->Bind(1, id);
+  update->Bind(2, session.num_places);
+  update->Bind(3, session.num_empty);
+  update->Bind(4, session.num_unreadable);
+  update->Bind(5, SessionChecksum(id, session));
+  if (absl::Status status = update->Run(); !status.ok()) return status;
+
+  head_.content_id = content_->ContentId();
+  absl::StatusOr<Statement> update_meta = connection_.Prepare(schema::kUpdateMeta);
+  if (!update_meta.ok()) return update_meta.status();
+  update_meta->Bind(1, std::string_view(schema::kContentIdKey));
+  update_meta->Bind(2, head_.content_id);
+  update_meta->Bind(3, MetaChecksum(schema::kContentIdKey, head_.content_id));
+  return update_meta->Run();
+}
+
+absl::Status MapWriter::Commit() {
+  if (!has_changes_) return absl::OkStatus();
+  if (absl::Status status = WriteCountsAndContentId(); !status.ok()) return status;
+  if (absl::Status status = connection_.Execute(schema::kCommit); !status.ok()) return status;
+  has_changes_ = false;
+  return TakeLock();
+}
+
+absl::Status MapWriter::Release() { return connection_.Execute(schema::kRollback); }
+
+}  // namespace scanloc::mapdb

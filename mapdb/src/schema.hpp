@@ -1,0 +1,102 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+/// Every SQL statement of scanloc, and the numbers that mark its files (docs/map_format.md).
+namespace scanloc::mapdb::schema {
+
+inline constexpr std::uint32_t kApplicationId = 0x534C4F43;  // "SLOC"; persisted, never change
+inline constexpr int kVersion = 1;                           ///< of the files that this code writes
+inline constexpr int kCompatibleVersion = 1;  ///< oldest version whose readers can read these files
+
+struct Table {
+  const char* name;
+  const char* create_sql;
+};
+
+/// The checksum in a row covers all other columns of the row.
+inline constexpr std::array<Table, 5> kTables = {{
+    {"meta",
+     "CREATE TABLE meta (key TEXT NOT NULL PRIMARY KEY, value TEXT NOT NULL,"
+     " checksum INTEGER NOT NULL) STRICT, WITHOUT ROWID"},
+    {"params",
+     "CREATE TABLE params (name TEXT NOT NULL PRIMARY KEY, value TEXT NOT NULL,"
+     " checksum INTEGER NOT NULL) STRICT, WITHOUT ROWID"},
+    {"sessions",
+     "CREATE TABLE sessions (id INTEGER NOT NULL PRIMARY KEY, name TEXT NOT NULL,"
+     " plan_hash TEXT NOT NULL, num_scans INTEGER NOT NULL, num_places INTEGER NOT NULL,"
+     " num_empty INTEGER NOT NULL, num_unreadable INTEGER NOT NULL,"
+     " checksum INTEGER NOT NULL) STRICT"},
+    {"places",
+     "CREATE TABLE places (id INTEGER NOT NULL PRIMARY KEY,"
+     " session INTEGER NOT NULL REFERENCES sessions (id), stamp_ns INTEGER NOT NULL,"
+     " T_map_place BLOB NOT NULL, scan TEXT NOT NULL, num_voxels INTEGER NOT NULL,"
+     " checksum INTEGER NOT NULL) STRICT"},
+    {"contexts",
+     "CREATE TABLE contexts (id INTEGER NOT NULL PRIMARY KEY,"
+     " place INTEGER NOT NULL REFERENCES places (id), kind INTEGER NOT NULL,"
+     " variant INTEGER NOT NULL, checksum INTEGER NOT NULL, retrieval_key BLOB NOT NULL,"
+     " aligning_key BLOB NOT NULL, cells BLOB NOT NULL) STRICT"},
+}};
+
+// Keys of meta.
+inline constexpr const char* kVersionKey = "version";
+inline constexpr const char* kCompatibleVersionKey = "compatible_version";
+inline constexpr const char* kBuiltByKey = "built_by";
+inline constexpr const char* kContentIdKey = "content_id";
+
+inline constexpr const char* kConfigureReader = "PRAGMA cell_size_check = ON; PRAGMA mmap_size = 0";
+// A map is one file: a journal that is deleted at every commit, and nothing spilled before one.
+// Page size and encoding hold for a new file only. Pages of 8 KiB waste 6 % of a map with the
+// paper's shapes, SQLite's default of 4 KiB 18 %.
+inline constexpr const char* kConfigureWriter =
+    "PRAGMA page_size = 8192; PRAGMA encoding = 'UTF-8'; PRAGMA cell_size_check = ON; PRAGMA "
+    "mmap_size = 0; PRAGMA journal_mode = DELETE;"
+    " PRAGMA synchronous = FULL; PRAGMA cache_spill = OFF";
+inline constexpr const char* kSetApplicationId = "PRAGMA application_id = 1397509955";
+static_assert(kApplicationId == 1397509955);
+inline constexpr const char* kCountPages = "PRAGMA page_count";
+inline constexpr const char* kDataVersion = "PRAGMA data_version";
+inline constexpr const char* kCheckIntegrity = "PRAGMA integrity_check";
+
+inline constexpr const char* kBeginRead = "BEGIN";
+inline constexpr const char* kBeginWrite = "BEGIN IMMEDIATE";
+inline constexpr const char* kCommit = "COMMIT";
+inline constexpr const char* kRollback = "ROLLBACK";
+
+inline constexpr const char* kSelectSchema =
+    "SELECT type, name, sql FROM sqlite_schema ORDER BY rowid";
+inline constexpr const char* kSelectMeta = "SELECT key, value, checksum FROM meta ORDER BY key";
+inline constexpr const char* kSelectParams =
+    "SELECT name, value, checksum FROM params ORDER BY name";
+inline constexpr const char* kSelectSessions =
+    "SELECT id, name, plan_hash, num_scans, num_places, num_empty, num_unreadable, checksum"
+    " FROM sessions ORDER BY id";
+inline constexpr const char* kSelectPlaces =
+    "SELECT id, session, stamp_ns, T_map_place, scan, num_voxels, checksum"
+    " FROM places ORDER BY id";
+inline constexpr const char* kSelectContexts =
+    "SELECT id, place, kind, variant, checksum, retrieval_key, aligning_key, cells"
+    " FROM contexts ORDER BY id";
+
+inline constexpr const char* kInsertMeta =
+    "INSERT INTO meta (key, value, checksum) VALUES (?1, ?2, ?3)";
+inline constexpr const char* kInsertParam =
+    "INSERT INTO params (name, value, checksum) VALUES (?1, ?2, ?3)";
+inline constexpr const char* kInsertSession =
+    "INSERT INTO sessions (id, name, plan_hash, num_scans, num_places, num_empty, num_unreadable,"
+    " checksum) VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8)";
+inline constexpr const char* kInsertPlace =
+    "INSERT INTO places (id, session, stamp_ns, T_map_place, scan, num_voxels, checksum)"
+    " VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7)";
+inline constexpr const char* kInsertContext =
+    "INSERT INTO contexts (id, place, kind, variant, checksum, retrieval_key, aligning_key, cells)"
+    " VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8)";
+inline constexpr const char* kUpdateMeta =
+    "UPDATE meta SET value = ?2, checksum = ?3 WHERE key = ?1";
+inline constexpr const char* kUpdateSession =
+    "UPDATE sessions SET num_places = ?2, num_empty = ?3, num_unreadable = ?4, checksum = ?5"
+    " WHERE id = ?1";
+
+}  // namespace scanloc::mapdb::schema

@@ -1,0 +1,250 @@
+#include "sqlite.hpp"
+
+#include <sqlite3.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/strip.h"
+
+namespace scanloc::mapdb {
+namespace {
+
+// A row holds a context: at most two bytes for each of kMaxDescriptorSide² cells, mask and keys.
+constexpr int kMaxRowBytes = 4 << 20;
+constexpr int kMaxSqlBytes = 16 << 10;
+constexpr absl::string_view kIsDamaged = "' is damaged: ";
+constexpr absl::string_view kDamageAdvice = "; restore it from a copy or build it again";
+
+absl::Status IoError(sqlite3* database, const std::string& path, const std::string& what) {
+  const int error = sqlite3_system_errno(database);
+  const std::string message =
+      absl::StrCat(what, " (", error != 0 ? std::strerror(error) : "input/output error", ")");
+  if (error == ENOSPC || error == EFBIG || error == EDQUOT) {
+    return absl::ResourceExhaustedError(
+        absl::StrCat("no room to write map '", path, "': ", message,
+                     "; what was committed is kept: make room, then build again with --resume"));
+  }
+  return absl::DataLossError(
+      absl::StrCat("cannot read or write map '", path, "': ", message, "; check the disk"));
+}
+
+absl::Status SqliteError(sqlite3* database, int code, const std::string& path) {
+  const std::string what = sqlite3_errmsg(database);
+  switch (code & 0xff) {
+    case SQLITE_NOTADB:
+      return absl::InvalidArgumentError(
+          absl::StrCat("'", path, "' is not a scanloc map: it is not an SQLite file"));
+    case SQLITE_BUSY:
+    case SQLITE_LOCKED:
+      return absl::UnavailableError(
+          absl::StrCat("map '", path,
+                       "' is in use by another build; wait until that has ended, then try again"));
+    case SQLITE_FULL:
+      return absl::ResourceExhaustedError(
+          absl::StrCat("no room to write map '", path, "': ", what,
+                       "; what was committed is kept: make room, then build again with --resume"));
+    case SQLITE_IOERR:
+      return code == SQLITE_IOERR_SHORT_READ ? DamagedError(path, "it is truncated")
+                                             : IoError(database, path, what);
+    case SQLITE_NOMEM:
+      return absl::ResourceExhaustedError(absl::StrCat("out of memory in map '", path, "'"));
+    case SQLITE_CANTOPEN:
+    case SQLITE_PERM:
+    case SQLITE_AUTH:
+      return absl::PermissionDeniedError(absl::StrCat(
+          "cannot open map '", path, "': ", what, "; check the rights to the file and its folder"));
+    case SQLITE_READONLY:
+      return absl::PermissionDeniedError(
+          absl::StrCat("cannot write map '", path, "': ", what,
+                       "; check the rights to the file and its folder"));
+    default:
+      return DamagedError(path, what);
+  }
+}
+
+// A relative name that SQLite takes for something else, such as ":memory:", is none with "./".
+std::string PlainPath(const std::string& path) {
+  return path.starts_with('/') ? path : absl::StrCat("./", path);
+}
+
+absl::Status Harden(sqlite3* database, const std::string& path) {
+  for (const auto& [option, value] : {std::pair{SQLITE_DBCONFIG_DEFENSIVE, 1},
+                                      {SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0},
+                                      {SQLITE_DBCONFIG_ENABLE_TRIGGER, 0},
+                                      {SQLITE_DBCONFIG_ENABLE_VIEW, 0},
+                                      {SQLITE_DBCONFIG_ENABLE_FKEY, 1}}) {
+    if (const int code = sqlite3_db_config(database, option, value, nullptr); code != SQLITE_OK) {
+      return SqliteError(database, code, path);
+    }
+  }
+  sqlite3_limit(database, SQLITE_LIMIT_LENGTH, kMaxRowBytes);
+  sqlite3_limit(database, SQLITE_LIMIT_SQL_LENGTH, kMaxSqlBytes);
+  sqlite3_limit(database, SQLITE_LIMIT_ATTACHED, 0);
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+absl::Status DamagedError(const std::string& path, absl::string_view what) {
+  return absl::DataLossError(absl::StrCat("map '", path, kIsDamaged, what, kDamageAdvice));
+}
+
+std::string DamageOf(const absl::Status& status) {
+  absl::string_view what = status.message();
+  if (const std::size_t start = what.find(kIsDamaged); start != absl::string_view::npos) {
+    what.remove_prefix(start + kIsDamaged.size());
+  }
+  absl::ConsumeSuffix(&what, kDamageAdvice);
+  return std::string(what);
+}
+
+void Statement::Finalize::operator()(sqlite3_stmt* statement) const { sqlite3_finalize(statement); }
+
+void Statement::Bind(int parameter, std::int64_t value) {
+  if (const int code = sqlite3_bind_int64(statement_.get(), parameter, value); code != SQLITE_OK) {
+    bind_error_ = code;
+  }
+}
+
+void Statement::Bind(int parameter, std::string_view text) {
+  const int code = sqlite3_bind_text64(statement_.get(), parameter, text.data(), text.size(),
+                                       SQLITE_STATIC, SQLITE_UTF8);
+  if (code != SQLITE_OK) {
+    bind_error_ = code;
+  }
+}
+
+void Statement::Bind(int parameter, std::span<const std::byte> blob) {
+  const int code =
+      sqlite3_bind_blob64(statement_.get(), parameter, blob.data(), blob.size(), SQLITE_STATIC);
+  if (code != SQLITE_OK) {
+    bind_error_ = code;
+  }
+}
+
+absl::StatusOr<bool> Statement::Step() {
+  const int code = bind_error_ != 0 ? bind_error_ : sqlite3_step(statement_.get());
+  if (code == SQLITE_ROW) {
+    return true;
+  }
+  if (code == SQLITE_DONE) {
+    return false;
+  }
+  return SqliteError(sqlite3_db_handle(statement_.get()), code, path_);
+}
+
+absl::Status Statement::Run() {
+  const absl::StatusOr<bool> row = Step();
+  Reset();
+  return row.status();
+}
+
+void Statement::Reset() {
+  sqlite3_reset(statement_.get());
+  bind_error_ = 0;
+}
+
+std::int64_t Statement::Int(int column) const {
+  return sqlite3_column_int64(statement_.get(), column);
+}
+
+std::string_view Statement::Text(int column) const {
+  const auto* text = reinterpret_cast<const char*>(sqlite3_column_text(statement_.get(), column));
+  const int size = sqlite3_column_bytes(statement_.get(), column);
+  return text == nullptr ? std::string_view() : std::string_view(text, size);
+}
+
+std::span<const std::byte> Statement::Blob(int column) const {
+  const auto* blob = static_cast<const std::byte*>(sqlite3_column_blob(statement_.get(), column));
+  const int size = sqlite3_column_bytes(statement_.get(), column);
+  return {blob, blob == nullptr ? 0 : static_cast<std::size_t>(size)};
+}
+
+void Connection::Close::operator()(sqlite3* database) const { sqlite3_close_v2(database); }
+
+absl::StatusOr<Connection> Connection::Open(const std::string& path, Access access,
+                                            int busy_timeout_ms) {
+  const int flags = (access == Access::kReadOnly ? SQLITE_OPEN_READONLY : SQLITE_OPEN_READWRITE) |
+                    SQLITE_OPEN_NOMUTEX | SQLITE_OPEN_EXRESCODE;
+  sqlite3* database = nullptr;
+  const int code = sqlite3_open_v2(PlainPath(path).c_str(), &database, flags, nullptr);
+  Connection connection(database, path);
+  if (code != SQLITE_OK) {
+    return SqliteError(database, code, path);
+  }
+  if (absl::Status status = Harden(database, path); !status.ok()) {
+    return status;
+  }
+  connection.SetBusyTimeout(busy_timeout_ms);
+  return connection;
+}
+
+absl::StatusOr<Statement> Connection::Prepare(std::string_view sql) {
+  sqlite3_stmt* statement = nullptr;
+  const int code = sqlite3_prepare_v2(database_.get(), sql.data(), static_cast<int>(sql.size()),
+                                      &statement, nullptr);
+  if (code != SQLITE_OK) {
+    return SqliteError(database_.get(), code, path_);
+  }
+  return Statement(statement, path_);
+}
+
+absl::Status Connection::Execute(const char* sql) {
+  const int code = sqlite3_exec(database_.get(), sql, nullptr, nullptr, nullptr);
+  return code == SQLITE_OK ? absl::OkStatus() : SqliteError(database_.get(), code, path_);
+}
+
+absl::StatusOr<std::int64_t> Connection::QueryInt(std::string_view sql) {
+  absl::StatusOr<Statement> statement = Prepare(sql);
+  if (!statement.ok()) {
+    return statement.status();
+  }
+  const absl::StatusOr<bool> row = statement->Step();
+  if (!row.ok()) {
+    return row.status();
+  }
+  return *row ? statement->Int(0) : 0;
+}
+
+void Connection::SetBusyTimeout(int milliseconds) {
+  sqlite3_busy_timeout(database_.get(), milliseconds);
+}
+
+// Through SQLite's own handle: closing a second one would drop this process's locks on the file.
+absl::StatusOr<std::string> Connection::ReadFront(std::size_t num_bytes) {
+  const absl::StatusOr<std::int64_t> size = FileBytes();
+  if (!size.ok()) {
+    return size.status();
+  }
+  sqlite3_file* file = nullptr;
+  sqlite3_file_control(database_.get(), "main", SQLITE_FCNTL_FILE_POINTER, &file);
+  std::string front(std::min<std::int64_t>(static_cast<std::int64_t>(num_bytes), *size), '\0');
+  const int code =
+      front.empty() ? SQLITE_OK
+                    : file->pMethods->xRead(file, front.data(), static_cast<int>(front.size()), 0);
+  return code == SQLITE_OK ? absl::StatusOr<std::string>(std::move(front))
+                           : SqliteError(database_.get(), code, path_);
+}
+
+absl::StatusOr<std::int64_t> Connection::FileBytes() {
+  sqlite3_file* file = nullptr;
+  int code = sqlite3_file_control(database_.get(), "main", SQLITE_FCNTL_FILE_POINTER, &file);
+  sqlite3_int64 size = 0;
+  if (code == SQLITE_OK) {
+    code = file->pMethods == nullptr ? SQLITE_CANTOPEN : file->pMethods->xFileSize(file, &size);
+  }
+  return code == SQLITE_OK ? absl::StatusOr<std::int64_t>(size)
+                           : SqliteError(database_.get(), code, path_);
+}
+
+bool Connection::is_read_only() const { return sqlite3_db_readonly(database_.get(), "main") != 0; }
+
+bool Connection::needs_rollback() const {
+  return sqlite3_extended_errcode(database_.get()) == SQLITE_READONLY_ROLLBACK;
+}
+
+}  // namespace scanloc::mapdb

@@ -1,0 +1,95 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "absl/strings/string_view.h"
+
+struct sqlite3;
+struct sqlite3_stmt;
+
+/// The only way to SQLite: owners that close, and results that are absl::Status.
+namespace scanloc::mapdb {
+
+/// One prepared statement of a Connection, which must outlive it.
+class Statement {
+ public:
+  /// Parameters are bound by position, from 1. Text and blobs must live until Reset or the next
+  /// bind of the same parameter. A failed bind makes the next Step fail.
+  void Bind(int parameter, std::int64_t value);
+  void Bind(int parameter, std::string_view text);
+  void Bind(int parameter, std::span<const std::byte> blob);
+
+  /// True: there is a row to read. False: done.
+  [[nodiscard]] absl::StatusOr<bool> Step();
+  /// Steps a statement that gives no rows, and resets it.
+  [[nodiscard]] absl::Status Run();
+  void Reset();
+
+  /// Columns of the current row, from 0; valid until the next Step. What is stored with another
+  /// type is read as SQLite converts it: callers check contents by checksum.
+  [[nodiscard]] std::int64_t Int(int column) const;
+  [[nodiscard]] std::string_view Text(int column) const;
+  [[nodiscard]] std::span<const std::byte> Blob(int column) const;
+
+ private:
+  friend class Connection;
+  struct Finalize {
+    void operator()(sqlite3_stmt* statement) const;
+  };
+  Statement(sqlite3_stmt* statement, std::string path)
+      : path_(std::move(path)), statement_(statement) {}
+
+  std::string path_;
+  std::unique_ptr<sqlite3_stmt, Finalize> statement_;
+  int bind_error_ = 0;
+};
+
+/// One open database file. Not thread-safe.
+class Connection {
+ public:
+  enum class Access { kReadOnly, kReadWrite };
+
+  /// Opens an existing file, hardened against a hostile schema and damage. Waits at most
+  /// busy_timeout_ms for locks. kReadWrite may give a connection that cannot write: is_read_only().
+  [[nodiscard]] static absl::StatusOr<Connection> Open(const std::string& path, Access access,
+                                                       int busy_timeout_ms);
+
+  [[nodiscard]] absl::StatusOr<Statement> Prepare(std::string_view sql);
+  [[nodiscard]] absl::Status Execute(const char* sql);
+  /// The integer that a statement of one row and column gives.
+  [[nodiscard]] absl::StatusOr<std::int64_t> QueryInt(std::string_view sql);
+  void SetBusyTimeout(int milliseconds);
+
+  /// The first bytes of the file, read past SQLite's lock and cache; fewer if the file is shorter.
+  [[nodiscard]] absl::StatusOr<std::string> ReadFront(std::size_t num_bytes);
+  [[nodiscard]] absl::StatusOr<std::int64_t> FileBytes();
+
+  [[nodiscard]] bool is_read_only() const;
+  /// The last failure was an unfinished write of a dead process that must be rolled back first.
+  [[nodiscard]] bool needs_rollback() const;
+  [[nodiscard]] const std::string& path() const { return path_; }
+
+ private:
+  struct Close {
+    void operator()(sqlite3* database) const;
+  };
+  Connection(sqlite3* database, std::string path) : path_(std::move(path)), database_(database) {}
+
+  std::string path_;
+  std::unique_ptr<sqlite3, Close> database_;
+};
+
+/// DataLoss: "map 'PATH' is damaged: WHAT; ..." and what to do about it.
+[[nodiscard]] absl::Status DamagedError(const std::string& path, absl::string_view what);
+/// WHAT of a DamagedError, or the whole message of another status.
+[[nodiscard]] std::string DamageOf(const absl::Status& status);
+
+}  // namespace scanloc::mapdb

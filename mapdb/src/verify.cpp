@@ -1,0 +1,133 @@
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "checksum.hpp"
+#include "map_rows.hpp"
+#include "open_map.hpp"
+#include "scanloc/core/context_table.hpp"
+#include "scanloc/mapdb/map_file.hpp"
+#include "schema.hpp"
+#include "sqlite.hpp"
+
+namespace scanloc::mapdb {
+namespace {
+
+// Collects what is damaged, until there is enough.
+class Problems {
+ public:
+  void Add(std::string_view line) {
+    if (!full()) lines_.emplace_back(line);
+  }
+  // True if there was nothing to add.
+  bool Add(const absl::Status& status) {
+    if (!status.ok()) Add(DamageOf(status));
+    return status.ok();
+  }
+  [[nodiscard]] bool full() const { return lines_.size() >= kMaxProblems; }
+  [[nodiscard]] bool empty() const { return lines_.empty(); }
+  [[nodiscard]] std::vector<std::string> Take() && { return std::move(lines_); }
+
+ private:
+  std::vector<std::string> lines_;
+};
+
+// Steps a cursor; false at the end or where SQLite cannot go on, which is noted.
+template <typename Cursor>
+bool Next(Cursor& cursor, Problems& problems) {
+  const absl::StatusOr<bool> row = cursor.Step();
+  return !problems.full() && problems.Add(row.status()) && *row;
+}
+
+void CheckIntegrity(Connection& connection, Problems& problems) {
+  absl::StatusOr<Statement> rows = connection.Prepare(schema::kCheckIntegrity);
+  if (!problems.Add(rows.status())) return;
+  while (Next(*rows, problems)) {
+    if (rows->Text(0) != "ok") problems.Add(absl::StrCat("SQLite: ", std::string(rows->Text(0))));
+  }
+}
+
+bool KeysMatchCells(const ContextShape& shape, ContextValues& values) {
+  Context context{shape.num_rows, shape.num_cols, std::move(values.cells_cm)};
+  const Keys keys = MakeKeys(context);
+  values.cells_cm = std::move(context.cells_cm);
+  return keys.retrieval_cm == values.retrieval_cm && keys.aligning_cm == values.aligning_cm;
+}
+
+// Gives the checksums of all contexts in order, for the checksums of the places.
+std::vector<std::int64_t> CheckContexts(Connection& connection, const Params& params,
+                                        Problems& problems) {
+  std::vector<std::int64_t> checksums;
+  absl::StatusOr<ContextCursor> contexts = ContextCursor::Open(connection, params);
+  if (!problems.Add(contexts.status())) return checksums;
+  ContextValues values;
+  while (Next(*contexts, problems)) {
+    if (problems.Add(contexts->Read(values)) && !KeysMatchCells(contexts->shape(), values)) {
+      problems.Add(absl::StrCat("place ", contexts->place(), ", context row ", checksums.size(),
+                                ": its keys are not those of its cells"));
+    }
+    checksums.push_back(values.checksum);
+  }
+  return checksums;
+}
+
+void CheckPlaces(Connection& connection, const MapHead& head,
+                 const std::vector<std::int64_t>& checksums, Problems& problems) {
+  absl::StatusOr<PlaceCursor> places = PlaceCursor::Open(connection, head);
+  if (!problems.Add(places.status())) return;
+  const std::size_t num_contexts = ContextShapes(head.params).size();
+  ContentHasher content(head.param_texts);
+  Hasher hasher;
+  PlaceRow row;
+  std::size_t next_checksum = 0;
+  bool all_read = true;
+  for (; Next(*places, problems); next_checksum += num_contexts) {
+    if (!problems.Add(places->Read(row))) {
+      all_read = false;
+      continue;
+    }
+    content.AddSessionsBefore(static_cast<std::size_t>(row.session) + 1, head.sessions);
+    content.AddPlace(row);
+    StartPlaceChecksum(row, hasher);
+    for (std::size_t i = 0; i < num_contexts && next_checksum + i < checksums.size(); ++i) {
+      hasher.Add(checksums[next_checksum + i]);
+    }
+    if (hasher.Digest64() != row.checksum) {
+      problems.Add(absl::StrCat("place ", row.id, ": its checksum does not match"));
+    }
+  }
+  problems.Add(places->CheckEnd());
+  if (checksums.size() != next_checksum) {
+    problems.Add(absl::StrCat("it has ", checksums.size(), " contexts; its ",
+                              next_checksum / num_contexts, " places need ", next_checksum));
+  }
+  content.AddSessionsBefore(head.sessions.size(), head.sessions);
+  if (all_read && content.ContentId() != head.content_id) {
+    problems.Add("its content id does not match its content");
+  }
+}
+
+// Damage is an answer of Verify; what is no map that this version can read is an error.
+bool IsDamage(const absl::Status& status) { return absl::IsDataLoss(status); }
+
+}  // namespace
+
+absl::StatusOr<std::vector<std::string>> Verify(const std::string& path) {
+  Problems problems;
+  absl::StatusOr<Connection> connection = OpenForReading(path);
+  if (!connection.ok()) {
+    if (!IsDamage(connection.status())) return connection.status();
+    problems.Add(connection.status());
+    return std::move(problems).Take();
+  }
+  const absl::StatusOr<MapHead> head = ReadHead(*connection);
+  if (!head.ok() && !IsDamage(head.status())) return head.status();
+  CheckIntegrity(*connection, problems);
+  if (problems.Add(head.status()) && problems.Add(CheckRoomForPlaces(*connection, *head))) {
+    CheckPlaces(*connection, *head, CheckContexts(*connection, head->params, problems), problems);
+  }
+  return std::move(problems).Take();
+}
+
+}  // namespace scanloc::mapdb
