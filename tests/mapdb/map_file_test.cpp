@@ -1,0 +1,306 @@
+#include "scanloc/mapdb/map_file.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+
+#include <filesystem>
+
+#include "scanloc/core/descriptor.hpp"
+#include "support/map_equality.hpp"
+#include "support/small_maps.hpp"
+#include "support/sql.hpp"
+#include "support/temp_dir.hpp"
+
+namespace scanloc::mapdb {
+namespace {
+
+using test::BuildSmallMap;
+using test::Sql;
+using test::TempDir;
+using testing::HasSubstr;
+
+// The map that the same scans give without a file between.
+Map MapInMemory(const Params& params, const SessionPlan& plan, const ScanLoader& load_scan) {
+  Map map = MakeEmptyMap(params);
+  map.sessions.push_back(plan.name);
+  auto describer = Describer::Create(params);
+  for (std::size_t i = 0; i < plan.scans.size(); ++i) {
+    map.places.push_back({plan.scans[i].T_map_place, plan.scans[i].stamp_ns, 0});
+    map.AppendContexts(static_cast<std::int32_t>(i), describer->DescribePlace(*load_scan(i)));
+  }
+  return map;
+}
+
+void ExpectLoadsWhatWasBuilt(const Params& params) {
+  const TempDir dir;
+  BuildOptions options = test::SmallOptions(dir.File("a.scanloc"));
+  options.params = params;
+  const SessionPlan plan = test::SmallPlan("one", 5);
+  const auto summary = BuildMap(options, plan, test::SmallLoader());
+  ASSERT_TRUE(summary.ok()) << summary.status();
+  const auto loaded = LoadMap(options.path);
+  ASSERT_TRUE(loaded.ok()) << loaded.status();
+  Map expected = MapInMemory(params, plan, test::SmallLoader());
+  expected.content_id = summary->content_id;
+  EXPECT_TRUE(test::SameMap(*loaded, expected));
+}
+
+TEST(LoadMap, GivesWhatWasBuilt) { ExpectLoadsWhatWasBuilt(test::SmallParams()); }
+
+TEST(LoadMap, GivesWhatWasBuiltWithThePapersParameters) { ExpectLoadsWhatWasBuilt(Params()); }
+
+TEST(LoadMap, GivesAMapOfPolarContextsOnly) {
+  Params params = test::SmallParams();
+  params.cart.enabled = false;
+  ExpectLoadsWhatWasBuilt(params);
+}
+
+TEST(LoadMap, GivesAMapOfCartContextsOnlyWithoutAugmentation) {
+  Params params = test::SmallParams();
+  params.polar.enabled = false;
+  params.polar.root_shifts_m.clear();
+  params.cart.double_flip = false;
+  ExpectLoadsWhatWasBuilt(params);
+}
+
+TEST(ReadInfo, TellsWhatTheMapHolds) {
+  const TempDir dir;
+  const std::string path = dir.File("a.scanloc");
+  const SessionPlan plan = test::SmallPlan("one", 5);
+  const auto summary = BuildSmallMap(path, 5);
+  ASSERT_TRUE(summary.ok()) << summary.status();
+  const auto info = ReadInfo(path);
+  ASSERT_TRUE(info.ok()) << info.status();
+  EXPECT_EQ(info->schema_version, 1);
+  EXPECT_EQ(info->compatible_version, 1);
+  EXPECT_THAT(info->built_by, HasSubstr("scanloc "));
+  EXPECT_EQ(info->content_id, summary->content_id);
+  EXPECT_EQ(info->content_id.size(), 32U);
+  EXPECT_TRUE(info->complete);
+  EXPECT_EQ(info->params, test::SmallParams());
+  ASSERT_EQ(info->sessions.size(), 1U);
+  EXPECT_EQ(info->sessions[0].name, "one");
+  EXPECT_EQ(info->sessions[0].num_places, 5);
+  EXPECT_EQ(info->sessions[0].first_stamp_ns, plan.scans.front().stamp_ns);
+  EXPECT_EQ(info->sessions[0].last_stamp_ns, plan.scans.back().stamp_ns);
+  EXPECT_EQ(info->num_scans, 5);
+  EXPECT_EQ(info->num_places, 5);
+  EXPECT_EQ(info->num_empty, 0);
+  EXPECT_EQ(info->num_unreadable, 0);
+  EXPECT_EQ(info->first_stamp_ns, plan.scans.front().stamp_ns);
+  EXPECT_EQ(info->last_stamp_ns, plan.scans.back().stamp_ns);
+  EXPECT_EQ(info->extent_m.min(), Eigen::Vector3d(0.0, 0.0, -0.25));
+  EXPECT_EQ(info->extent_m.max(), plan.scans.back().T_map_place.translation());
+  EXPECT_EQ(info->file_bytes, static_cast<std::int64_t>(std::filesystem::file_size(path)));
+}
+
+TEST(ReadPlaces, GivesThePlacesInTheOrderBuilt) {
+  const TempDir dir;
+  const SessionPlan plan = test::SmallPlan("one", 4);
+  ASSERT_TRUE(BuildSmallMap(dir.File("a.scanloc"), 4).ok());
+  const auto places = ReadPlaces(dir.File("a.scanloc"));
+  ASSERT_TRUE(places.ok()) << places.status();
+  ASSERT_EQ(places->size(), 4U);
+  for (std::size_t i = 0; i < 4; ++i) {
+    EXPECT_EQ((*places)[i].scan, plan.scans[i].name);
+    EXPECT_EQ((*places)[i].place.stamp_ns, plan.scans[i].stamp_ns);
+    EXPECT_EQ((*places)[i].place.session, 0);
+    EXPECT_EQ((*places)[i].place.T_map_place.matrix(), plan.scans[i].T_map_place.matrix());
+    EXPECT_GT((*places)[i].num_voxels, 50U);
+  }
+}
+
+// All four functions refuse a file in the same way.
+void ExpectRefused(const std::string& path, absl::StatusCode code, const std::string& message) {
+  for (const absl::Status& status : {LoadMap(path).status(), ReadInfo(path).status(),
+                                     ReadPlaces(path).status(), Verify(path).status()}) {
+    EXPECT_EQ(status.code(), code) << status;
+    EXPECT_THAT(std::string(status.message()), HasSubstr(message));
+    EXPECT_THAT(std::string(status.message()), HasSubstr(path));
+  }
+}
+
+// As above, but Verify's answer is the list of what is damaged.
+void ExpectDamaged(const std::string& path, const std::string& problem) {
+  for (const absl::Status& status : {LoadMap(path).status(), ReadInfo(path).status()}) {
+    EXPECT_EQ(status.code(), absl::StatusCode::kDataLoss) << status;
+    EXPECT_THAT(std::string(status.message()), HasSubstr(problem));
+  }
+  const auto problems = Verify(path);
+  ASSERT_TRUE(problems.ok()) << problems.status();
+  EXPECT_THAT(*problems, testing::Contains(HasSubstr(problem)));
+}
+
+TEST(MapFile, RefusesAFileThatIsNotThere) {
+  const TempDir dir;
+  ExpectRefused(dir.File("none.scanloc"), absl::StatusCode::kNotFound, "no map file");
+  EXPECT_FALSE(std::filesystem::exists(dir.File("none.scanloc")));
+}
+
+TEST(MapFile, RefusesAFolder) {
+  const TempDir dir;
+  ExpectRefused(dir.path().string(), absl::StatusCode::kInvalidArgument, "is a folder");
+}
+
+TEST(MapFile, RefusesAPipeWithoutWaitingForIt) {
+  const TempDir dir;
+  ASSERT_EQ(mkfifo(dir.File("pipe").c_str(), 0600), 0);
+  ExpectRefused(dir.File("pipe"), absl::StatusCode::kInvalidArgument, "not a file");
+}
+
+TEST(MapFile, RefusesNamesThatMeanSomethingToSqliteOnly) {
+  for (const std::string name : {":memory:", "file::memory:", "file:x?mode=memory"}) {
+    EXPECT_EQ(LoadMap(name).status().code(), absl::StatusCode::kNotFound) << name;
+  }
+  EXPECT_EQ(LoadMap("").status().code(), absl::StatusCode::kNotFound);
+}
+
+TEST(MapFile, RefusesAnEmptyFile) {
+  const TempDir dir;
+  ExpectRefused(dir.Write("empty", ""), absl::StatusCode::kInvalidArgument, "is empty");
+}
+
+TEST(MapFile, RefusesWhatIsNotSqlite) {
+  const TempDir dir;
+  for (const std::size_t size : {2, 15, 16, 99, 100, 511, 512, 5000, 100000}) {
+    ExpectRefused(dir.Write("text", std::string(size, 'x')), absl::StatusCode::kInvalidArgument,
+                  "not an SQLite file");
+  }
+}
+
+TEST(MapFile, RefusesTheDatabaseOfAnotherApplication) {
+  const TempDir dir;
+  const std::string path = dir.File("other.db");
+  Sql(path, "PRAGMA application_id = 77; CREATE TABLE tiles (id INTEGER PRIMARY KEY)");
+  ExpectRefused(path, absl::StatusCode::kInvalidArgument, "another application");
+}
+
+TEST(MapFile, RefusesADatabaseWithoutTables) {
+  const TempDir dir;
+  const std::string path = dir.File("ours.db");
+  Sql(path, "PRAGMA application_id = 1397509955");
+  ExpectDamaged(path, "no such table");
+}
+
+class AlteredMap : public testing::Test {
+ protected:
+  AlteredMap() : path_(dir_.File("a.scanloc")) {
+    const auto summary = BuildSmallMap(path_, 4);
+    EXPECT_TRUE(summary.ok()) << summary.status();
+  }
+  void Alter(const std::string& sql) { Sql(path_, sql); }
+
+  TempDir dir_;
+  std::string path_;
+};
+
+TEST_F(AlteredMap, IsRefusedInWriteAheadMode) {
+  Alter("PRAGMA journal_mode = WAL");
+  for (const absl::Status& status : {LoadMap(path_).status(), ReadInfo(path_).status()}) {
+    EXPECT_EQ(status.code(), absl::StatusCode::kDataLoss) << status;
+    EXPECT_THAT(std::string(status.message()), HasSubstr("rollback-journal mode"));
+  }
+  EXPECT_FALSE(std::filesystem::exists(path_ + "-wal"));
+}
+
+TEST_F(AlteredMap, IsRefusedWithATriggerAViewOrAnotherTable) {
+  const TempDir copies;
+  const std::string additions[] = {
+      "CREATE TRIGGER t AFTER INSERT ON places BEGIN DELETE FROM places; END",
+      "CREATE VIEW v AS SELECT id FROM places", "CREATE TABLE more (id INTEGER PRIMARY KEY)",
+      "CREATE INDEX i ON places (scan)", "ALTER TABLE places ADD COLUMN more INTEGER"};
+  for (const std::string& addition : additions) {
+    const std::string copy = copies.Write("copy.scanloc", test::ReadFile(path_));
+    Sql(copy, addition);
+    ExpectDamaged(copy, "schema");
+  }
+}
+
+TEST_F(AlteredMap, IsRefusedWithAViewInPlaceOfATable) {
+  Alter(
+      "ALTER TABLE meta RENAME TO hidden;"
+      "CREATE VIEW meta AS SELECT key, value, checksum FROM hidden");
+  ExpectDamaged(path_, "");
+}
+
+TEST_F(AlteredMap, IsRefusedWithoutATable) {
+  Alter("DROP TABLE sessions");
+  ExpectDamaged(path_, "table is missing");
+}
+
+TEST_F(AlteredMap, IsRefusedWithAnotherValueInAnyColumn) {
+  const TempDir copies;
+  const std::pair<std::string, std::string> changes[] = {
+      {"UPDATE meta SET value = 'x' WHERE key = 'built_by'", "meta"},
+      {"UPDATE meta SET value = 'x' WHERE key = 'content_id'", "meta"},
+      {"DELETE FROM meta WHERE key = 'built_by'", "meta"},
+      {"UPDATE params SET value = '0.6' WHERE name = 'voxel_size_m'", "params"},
+      {"DELETE FROM params WHERE name = 'voxel_size_m'", "voxel_size_m is missing"},
+      {"UPDATE sessions SET name = 'two'", "session 0"},
+      {"UPDATE sessions SET num_places = 3", "session 0"},
+      {"UPDATE sessions SET num_scans = num_scans + 1", "session 0"},
+      {"UPDATE sessions SET id = 1", "session 0"},
+      {"DELETE FROM sessions", "no session"},
+      {"UPDATE places SET stamp_ns = 7 WHERE id = 2", "does not match"},
+      {"UPDATE places SET session = 1 WHERE id = 2", "place 2"},
+      {"UPDATE places SET T_map_place = zeroblob(96) WHERE id = 2", "place 2: the pose"},
+      {"UPDATE places SET T_map_place = zeroblob(95) WHERE id = 2", "place 2"},
+      {"UPDATE places SET scan = 'x' WHERE id = 2", "does not match"},
+      {"UPDATE places SET scan = '' WHERE id = 2", "place 2"},
+      {"UPDATE places SET num_voxels = 7 WHERE id = 2", "does not match"},
+      {"UPDATE places SET num_voxels = -7 WHERE id = 2", "place 2"},
+      {"UPDATE places SET checksum = 7 WHERE id = 2", "does not match"},
+      {"UPDATE places SET id = 9 WHERE id = 2", "place 2"},
+      {"DELETE FROM places WHERE id = 3", "3 places"},
+      {"DELETE FROM places WHERE id = 1", "place 1"},
+      {"INSERT INTO places SELECT 4, session, stamp_ns, T_map_place, scan, num_voxels, checksum"
+       " FROM places WHERE id = 3",
+       "more than the 4 places"}};
+  for (const auto& [change, problem] : changes) {
+    SCOPED_TRACE(change);
+    const std::string copy = copies.Write("copy.scanloc", test::ReadFile(path_));
+    Sql(copy, change);
+    ExpectDamaged(copy, problem);
+  }
+}
+
+TEST_F(AlteredMap, IsNotLoadedWithOtherContexts) {
+  const TempDir copies;
+  const std::pair<std::string, std::string> changes[] = {
+      {"UPDATE contexts SET cells = zeroblob(3) WHERE id = 5", "place 1, polar context 1"},
+      {"UPDATE contexts SET cells = zeroblob(4000000) WHERE id = 5", "place 1, polar context 1"},
+      {"UPDATE contexts SET retrieval_key = zeroblob(16) WHERE id = 7", "place 1, cart context 0"},
+      {"UPDATE contexts SET aligning_key = zeroblob(24) WHERE id = 7", "place 1, cart context 0"},
+      {"UPDATE contexts SET kind = 1 WHERE id = 5", "place 1, polar context 1"},
+      {"UPDATE contexts SET variant = 2 WHERE id = 5", "place 1, polar context 1"},
+      {"UPDATE contexts SET place = 0 WHERE id = 5", "place 1, polar context 1"},
+      {"UPDATE contexts SET checksum = 0 WHERE id = 5", "place 1, polar context 1"},
+      {"DELETE FROM contexts WHERE id = 5", "place 1, polar context 1"},
+      {"DELETE FROM contexts WHERE id = 15", "contexts"},
+      {"INSERT INTO contexts SELECT 16, place, kind, variant, checksum, retrieval_key,"
+       " aligning_key, cells FROM contexts WHERE id = 15",
+       "contexts"}};
+  for (const auto& [change, problem] : changes) {
+    SCOPED_TRACE(change);
+    const std::string copy = copies.Write("copy.scanloc", test::ReadFile(path_));
+    Sql(copy, change);
+    const absl::Status status = LoadMap(copy).status();
+    EXPECT_EQ(status.code(), absl::StatusCode::kDataLoss) << status;
+    EXPECT_THAT(std::string(status.message()), HasSubstr(problem));
+    const auto problems = Verify(copy);
+    ASSERT_TRUE(problems.ok());
+    EXPECT_FALSE(problems->empty());
+  }
+}
+
+TEST_F(AlteredMap, IsOpenedAfterAVacuum) {
+  const auto before = LoadMap(path_);
+  Alter("VACUUM");
+  const auto after = LoadMap(path_);
+  ASSERT_TRUE(after.ok()) << after.status();
+  EXPECT_TRUE(test::SameMap(*after, *before));
+}
+
+}  // namespace
+}  // namespace scanloc::mapdb
