@@ -25,9 +25,9 @@ absl::StatusOr<MapWriter> MapWriter::Open(const std::string& path) {
   if (!connection.ok()) return connection.status();
   MapWriter writer(*std::move(connection));
   if (absl::Status status = writer.TakeLock(); !status.ok()) return status;
-  const absl::StatusOr<std::int64_t> num_pages = writer.connection_.QueryInt(schema::kCountPages);
-  if (!num_pages.ok()) return num_pages.status();
-  if (*num_pages == 0) return writer;
+  const absl::StatusOr<std::int64_t> file_bytes = writer.connection_.FileBytes();
+  if (!file_bytes.ok()) return file_bytes.status();
+  if (*file_bytes == 0) return writer;
   if (absl::Status status = writer.ReadExisting(); !status.ok()) return status;
   if (absl::Status status = writer.PrepareInserts(); !status.ok()) return status;
   return writer;
