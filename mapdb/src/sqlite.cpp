@@ -3,8 +3,6 @@
 #include <sqlite3.h>
 
 #include <algorithm>
-#include <cerrno>
-#include <cstring>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -19,17 +17,26 @@ constexpr int kMaxSqlBytes = 16 << 10;
 constexpr absl::string_view kIsDamaged = "' is damaged: ";
 constexpr absl::string_view kDamageAdvice = "; restore it from a copy or build it again";
 
-absl::Status IoError(sqlite3* database, const std::string& path, const std::string& what) {
-  const int error = sqlite3_system_errno(database);
-  const std::string message =
-      absl::StrCat(what, " (", error != 0 ? std::strerror(error) : "input/output error", ")");
-  if (error == ENOSPC || error == EFBIG || error == EDQUOT) {
-    return absl::ResourceExhaustedError(
-        absl::StrCat("no room to write map '", path, "': ", message,
-                     "; what was committed is kept: make room, then build again with --resume"));
+absl::Status NoRoomError(const std::string& path, const std::string& what) {
+  return absl::ResourceExhaustedError(
+      absl::StrCat("cannot write map '", path, "': ", what, "; the disk is full, over its quota or",
+                   " failing. What was committed is kept: make room, then build with --resume"));
+}
+
+// SQLite tells ENOSPC as SQLITE_FULL, but a quota or a limit on file size as a failed write.
+absl::Status IoError(int code, const std::string& path, const std::string& what) {
+  switch (code) {
+    case SQLITE_IOERR_SHORT_READ:
+      return DamagedError(path, "it is truncated");
+    case SQLITE_IOERR_WRITE:
+    case SQLITE_IOERR_FSYNC:
+    case SQLITE_IOERR_DIR_FSYNC:
+    case SQLITE_IOERR_TRUNCATE:
+      return NoRoomError(path, what);
+    default:
+      return absl::DataLossError(
+          absl::StrCat("cannot read or write map '", path, "': ", what, "; check the disk"));
   }
-  return absl::DataLossError(
-      absl::StrCat("cannot read or write map '", path, "': ", message, "; check the disk"));
 }
 
 absl::Status SqliteError(sqlite3* database, int code, const std::string& path) {
@@ -44,12 +51,9 @@ absl::Status SqliteError(sqlite3* database, int code, const std::string& path) {
           absl::StrCat("map '", path,
                        "' is in use by another build; wait until that has ended, then try again"));
     case SQLITE_FULL:
-      return absl::ResourceExhaustedError(
-          absl::StrCat("no room to write map '", path, "': ", what,
-                       "; what was committed is kept: make room, then build again with --resume"));
+      return NoRoomError(path, what);
     case SQLITE_IOERR:
-      return code == SQLITE_IOERR_SHORT_READ ? DamagedError(path, "it is truncated")
-                                             : IoError(database, path, what);
+      return IoError(code, path, what);
     case SQLITE_NOMEM:
       return absl::ResourceExhaustedError(absl::StrCat("out of memory in map '", path, "'"));
     case SQLITE_CANTOPEN:

@@ -126,16 +126,15 @@ TEST_F(BuildMapTest, LoadsNoMoreThanAWindowAhead) {
 }
 
 TEST_F(BuildMapTest, CountsPointsAndScansWithoutAPointInRange) {
-  const auto summary =
-      BuildMap(SmallOptions(path_), SmallPlan("one", 6),
-               [](std::size_t scan) -> absl::StatusOr<PointCloud> {
-                 const float nan = std::numeric_limits<float>::quiet_NaN();
-                 if (scan == 0) return PointCloud();
-                 if (scan == 2) return PointCloud{{1000.0F, 0.0F, 0.0F}};
-                 PointCloud points = test::SmallScan(static_cast<std::uint32_t>(scan));
-                 points.push_back({nan, 0.0F, 0.0F});
-                 return points;
-               });
+  const auto summary = BuildMap(
+      SmallOptions(path_), SmallPlan("one", 6), [](std::size_t scan) -> absl::StatusOr<PointCloud> {
+        const float nan = std::numeric_limits<float>::quiet_NaN();
+        if (scan == 0) return PointCloud();
+        if (scan == 2) return PointCloud{{1000.0F, 0.0F, 0.0F}};
+        PointCloud points = test::SmallScan(static_cast<std::uint32_t>(scan));
+        points.push_back({nan, 0.0F, 0.0F});
+        return points;
+      });
   ASSERT_TRUE(summary.ok()) << summary.status();
   EXPECT_EQ(summary->num_places, 4);
   EXPECT_EQ(summary->num_empty, 2);
@@ -159,8 +158,7 @@ TEST_F(BuildMapTest, StopsAtAScanThatCannotBeReadAndKeepsAllBefore) {
     BuildOptions options = SmallOptions(dir_.File(std::to_string(num_threads)));
     options.num_threads = num_threads;
     options.commit_interval = 100;
-    const absl::Status status =
-        BuildMap(options, SmallPlan("one", 20), LoadAllButOne).status();
+    const absl::Status status = BuildMap(options, SmallPlan("one", 20), LoadAllButOne).status();
     EXPECT_EQ(status.code(), absl::StatusCode::kDataLoss);
     EXPECT_THAT(std::string(status.message()),
                 HasSubstr("scan 8 of 20 ('000007.bin'): file ends after 3 points"));
@@ -201,12 +199,11 @@ TEST_F(BuildMapTest, AppendsWithTheParametersOfTheMap) {
 
 TEST_F(BuildMapTest, DoesNothingWhereAllIsDone) {
   const auto first = test::BuildSmallMap(path_, 4);
-  const auto again =
-      BuildMap(SmallOptions(path_, BuildMode::kResume), SmallPlan("one", 4),
-               [](std::size_t) -> absl::StatusOr<PointCloud> {
-                 ADD_FAILURE() << "loads a scan";
-                 return PointCloud();
-               });
+  const auto again = BuildMap(SmallOptions(path_, BuildMode::kResume), SmallPlan("one", 4),
+                              [](std::size_t) -> absl::StatusOr<PointCloud> {
+                                ADD_FAILURE() << "loads a scan";
+                                return PointCloud();
+                              });
   ASSERT_TRUE(again.ok()) << again.status();
   EXPECT_EQ(again->content_id, first->content_id);
   EXPECT_EQ(again->num_places, 0);

@@ -205,10 +205,9 @@ TEST_F(MapBuilderTest, RefusesBadPlans) {
   for (const auto& [change, message] : changes) {
     SessionPlan plan = SmallPlan("one", 2);
     change(plan);
-    for (const absl::Status& status :
-         {MapBuilder::Create(path_, SmallParams(), plan).status(),
-          MapBuilder::Append(path_, plan).status(),
-          MapBuilder::Resume(path_, SmallParams(), plan).status()}) {
+    for (const absl::Status& status : {MapBuilder::Create(path_, SmallParams(), plan).status(),
+                                       MapBuilder::Append(path_, plan).status(),
+                                       MapBuilder::Resume(path_, SmallParams(), plan).status()}) {
       ExpectStatus(status, absl::StatusCode::kInvalidArgument, message);
     }
     EXPECT_FALSE(std::filesystem::exists(path_));
@@ -247,8 +246,8 @@ TEST_F(MapBuilderTest, AppendsNoSessionOfANameThatIsTaken) {
 }
 
 TEST_F(MapBuilderTest, AppendsNothingToWhatIsNoMap) {
-  ExpectStatus(MapBuilder::Append(path_, SmallPlan("one", 2)).status(),
-               absl::StatusCode::kNotFound, path_);
+  ExpectStatus(MapBuilder::Append(path_, SmallPlan("one", 2)).status(), absl::StatusCode::kNotFound,
+               path_);
   ExpectStatus(MapBuilder::Append(dir_.Write("empty", ""), SmallPlan("one", 2)).status(),
                absl::StatusCode::kInvalidArgument, "is empty");
   const std::string text = dir_.Write("text", std::string(4000, 'x'));

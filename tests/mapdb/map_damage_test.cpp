@@ -101,7 +101,8 @@ TEST_F(MapDamage, EveryBitOfTheFirstPageIsNoticedOrWithoutEffect) {
 TEST_F(MapDamage, EveryTruncationIsNoticedOrWithoutEffect) {
   std::size_t stride = 1;
   for (std::size_t size = 0; size < bytes_.size(); size += stride) {
-    stride = size < kPageBytes || size % kPageBytes < 8 || size % kPageBytes > kPageBytes - 64 ? 1 : 31;
+    stride =
+        size < kPageBytes || size % kPageBytes < 8 || size % kPageBytes > kPageBytes - 64 ? 1 : 31;
     Truncate(size);
     CheckAnswers("length " + std::to_string(size));
     Restore();

@@ -64,9 +64,9 @@ TEST_F(MergeMapsTest, TakesAllSessionsOfAllInputsInTheirOrder) {
 }
 
 TEST_F(MergeMapsTest, LeavesOutSessionsWithoutAPlace) {
-  const auto empty = BuildMap(
-      test::SmallOptions(dir_.File("empty")), test::SmallPlan("empty", 2),
-      [](std::size_t) -> absl::StatusOr<PointCloud> { return PointCloud(); });
+  const auto empty =
+      BuildMap(test::SmallOptions(dir_.File("empty")), test::SmallPlan("empty", 2),
+               [](std::size_t) -> absl::StatusOr<PointCloud> { return PointCloud(); });
   ASSERT_TRUE(empty.ok()) << empty.status();
   ASSERT_TRUE(MergeMaps(out_, {dir_.File("empty"), Input("one", 2, 1)}).ok());
   EXPECT_EQ(LoadMap(out_)->sessions, std::vector<std::string>{"one"});

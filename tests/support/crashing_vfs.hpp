@@ -69,29 +69,29 @@ class CrashingVfs {
   inline static const sqlite3_io_methods methods_ = {
       .iVersion = 1,
       .xClose = [](sqlite3_file* file) { return Real(file)->pMethods->xClose(Real(file)); },
-      .xRead = [](sqlite3_file* file, void* data, int size,
-                  sqlite3_int64 offset) {
-        return Real(file)->pMethods->xRead(Real(file), data, size, offset);
-      },
+      .xRead =
+          [](sqlite3_file* file, void* data, int size, sqlite3_int64 offset) {
+            return Real(file)->pMethods->xRead(Real(file), data, size, offset);
+          },
       .xWrite = Write,
       .xTruncate = Truncate,
       .xSync = Sync,
-      .xFileSize = [](sqlite3_file* file,
-                      sqlite3_int64* size) {
-        return Real(file)->pMethods->xFileSize(Real(file), size);
-      },
+      .xFileSize =
+          [](sqlite3_file* file, sqlite3_int64* size) {
+            return Real(file)->pMethods->xFileSize(Real(file), size);
+          },
       .xLock = [](sqlite3_file* file,
                   int lock) { return Real(file)->pMethods->xLock(Real(file), lock); },
       .xUnlock = [](sqlite3_file* file,
                     int lock) { return Real(file)->pMethods->xUnlock(Real(file), lock); },
-      .xCheckReservedLock = [](sqlite3_file* file,
-                               int* out) {
-        return Real(file)->pMethods->xCheckReservedLock(Real(file), out);
-      },
-      .xFileControl = [](sqlite3_file* file, int operation,
-                         void* argument) {
-        return Real(file)->pMethods->xFileControl(Real(file), operation, argument);
-      },
+      .xCheckReservedLock =
+          [](sqlite3_file* file, int* out) {
+            return Real(file)->pMethods->xCheckReservedLock(Real(file), out);
+          },
+      .xFileControl =
+          [](sqlite3_file* file, int operation, void* argument) {
+            return Real(file)->pMethods->xFileControl(Real(file), operation, argument);
+          },
       .xSectorSize =
           [](sqlite3_file* file) { return Real(file)->pMethods->xSectorSize(Real(file)); },
       .xDeviceCharacteristics =

@@ -1,0 +1,266 @@
+// Builds that are killed, run out of room, or may not write: what was committed stays, and --resume
+// ends in the content of an unbroken build.
+#include <fcntl.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <filesystem>
+#include <iostream>
+
+#include "scanloc/mapdb/build_map.hpp"
+#include "scanloc/mapdb/map_file.hpp"
+#include "support/child_process.hpp"
+#include "support/crashing_vfs.hpp"
+#include "support/small_maps.hpp"
+#include "support/temp_dir.hpp"
+
+namespace scanloc::mapdb {
+namespace {
+
+using test::SmallLoader;
+using test::SmallOptions;
+using test::SmallPlan;
+using testing::HasSubstr;
+
+constexpr std::size_t kNumScans = 8;
+
+class KilledBuild : public testing::Test {
+ protected:
+  void SetUp() override {
+    const auto unbroken = test::BuildSmallMap(dir_.File("unbroken"), kNumScans);
+    ASSERT_TRUE(unbroken.ok()) << unbroken.status();
+    content_id_ = unbroken->content_id;
+  }
+
+  // Builds the whole map in this process.
+  absl::StatusOr<BuildSummary> Build(const ScanLoader& load_scan = SmallLoader(),
+                                     const ProgressCallback& progress = nullptr) const {
+    return BuildMap(SmallOptions(path_, BuildMode::kResume), SmallPlan("one", kNumScans), load_scan,
+                    progress);
+  }
+
+  // The file is what some commit left, and resumed it becomes the whole map.
+  void ExpectResumes() {
+    const auto map = LoadMap(path_);
+    const bool is_before_first_commit =
+        !std::filesystem::exists(path_) || absl::IsInvalidArgument(map.status());
+    EXPECT_TRUE(map.ok() || is_before_first_commit) << map.status();
+    if (map.ok()) {
+      EXPECT_EQ(map->content_id, ReadInfo(path_)->content_id);
+      EXPECT_TRUE(Verify(path_)->empty());
+      num_places_found_.insert(map->places.size());
+    }
+    const auto resumed = Build();
+    ASSERT_TRUE(resumed.ok()) << resumed.status();
+    EXPECT_EQ(resumed->content_id, content_id_);
+    EXPECT_FALSE(std::filesystem::exists(path_ + "-journal"));
+  }
+
+  void Remove() const {
+    std::filesystem::remove(path_);
+    std::filesystem::remove(path_ + "-journal");
+  }
+
+  test::TempDir dir_;
+  std::string path_ = dir_.File("a.scanloc");
+  std::string content_id_;
+  std::set<std::size_t> num_places_found_;
+};
+
+TEST_F(KilledBuild, ResumesWhateverScanItWasKilledAt) {
+  for (std::size_t last = 0; last < kNumScans; ++last) {
+    SCOPED_TRACE(last);
+    const int status = test::RunInChild([&] {
+      const auto summary = Build([&](std::size_t scan) {
+        if (scan == last) raise(SIGKILL);
+        return SmallLoader()(scan);
+      });
+      return summary.ok() ? 0 : 1;
+    });
+    EXPECT_EQ(status, -SIGKILL);
+    ExpectResumes();
+    Remove();
+  }
+}
+
+TEST_F(KilledBuild, ResumesWhateverWriteItWasKilledIn) {
+  int num_journals = 0;
+  bool is_killed = true;
+  for (int operation = 0; is_killed; ++operation) {
+    SCOPED_TRACE(operation);
+    ASSERT_LT(operation, 2000);
+    const int status = test::RunInChild([&] {
+      test::CrashingVfs::Install(operation);
+      return Build().ok() ? 0 : 1;
+    });
+    is_killed = status == -SIGKILL;
+    EXPECT_TRUE(is_killed || status == 0) << status;
+    num_journals += std::filesystem::exists(path_ + "-journal") ? 1 : 0;
+    ExpectResumes();
+    if (HasFailure()) return;
+    Remove();
+  }
+  EXPECT_GT(num_journals, 20);
+  EXPECT_EQ(num_places_found_, (std::set<std::size_t>{0, 3, 6, 8}));
+}
+
+TEST_F(KilledBuild, ResumesAfterBeingKilledFromOutsideAtAnyTime) {
+  for (std::size_t num_done = 1; num_done <= kNumScans; ++num_done) {
+    SCOPED_TRACE(num_done);
+    int pipe_ends[2];
+    ASSERT_EQ(pipe(pipe_ends), 0);
+    const pid_t child = test::StartChild([&] {
+      const auto summary = Build(SmallLoader(), [&](const BuildProgress&) {
+        if (write(pipe_ends[1], "x", 1) != 1) _exit(2);
+      });
+      return summary.ok() ? 0 : 1;
+    });
+    close(pipe_ends[1]);
+    char done = 0;
+    for (std::size_t i = 0; i < num_done; ++i) EXPECT_EQ(read(pipe_ends[0], &done, 1), 1);
+    kill(child, SIGKILL);
+    const int status = test::WaitForChild(child);
+    EXPECT_TRUE(status == -SIGKILL || status == 0) << status;
+    close(pipe_ends[0]);
+    ExpectResumes();
+    Remove();
+  }
+}
+
+TEST_F(KilledBuild, ResumesAnAppendedSessionKilledInAnyWrite) {
+  const std::string base = test::ReadFile(dir_.File("unbroken"));
+  const auto append = [&](BuildMode mode) {
+    return BuildMap(SmallOptions(path_, mode), SmallPlan("two", 3), SmallLoader(70));
+  };
+  dir_.Write("a.scanloc", base);
+  const auto unbroken = append(BuildMode::kAppend);
+  ASSERT_TRUE(unbroken.ok()) << unbroken.status();
+  bool is_killed = true;
+  for (int operation = 0; is_killed; ++operation) {
+    SCOPED_TRACE(operation);
+    Remove();
+    dir_.Write("a.scanloc", base);
+    const int status = test::RunInChild([&] {
+      test::CrashingVfs::Install(operation);
+      return append(BuildMode::kAppend).ok() ? 0 : 1;
+    });
+    is_killed = status == -SIGKILL;
+    EXPECT_TRUE(is_killed || status == 0) << status;
+    const auto map = LoadMap(path_);
+    ASSERT_TRUE(map.ok()) << map.status();
+    EXPECT_GE(map->places.size(), kNumScans);
+    const bool has_session = map->sessions.size() == 2;
+    const auto resumed = append(has_session ? BuildMode::kResume : BuildMode::kAppend);
+    ASSERT_TRUE(resumed.ok()) << resumed.status();
+    EXPECT_EQ(resumed->content_id, unbroken->content_id);
+  }
+}
+
+// Gives up root's right to write everywhere.
+void BecomeNobody() {
+  if (geteuid() == 0 && setresuid(65534, 65534, 65534) != 0) _exit(3);
+}
+
+// Prints the status of a child that did not expect it.
+int Report(bool is_expected, const absl::Status& status) {
+  if (!is_expected) std::cerr << "unexpected: " << status << '\n';
+  return is_expected ? 0 : 1;
+}
+
+class ReadOnlyMap : public KilledBuild {
+ protected:
+  // Nobody may write the map or its folder.
+  void MakeReadOnly() const {
+    for (const auto& entry : std::filesystem::directory_iterator(dir_.path())) {
+      ASSERT_EQ(chmod(entry.path().c_str(), 0444), 0);
+    }
+    ASSERT_EQ(chmod(dir_.path().c_str(), 0555), 0);
+  }
+  void TearDown() override { chmod(dir_.path().c_str(), 0755); }
+};
+
+TEST_F(ReadOnlyMap, IsReadInAFolderThatCannotBeWritten) {
+  ASSERT_TRUE(Build().ok());
+  MakeReadOnly();
+  EXPECT_EQ(test::RunInChild([&] {
+              BecomeNobody();
+              const auto map = LoadMap(path_);
+              const auto problems = Verify(path_);
+              return Report(map.ok() && ReadInfo(path_).ok() && problems.ok() && problems->empty(),
+                            map.status());
+            }),
+            0);
+}
+
+TEST_F(ReadOnlyMap, IsNotAppendedTo) {
+  ASSERT_TRUE(Build().ok());
+  MakeReadOnly();
+  EXPECT_EQ(test::RunInChild([&] {
+              BecomeNobody();
+              const absl::Status status = MapBuilder::Append(path_, SmallPlan("two", 1)).status();
+              return Report(absl::IsPermissionDenied(status), status);
+            }),
+            0);
+}
+
+TEST_F(ReadOnlyMap, IsRefusedWithTheUnfinishedWriteOfAKilledBuild) {
+  // Kill at later and later writes until a journal is left beside a changed file.
+  int operation = 60;
+  do {
+    Remove();
+    ASSERT_EQ(test::RunInChild([&] {
+                test::CrashingVfs::Install(operation);
+                return Build().ok() ? 0 : 1;
+              }),
+              -SIGKILL);
+    ++operation;
+  } while (!std::filesystem::exists(path_ + "-journal") ||
+           std::filesystem::file_size(path_ + "-journal") < 1000);
+  MakeReadOnly();
+  EXPECT_EQ(test::RunInChild([&] {
+              BecomeNobody();
+              const absl::Status status = LoadMap(path_).status();
+              const bool is_clear =
+                  std::string(status.message()).find("unfinished write") != std::string::npos;
+              return Report(absl::IsFailedPrecondition(status) && is_clear, status);
+            }),
+            0);
+  chmod(dir_.path().c_str(), 0755);
+  for (const auto& entry : std::filesystem::directory_iterator(dir_.path())) {
+    chmod(entry.path().c_str(), 0644);
+  }
+  EXPECT_TRUE(LoadMap(path_).ok());
+  EXPECT_FALSE(std::filesystem::exists(path_ + "-journal"));
+}
+
+TEST_F(KilledBuild, ResumesAfterTheDiskWasFull) {
+  constexpr rlim_t kPageBytes = 8192;
+  int num_full = 0;
+  bool is_full = true;
+  for (rlim_t room = 0; is_full; room += kPageBytes / 2) {
+    SCOPED_TRACE(room);
+    ASSERT_LT(room, 100 * kPageBytes);
+    const int status = test::RunInChild([&] {
+      signal(SIGXFSZ, SIG_IGN);
+      const rlimit limit = {room, room};
+      setrlimit(RLIMIT_FSIZE, &limit);
+      const absl::Status result = Build().status();
+      if (result.ok()) return 0;
+      const bool is_clear = std::string(result.message()).find("--resume") != std::string::npos;
+      return absl::IsResourceExhausted(result) && is_clear ? 10 : Report(false, result);
+    });
+    is_full = status == 10;
+    EXPECT_TRUE(is_full || status == 0) << status;
+    num_full += is_full ? 1 : 0;
+    ExpectResumes();
+    Remove();
+  }
+  EXPECT_GT(num_full, 5);
+}
+
+}  // namespace
+}  // namespace scanloc::mapdb

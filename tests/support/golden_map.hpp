@@ -1,0 +1,64 @@
+#pragma once
+
+#include <string>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "scanloc/core/descriptor.hpp"
+#include "scanloc/mapdb/map_builder.hpp"
+#include "support/small_maps.hpp"
+
+/// What the golden map files in tests/data hold. Never change it: the files are compared with it.
+namespace scanloc::test {
+
+inline mapdb::SessionPlan GoldenPlan(const std::string& name, std::int64_t num_scans) {
+  mapdb::SessionPlan plan;
+  plan.name = name;
+  for (std::int64_t i = 0; i < num_scans; ++i) {
+    mapdb::PlannedScan scan;
+    scan.name = name + "-" + std::to_string(i) + ".bin";
+    scan.stamp_ns = 1'500'000'000'000'000'000 + i * 500'000'000;
+    scan.T_map_place.translation() = Eigen::Vector3d(10.5 * static_cast<double>(i), -2.25, 0.125);
+    if (i % 2 == 1) scan.T_map_place.linear() << 0, -1, 0, 1, 0, 0, 0, 0, 1;
+    plan.scans.push_back(scan);
+  }
+  return plan;
+}
+
+inline Context GoldenContext(int num_rows, int num_cols, int seed) {
+  Context context{num_rows, num_cols, {}};
+  for (int i = 0; i < num_rows * num_cols; ++i) {
+    const int value = (seed * 997 + i * 131) % 1500;
+    context.cells_cm.push_back(static_cast<std::uint16_t>(value % 3 == 0 ? 0 : value));
+  }
+  return context;
+}
+
+inline PlaceDescriptor GoldenDescriptor(int seed) {
+  const Params params = SmallParams();
+  PlaceDescriptor descriptor;
+  for (int v = 0; v < 3; ++v) {
+    descriptor.polar.push_back(
+        GoldenContext(params.polar.num_rings, params.polar.num_sectors, 3 * seed + v));
+  }
+  descriptor.cart = GoldenContext(params.cart.num_rows, params.cart.num_cols, 100 + seed);
+  descriptor.num_voxels = 1000 + static_cast<std::uint32_t>(seed);
+  return descriptor;
+}
+
+/// Makes a map of two sessions: `morning` of 3 scans, the second one empty, and an unfinished
+/// `evening` of which 1 of 2 scans is done. Gives its content id.
+inline absl::Status MakeGoldenMap(const std::string& path) {
+  auto morning = mapdb::MapBuilder::Create(path, SmallParams(), GoldenPlan("morning", 3));
+  if (!morning.ok()) return morning.status();
+  if (absl::Status status = morning->Add(GoldenDescriptor(0)); !status.ok()) return status;
+  if (absl::Status status = morning->Skip(mapdb::SkipReason::kEmpty); !status.ok()) return status;
+  if (absl::Status status = morning->Add(GoldenDescriptor(1)); !status.ok()) return status;
+  if (absl::Status status = morning->Finish().status(); !status.ok()) return status;
+  auto evening = mapdb::MapBuilder::Append(path, GoldenPlan("evening", 2));
+  if (!evening.ok()) return evening.status();
+  if (absl::Status status = evening->Add(GoldenDescriptor(2)); !status.ok()) return status;
+  return evening->Commit();
+}
+
+}  // namespace scanloc::test
