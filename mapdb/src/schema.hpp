@@ -48,8 +48,7 @@ inline constexpr const char* kContentIdKey = "content_id";
 
 inline constexpr const char* kConfigureReader = "PRAGMA cell_size_check = ON; PRAGMA mmap_size = 0";
 // A map is one file: a journal that is deleted at every commit, and nothing spilled before one.
-// Page size and encoding hold for a new file only. Pages of 8 KiB waste 6 % of a map with the
-// paper's shapes, SQLite's default of 4 KiB 18 %.
+// Page size and encoding hold for a new file only (docs/map_format.md, "Why so").
 inline constexpr const char* kConfigureWriter =
     "PRAGMA page_size = 8192; PRAGMA encoding = 'UTF-8'; PRAGMA cell_size_check = ON; PRAGMA "
     "mmap_size = 0; PRAGMA journal_mode = DELETE;"
