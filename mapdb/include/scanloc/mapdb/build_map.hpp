@@ -48,7 +48,8 @@ struct BuildSummary {
   std::string first_unreadable;  ///< the first such scan and why
 };
 
-/// Reads scan i of the plan. Called from several threads at once, each scan at most once.
+/// Reads scan i of the plan. Called from several threads at once, each scan at most once; must not
+/// throw.
 using ScanLoader = std::function<absl::StatusOr<PointCloud>(std::size_t scan)>;
 /// Called from the thread that called BuildMap, after each scan; may be null.
 using ProgressCallback = std::function<void(const BuildProgress&)>;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <cstddef>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -21,6 +22,7 @@
 ///   FailedPrecondition  written by a newer version, or an unfinished write that may not be undone
 ///   DataLoss            truncated or damaged: a checksum, the schema or an invariant does not hold
 ///   Unavailable         a build kept the file locked for longer than a few seconds
+///   PermissionDenied    the rights to the file or its folder do not allow it
 ///   ResourceExhausted   over one of limits.hpp
 namespace scanloc::mapdb {
 
@@ -77,12 +79,14 @@ struct PlaceRecord {
 /// All places in the order built; does not read the contexts.
 [[nodiscard]] absl::StatusOr<std::vector<PlaceRecord>> ReadPlaces(const std::string& path);
 
+/// Most lines that Verify gives.
+inline constexpr std::size_t kMaxProblems = 100;
+
 /// Checks the whole file and tells everything that is damaged, a line each; none: it is sound.
 ///
 /// Checks SQLite's own structure, schema, checksums, parameters, sessions, poses, shapes and
 /// heights of contexts, keys against cells, and the content id. At most kMaxProblems lines.
 /// An error only where there is nothing to check: no file, not a map, or a newer one.
-inline constexpr std::size_t kMaxProblems = 100;
 [[nodiscard]] absl::StatusOr<std::vector<std::string>> Verify(const std::string& path);
 
 }  // namespace scanloc::mapdb

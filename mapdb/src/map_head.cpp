@@ -1,0 +1,215 @@
+#include "map_head.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <map>
+#include <set>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "scanloc/core/limits.hpp"
+#include "schema.hpp"
+
+namespace scanloc::mapdb {
+namespace {
+
+// Every name is read only once its checksum holds, so that damage never looks like a newer file.
+absl::StatusOr<std::map<std::string, std::string>> ReadMeta(Connection& connection) {
+  absl::StatusOr<Statement> rows = connection.Prepare(schema::kSelectMeta);
+  if (!rows.ok()) return rows.status();
+  std::map<std::string, std::string> meta;
+  while (true) {
+    const absl::StatusOr<bool> row = rows->Step();
+    if (!row.ok()) return row.status();
+    if (!*row) return meta;
+    const std::string key(rows->Text(0));
+    const std::string value(rows->Text(1));
+    if (MetaChecksum(key, value) != rows->Int(2) || !meta.emplace(key, value).second) {
+      return DamagedError(connection.path(), "meta: a checksum does not match");
+    }
+  }
+}
+
+absl::StatusOr<int> ReadVersion(const std::map<std::string, std::string>& meta, const char* key,
+                                const std::string& path) {
+  const auto entry = meta.find(key);
+  int version = 0;
+  if (entry != meta.end()) {
+    const std::string& text = entry->second;
+    std::from_chars(text.data(), text.data() + text.size(), version);
+  }
+  if (version < 1) return DamagedError(path, absl::StrCat("meta: no valid ", key));
+  return version;
+}
+
+absl::Status ReadVersions(Connection& connection, MapHead& head) {
+  const absl::StatusOr<std::map<std::string, std::string>> meta = ReadMeta(connection);
+  if (!meta.ok()) return meta.status();
+  const std::string& path = connection.path();
+  const absl::StatusOr<int> version = ReadVersion(*meta, schema::kVersionKey, path);
+  if (!version.ok()) return version.status();
+  const absl::StatusOr<int> compatible = ReadVersion(*meta, schema::kCompatibleVersionKey, path);
+  if (!compatible.ok()) return compatible.status();
+  if (*compatible > schema::kVersion) {
+    return absl::FailedPreconditionError(
+        absl::StrCat("map '", path, "' has schema version ", *version, ", which needs a reader of ",
+                     *compatible, " or newer; this one reads up to ", schema::kVersion,
+                     ": use a newer scanloc, or build the map again with this one"));
+  }
+  if (!meta->contains(schema::kBuiltByKey) || !meta->contains(schema::kContentIdKey)) {
+    return DamagedError(path, "meta: a key is missing");
+  }
+  head.schema_version = *version;
+  head.compatible_version = *compatible;
+  head.built_by = meta->at(schema::kBuiltByKey);
+  head.content_id = meta->at(schema::kContentIdKey);
+  return absl::OkStatus();
+}
+
+// Whatever else a database may hold (views, triggers, generated columns) never gets to run. A newer
+// version whose files we can read may have added tables and indexes.
+absl::Status CheckSchema(Connection& connection, bool is_newer) {
+  absl::StatusOr<Statement> rows = connection.Prepare(schema::kSelectSchema);
+  if (!rows.ok()) return rows.status();
+  std::size_t num_found = 0;
+  while (true) {
+    const absl::StatusOr<bool> row = rows->Step();
+    if (!row.ok()) return row.status();
+    if (!*row) break;
+    const auto ours = std::find_if(schema::kTables.begin(), schema::kTables.end(),
+                                   [&](const auto& table) { return table.name == rows->Text(1); });
+    const std::string_view type = rows->Text(0);
+    const bool is_known =
+        ours != schema::kTables.end() && type == "table" && ours->create_sql == rows->Text(2);
+    const bool is_addition =
+        is_newer && ours == schema::kTables.end() && (type == "table" || type == "index");
+    if (!is_known && !is_addition) {
+      return DamagedError(connection.path(), absl::StrCat("its schema is not that of a map, at '",
+                                                          std::string(rows->Text(1)), "'"));
+    }
+    num_found += is_known ? 1 : 0;
+  }
+  if (num_found != schema::kTables.size()) {
+    return DamagedError(connection.path(), "its schema is not that of a map: a table is missing");
+  }
+  return absl::OkStatus();
+}
+
+absl::Status ReadParams(Connection& connection, MapHead& head) {
+  absl::StatusOr<Statement> rows = connection.Prepare(schema::kSelectParams);
+  if (!rows.ok()) return rows.status();
+  while (true) {
+    const absl::StatusOr<bool> row = rows->Step();
+    if (!row.ok()) return row.status();
+    if (!*row) break;
+    head.param_texts.emplace_back(rows->Text(0), rows->Text(1));
+    const auto& [name, value] = head.param_texts.back();
+    if (ParamChecksum(name, value) != rows->Int(2)) {
+      return DamagedError(connection.path(), "params: a checksum does not match");
+    }
+  }
+  absl::StatusOr<Params> params = DecodeParams(head.param_texts);
+  if (!params.ok()) return DamagedError(connection.path(), params.status().message());
+  head.params = *std::move(params);
+  if (head.schema_version == schema::kVersion && EncodeParams(head.params) != head.param_texts) {
+    return DamagedError(connection.path(), "params: not the parameters of its version");
+  }
+  return absl::OkStatus();
+}
+
+absl::Status CheckSession(const SessionRow& session, bool is_last) {
+  if (absl::Status status = CheckName("the session", session.name); !status.ok()) return status;
+  for (const std::int64_t count :
+       {session.num_scans, session.num_places, session.num_empty, session.num_unreadable}) {
+    if (count < 0 || count > limits::kMaxPlaces) {
+      return absl::InvalidArgumentError(absl::StrCat("it counts ", count, " scans"));
+    }
+  }
+  if (session.num_done() > session.num_scans ||
+      (!is_last && session.num_done() < session.num_scans)) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("it has ", session.num_done(), " of ", session.num_scans, " scans"));
+  }
+  return absl::OkStatus();
+}
+
+absl::Status ReadSessions(Connection& connection, MapHead& head) {
+  absl::StatusOr<Statement> rows = connection.Prepare(schema::kSelectSessions);
+  if (!rows.ok()) return rows.status();
+  const std::string& path = connection.path();
+  while (true) {
+    const absl::StatusOr<bool> row = rows->Step();
+    if (!row.ok()) return row.status();
+    if (!*row) break;
+    const auto id = static_cast<std::int64_t>(head.sessions.size());
+    SessionRow session{std::string(rows->Text(1)),
+                       std::string(rows->Text(2)),
+                       rows->Int(3),
+                       rows->Int(4),
+                       rows->Int(5),
+                       rows->Int(6)};
+    if (rows->Int(0) != id || SessionChecksum(id, session) != rows->Int(7)) {
+      return DamagedError(path, absl::StrCat("session ", id, ": its checksum does not match"));
+    }
+    if (id >= limits::kMaxSessions) {
+      return absl::ResourceExhaustedError(
+          absl::StrCat("map '", path, "' has more than ", limits::kMaxSessions, " sessions"));
+    }
+    head.sessions.push_back(std::move(session));
+  }
+  std::set<std::string_view> names;
+  for (std::size_t i = 0; i < head.sessions.size(); ++i) {
+    const SessionRow& session = head.sessions[i];
+    absl::Status status = CheckSession(session, i + 1 == head.sessions.size());
+    if (status.ok() && !names.insert(session.name).second) {
+      status = absl::InvalidArgumentError("an earlier one has its name");
+    }
+    if (!status.ok()) {
+      return DamagedError(path, absl::StrCat("session ", i, ": ", status.message()));
+    }
+  }
+  if (head.sessions.empty()) return DamagedError(path, "it has no session");
+  if (head.num_places() > limits::kMaxPlaces) {
+    return absl::ResourceExhaustedError(absl::StrCat("map '", path, "' has ", head.num_places(),
+                                                     " places; the most is ", limits::kMaxPlaces));
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+std::int64_t MapHead::num_places() const {
+  std::int64_t sum = 0;
+  for (const SessionRow& session : sessions) sum += session.num_places;
+  return sum;
+}
+
+absl::StatusOr<MapHead> ReadHead(Connection& connection) {
+  MapHead head;
+  if (absl::Status status = ReadVersions(connection, head); !status.ok()) return status;
+  if (absl::Status status = CheckSchema(connection, head.schema_version > schema::kVersion);
+      !status.ok()) {
+    return status;
+  }
+  if (absl::Status status = ReadParams(connection, head); !status.ok()) return status;
+  if (absl::Status status = ReadSessions(connection, head); !status.ok()) return status;
+  return head;
+}
+
+absl::Status CheckRoomForPlaces(Connection& connection, const MapHead& head) {
+  std::int64_t place_bytes = kPoseBytes;
+  for (const ContextShape& shape : ContextShapes(head.params)) {
+    place_bytes += static_cast<std::int64_t>(
+        MaskBytes(shape.num_cells()) + sizeof(std::int32_t) * (shape.num_rows + shape.num_cols));
+  }
+  const absl::StatusOr<std::int64_t> file_bytes = connection.FileBytes();
+  if (!file_bytes.ok()) return file_bytes.status();
+  if (head.num_places() > *file_bytes / place_bytes) {
+    return DamagedError(
+        connection.path(),
+        absl::StrCat("it has ", *file_bytes, " bytes, too few for ", head.num_places(), " places"));
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace scanloc::mapdb

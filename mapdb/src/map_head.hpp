@@ -1,0 +1,40 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "checksum.hpp"
+#include "encoding.hpp"
+#include "scanloc/core/params.hpp"
+#include "sqlite.hpp"
+
+namespace scanloc::mapdb {
+
+/// The small tables of a map file.
+struct MapHead {
+  int schema_version = 0;
+  int compatible_version = 0;
+  std::string built_by;
+  std::string content_id;
+  ParamTexts param_texts;
+  Params params;
+  std::vector<SessionRow> sessions;
+
+  [[nodiscard]] std::int64_t num_places() const;
+  /// False: the last session has scans left to build. Only the last can have.
+  [[nodiscard]] bool complete() const {
+    return sessions.back().num_done() == sessions.back().num_scans;
+  }
+};
+
+/// Checks the version and the schema and reads the small tables.
+[[nodiscard]] absl::StatusOr<MapHead> ReadHead(Connection& connection);
+
+/// OK if the file is large enough to hold as many places as its head says, so that memory set aside
+/// for them is in proportion to the file.
+[[nodiscard]] absl::Status CheckRoomForPlaces(Connection& connection, const MapHead& head);
+
+}  // namespace scanloc::mapdb
