@@ -1,0 +1,50 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "scanloc/core/localizer.hpp"
+#include "scanloc/core/point_cloud.hpp"
+#include "scanloc/proto/messages.hpp"
+#include "scanloc/v1/localization.pb.h"
+
+/// The only way between the wire and core's types.
+///
+/// FromProto trusts nothing: whatever it returns is in range, and a message that is not gives
+/// InvalidArgument that names the field. No message makes it allocate more than a small multiple of
+/// the bytes that were received. Numbers travel exactly.
+namespace scanloc::proto {
+
+/// A map's name as a request gives it; empty stands for the server's only map.
+[[nodiscard]] absl::Status CheckMapName(const std::string& name);
+
+/// points is overwritten; its memory is reused. Points that are not finite are let through: it is
+/// the Describer that skips and counts them.
+[[nodiscard]] absl::Status FromProto(const v1::ScanPoints& message, PointCloud* points);
+[[nodiscard]] v1::ScanPoints ToProto(PointView points);
+
+/// Checks that each context has the cells that its shape asks for; whether the shape is the map's
+/// is for Validate(descriptor, params) to say.
+[[nodiscard]] absl::StatusOr<SignedDescriptor> FromProto(const v1::Descriptors& message);
+[[nodiscard]] v1::Descriptors ToProto(const SignedDescriptor& descriptor);
+
+/// now_ns is not on the wire and stays null.
+[[nodiscard]] absl::StatusOr<QueryOptions> FromProto(const v1::LocalizeOptions& message);
+[[nodiscard]] v1::LocalizeOptions ToProto(const QueryOptions& options);
+
+[[nodiscard]] absl::StatusOr<LocalizeReply> FromProto(const v1::LocalizeResponse& message);
+[[nodiscard]] v1::LocalizeResponse ToProto(const LocalizeReply& reply);
+
+/// The parameters pass Validate(params), too.
+[[nodiscard]] absl::StatusOr<Params> FromProto(const v1::Params& message);
+[[nodiscard]] v1::Params ToProto(const Params& params);
+
+[[nodiscard]] absl::StatusOr<MapInfo> FromProto(const v1::MapInfo& message);
+[[nodiscard]] v1::MapInfo ToProto(const MapInfo& info);
+
+[[nodiscard]] absl::StatusOr<std::vector<MapSummary>> FromProto(
+    const v1::ListMapsResponse& message);
+[[nodiscard]] v1::ListMapsResponse ToProto(const std::vector<MapSummary>& maps);
+
+}  // namespace scanloc::proto

@@ -1,0 +1,69 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "scanloc/core/answer.hpp"
+#include "scanloc/core/descriptor.hpp"
+#include "scanloc/core/params.hpp"
+#include "scanloc/core/voxel_filter.hpp"
+
+/// What goes over the wire beside core's own types, as plain structs.
+namespace scanloc {
+
+/// The box, in the map frame, that holds every place of a map.
+struct Extent {
+  Eigen::Vector3d min_m = Eigen::Vector3d::Zero();
+  Eigen::Vector3d max_m = Eigen::Vector3d::Zero();
+
+  friend bool operator==(const Extent&, const Extent&) = default;
+};
+
+/// What a server tells of one map.
+struct MapInfo {
+  std::string name;
+  std::string content_id;
+  Params params;
+  std::vector<std::string> sessions;
+  std::int64_t num_places = 0;
+  std::optional<Extent> extent;  ///< none where the map has no places
+  std::uint64_t generation = 0;  ///< how often a map was put in service under this name, from 1
+
+  friend bool operator==(const MapInfo&, const MapInfo&) = default;
+};
+
+enum class MapState : std::uint8_t {  // on the wire, never renumber
+  kLoading = 1,
+  kServing = 2,
+};
+
+/// One line of the list of a server's maps.
+struct MapSummary {
+  std::string name;
+  MapState state = MapState::kLoading;
+  std::string content_id;  ///< this and the rest only while serving
+  std::int64_t num_places = 0;
+  std::uint64_t generation = 0;
+
+  friend bool operator==(const MapSummary&, const MapSummary&) = default;
+};
+
+/// Descriptors, and the DescriptorSignature of the parameters they were made with.
+struct SignedDescriptor {
+  std::string signature;
+  ScanDescriptor descriptor;
+};
+
+/// What a server says to one query.
+struct LocalizeReply {
+  Answer answer;
+  std::string map;                        ///< name of the map that gave the answer
+  std::int64_t queue_ns = 0;              ///< waited for a free thread
+  std::int64_t decode_ns = 0;             ///< unpacking and checking the request
+  std::optional<ScanCounts> scan_counts;  ///< if the query was a scan
+};
+
+}  // namespace scanloc

@@ -1,0 +1,163 @@
+#include <string>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "fields.hpp"
+#include "scanloc/core/limits.hpp"
+#include "scanloc/proto/convert.hpp"
+
+namespace scanloc::proto {
+namespace {
+
+v1::Outcome ToProto(Outcome outcome) {
+  switch (outcome) {
+    case Outcome::kLocalized:
+      return v1::OUTCOME_LOCALIZED;
+    case Outcome::kAmbiguous:
+      return v1::OUTCOME_AMBIGUOUS;
+    case Outcome::kNotRecognized:
+      return v1::OUTCOME_NOT_RECOGNIZED;
+    case Outcome::kInsufficientScan:
+      return v1::OUTCOME_INSUFFICIENT_SCAN;
+  }
+  return v1::OUTCOME_UNSPECIFIED;
+}
+
+absl::StatusOr<Outcome> FromProto(v1::Outcome outcome) {
+  switch (outcome) {
+    case v1::OUTCOME_LOCALIZED:
+      return Outcome::kLocalized;
+    case v1::OUTCOME_AMBIGUOUS:
+      return Outcome::kAmbiguous;
+    case v1::OUTCOME_NOT_RECOGNIZED:
+      return Outcome::kNotRecognized;
+    case v1::OUTCOME_INSUFFICIENT_SCAN:
+      return Outcome::kInsufficientScan;
+    default:
+      return absl::InvalidArgumentError(
+          absl::StrCat("outcome is ", static_cast<int>(outcome), ", which is none"));
+  }
+}
+
+absl::Status Check(const v1::Candidate& message) {
+  if (message.place() < 0 || message.session() < 0) {
+    return absl::InvalidArgumentError(absl::StrCat("candidate.place and candidate.session are ",
+                                                   message.place(), " and ", message.session(),
+                                                   "; neither may be negative"));
+  }
+  absl::Status status =
+      CheckLength("candidate.session_name", message.session_name(), limits::kMaxNameBytes);
+  status.Update(CheckFinite("candidate.distance", message.distance()));
+  status.Update(CheckFinite("candidate.yaw_rad", message.yaw_rad()));
+  status.Update(CheckFinite("candidate.lateral_m", message.lateral_m()));
+  if (message.has_confidence()) {
+    status.Update(CheckRange("candidate.confidence", message.confidence(), 0.0, 1.0));
+  }
+  return status;
+}
+
+absl::StatusOr<Candidate> FromProto(const v1::Candidate& message) {
+  if (auto status = Check(message); !status.ok()) return status;
+  const auto T_map_place = FromProto("candidate.T_map_place", message.t_map_place());
+  if (!T_map_place.ok()) return T_map_place.status();
+  const auto T_map_query = FromProto("candidate.T_map_query", message.t_map_query());
+  if (!T_map_query.ok()) return T_map_query.status();
+
+  Candidate candidate;
+  candidate.place = message.place();
+  candidate.session = message.session();
+  candidate.session_name = message.session_name();
+  candidate.T_map_place = *T_map_place;
+  candidate.distance = message.distance();
+  if (message.has_confidence()) candidate.confidence = message.confidence();
+  candidate.yaw_rad = message.yaw_rad();
+  candidate.lateral_m = message.lateral_m();
+  candidate.T_map_query = *T_map_query;
+  return candidate;
+}
+
+v1::Candidate ToProto(const Candidate& candidate) {
+  v1::Candidate message;
+  message.set_place(candidate.place);
+  message.set_session(candidate.session);
+  message.set_session_name(candidate.session_name);
+  *message.mutable_t_map_place() = ToProto(candidate.T_map_place);
+  message.set_distance(candidate.distance);
+  if (candidate.confidence) message.set_confidence(*candidate.confidence);
+  message.set_yaw_rad(candidate.yaw_rad);
+  message.set_lateral_m(candidate.lateral_m);
+  *message.mutable_t_map_query() = ToProto(candidate.T_map_query);
+  return message;
+}
+
+ScanCounts FromProto(const v1::ScanCounts& message) {
+  return {.num_points = message.num_points(),
+          .num_not_finite = message.num_not_finite(),
+          .num_beyond_limit = message.num_beyond_limit(),
+          .num_voxels = message.num_voxels()};
+}
+
+v1::ScanCounts ToProto(const ScanCounts& counts) {
+  v1::ScanCounts message;
+  message.set_num_points(counts.num_points);
+  message.set_num_not_finite(counts.num_not_finite);
+  message.set_num_beyond_limit(counts.num_beyond_limit);
+  message.set_num_voxels(counts.num_voxels);
+  return message;
+}
+
+}  // namespace
+
+absl::StatusOr<LocalizeReply> FromProto(const v1::LocalizeResponse& message) {
+  absl::Status status = CheckMapName(message.map());
+  status.Update(CheckLength("content_id", message.content_id(), kMaxContentIdBytes));
+  status.Update(CheckLength("reason", message.reason(), kMaxReasonBytes));
+  if (message.candidates_size() > limits::kMaxCandidates) {
+    status.Update(absl::InvalidArgumentError(
+        absl::StrCat("the answer has ", message.candidates_size(), " candidates; at most ",
+                     limits::kMaxCandidates, " are allowed")));
+  }
+  if (!status.ok()) return status;
+  const auto outcome = FromProto(message.outcome());
+  if (!outcome.ok()) return outcome.status();
+
+  LocalizeReply reply;
+  reply.map = message.map();
+  reply.answer.outcome = *outcome;
+  reply.answer.reason = message.reason();
+  reply.answer.content_id = message.content_id();
+  reply.answer.candidates.reserve(message.candidates_size());
+  for (const v1::Candidate& candidate : message.candidates()) {
+    auto converted = FromProto(candidate);
+    if (!converted.ok()) return converted.status();
+    reply.answer.candidates.push_back(*std::move(converted));
+  }
+  reply.queue_ns = message.times().queue_ns();
+  reply.decode_ns = message.times().decode_ns();
+  reply.answer.times = {.describe_ns = message.times().describe_ns(),
+                        .retrieve_ns = message.times().retrieve_ns(),
+                        .match_ns = message.times().match_ns()};
+  if (message.has_scan_counts()) reply.scan_counts = FromProto(message.scan_counts());
+  return reply;
+}
+
+v1::LocalizeResponse ToProto(const LocalizeReply& reply) {
+  v1::LocalizeResponse message;
+  message.set_map(reply.map);
+  message.set_content_id(reply.answer.content_id);
+  message.set_outcome(ToProto(reply.answer.outcome));
+  message.set_reason(reply.answer.reason);
+  for (const Candidate& candidate : reply.answer.candidates) {
+    *message.add_candidates() = ToProto(candidate);
+  }
+  v1::StageTimes& times = *message.mutable_times();
+  times.set_queue_ns(reply.queue_ns);
+  times.set_decode_ns(reply.decode_ns);
+  times.set_describe_ns(reply.answer.times.describe_ns);
+  times.set_retrieve_ns(reply.answer.times.retrieve_ns);
+  times.set_match_ns(reply.answer.times.match_ns);
+  if (reply.scan_counts) *message.mutable_scan_counts() = ToProto(*reply.scan_counts);
+  return message;
+}
+
+}  // namespace scanloc::proto

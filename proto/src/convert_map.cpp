@@ -1,0 +1,215 @@
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "fields.hpp"
+#include "scanloc/core/limits.hpp"
+#include "scanloc/proto/convert.hpp"
+
+namespace scanloc::proto {
+namespace {
+
+v1::ShiftMode ToProto(ShiftMode mode) {
+  switch (mode) {
+    case ShiftMode::kCircular:
+      return v1::SHIFT_MODE_CIRCULAR;
+    case ShiftMode::kBounded:
+      return v1::SHIFT_MODE_BOUNDED;
+  }
+  return v1::SHIFT_MODE_UNSPECIFIED;
+}
+
+absl::StatusOr<ShiftMode> FromProto(v1::ShiftMode mode) {
+  switch (mode) {
+    case v1::SHIFT_MODE_CIRCULAR:
+      return ShiftMode::kCircular;
+    case v1::SHIFT_MODE_BOUNDED:
+      return ShiftMode::kBounded;
+    default:
+      return absl::InvalidArgumentError(
+          absl::StrCat("params.cart.shift_mode is ", static_cast<int>(mode), ", which is none"));
+  }
+}
+
+absl::StatusOr<MapState> FromProto(v1::MapState state) {
+  switch (state) {
+    case v1::MAP_STATE_LOADING:
+      return MapState::kLoading;
+    case v1::MAP_STATE_SERVING:
+      return MapState::kServing;
+    default:
+      return absl::InvalidArgumentError(
+          absl::StrCat("maps.state is ", static_cast<int>(state), ", which is none"));
+  }
+}
+
+absl::Status CheckNumPlaces(std::int64_t num_places) {
+  return CheckRange("num_places", static_cast<double>(num_places), 0,
+                    static_cast<double>(limits::kMaxPlaces));
+}
+
+absl::StatusOr<Extent> FromProto(const v1::Extent& message) {
+  absl::Status status;
+  for (const double side : {message.min_x_m(), message.min_y_m(), message.min_z_m(),
+                            message.max_x_m(), message.max_y_m(), message.max_z_m()}) {
+    status.Update(CheckFinite("extent", side));
+  }
+  if (!status.ok()) return status;
+  return Extent{.min_m = {message.min_x_m(), message.min_y_m(), message.min_z_m()},
+                .max_m = {message.max_x_m(), message.max_y_m(), message.max_z_m()}};
+}
+
+v1::Extent ToProto(const Extent& extent) {
+  v1::Extent message;
+  message.set_min_x_m(extent.min_m.x());
+  message.set_min_y_m(extent.min_m.y());
+  message.set_min_z_m(extent.min_m.z());
+  message.set_max_x_m(extent.max_m.x());
+  message.set_max_y_m(extent.max_m.y());
+  message.set_max_z_m(extent.max_m.z());
+  return message;
+}
+
+}  // namespace
+
+absl::StatusOr<Params> FromProto(const v1::Params& message) {
+  if (!message.has_polar() || !message.has_cart() || !message.has_search()) {
+    return absl::InvalidArgumentError("params lack polar, cart or search");
+  }
+  const auto shift_mode = FromProto(message.cart().shift_mode());
+  if (!shift_mode.ok()) return shift_mode.status();
+
+  const v1::PolarParams& polar = message.polar();
+  const v1::CartParams& cart = message.cart();
+  const v1::SearchParams& search = message.search();
+  Params params{
+      .voxel_size_m = message.voxel_size_m(),
+      .sensor_height_m = message.sensor_height_m(),
+      .polar = {.enabled = polar.enabled(),
+                .num_rings = polar.num_rings(),
+                .num_sectors = polar.num_sectors(),
+                .max_range_m = polar.max_range_m(),
+                .root_shifts_m = {polar.root_shifts_m().begin(), polar.root_shifts_m().end()}},
+      .cart = {.enabled = cart.enabled(),
+               .num_rows = cart.num_rows(),
+               .num_cols = cart.num_cols(),
+               .max_x_m = cart.max_x_m(),
+               .max_y_m = cart.max_y_m(),
+               .double_flip = cart.double_flip(),
+               .shift_mode = *shift_mode,
+               .max_shift_cols = cart.max_shift_cols()},
+      .search = {.num_candidates = search.num_candidates(),
+                 .align_radius = search.align_radius(),
+                 .polar_threshold = search.polar_threshold(),
+                 .cart_threshold = search.cart_threshold(),
+                 .min_voxels = search.min_voxels()}};
+  if (auto status = Validate(params); !status.ok()) return status;
+  return params;
+}
+
+v1::Params ToProto(const Params& params) {
+  v1::Params message;
+  message.set_voxel_size_m(params.voxel_size_m);
+  message.set_sensor_height_m(params.sensor_height_m);
+
+  v1::PolarParams& polar = *message.mutable_polar();
+  polar.set_enabled(params.polar.enabled);
+  polar.set_num_rings(params.polar.num_rings);
+  polar.set_num_sectors(params.polar.num_sectors);
+  polar.set_max_range_m(params.polar.max_range_m);
+  polar.mutable_root_shifts_m()->Add(params.polar.root_shifts_m.begin(),
+                                     params.polar.root_shifts_m.end());
+
+  v1::CartParams& cart = *message.mutable_cart();
+  cart.set_enabled(params.cart.enabled);
+  cart.set_num_rows(params.cart.num_rows);
+  cart.set_num_cols(params.cart.num_cols);
+  cart.set_max_x_m(params.cart.max_x_m);
+  cart.set_max_y_m(params.cart.max_y_m);
+  cart.set_double_flip(params.cart.double_flip);
+  cart.set_shift_mode(ToProto(params.cart.shift_mode));
+  cart.set_max_shift_cols(params.cart.max_shift_cols);
+
+  v1::SearchParams& search = *message.mutable_search();
+  search.set_num_candidates(params.search.num_candidates);
+  search.set_align_radius(params.search.align_radius);
+  search.set_polar_threshold(params.search.polar_threshold);
+  search.set_cart_threshold(params.search.cart_threshold);
+  search.set_min_voxels(params.search.min_voxels);
+  return message;
+}
+
+absl::StatusOr<MapInfo> FromProto(const v1::MapInfo& message) {
+  absl::Status status = CheckMapName(message.name());
+  status.Update(CheckLength("content_id", message.content_id(), kMaxContentIdBytes));
+  status.Update(CheckNumPlaces(message.num_places()));
+  status.Update(CheckRange("the number of sessions", message.sessions_size(), 0,
+                           static_cast<double>(limits::kMaxSessions)));
+  for (const std::string& session : message.sessions()) {
+    status.Update(CheckLength("sessions", session, limits::kMaxNameBytes));
+  }
+  if (!status.ok()) return status;
+  auto params = FromProto(message.params());
+  if (!params.ok()) return params.status();
+
+  MapInfo info;
+  info.name = message.name();
+  info.content_id = message.content_id();
+  info.params = *std::move(params);
+  info.sessions.assign(message.sessions().begin(), message.sessions().end());
+  info.num_places = message.num_places();
+  if (message.has_extent()) {
+    const auto extent = FromProto(message.extent());
+    if (!extent.ok()) return extent.status();
+    info.extent = *extent;
+  }
+  info.generation = message.generation();
+  return info;
+}
+
+v1::MapInfo ToProto(const MapInfo& info) {
+  v1::MapInfo message;
+  message.set_name(info.name);
+  message.set_content_id(info.content_id);
+  *message.mutable_params() = ToProto(info.params);
+  message.mutable_sessions()->Add(info.sessions.begin(), info.sessions.end());
+  message.set_num_places(info.num_places);
+  if (info.extent) *message.mutable_extent() = ToProto(*info.extent);
+  message.set_generation(info.generation);
+  return message;
+}
+
+absl::StatusOr<std::vector<MapSummary>> FromProto(const v1::ListMapsResponse& message) {
+  std::vector<MapSummary> maps;
+  maps.reserve(message.maps_size());
+  for (const v1::MapSummary& map : message.maps()) {
+    absl::Status status = CheckMapName(map.name());
+    status.Update(CheckLength("content_id", map.content_id(), kMaxContentIdBytes));
+    status.Update(CheckNumPlaces(map.num_places()));
+    if (!status.ok()) return status;
+    const auto state = FromProto(map.state());
+    if (!state.ok()) return state.status();
+    maps.push_back({.name = map.name(),
+                    .state = *state,
+                    .content_id = map.content_id(),
+                    .num_places = map.num_places(),
+                    .generation = map.generation()});
+  }
+  return maps;
+}
+
+v1::ListMapsResponse ToProto(const std::vector<MapSummary>& maps) {
+  v1::ListMapsResponse message;
+  for (const MapSummary& map : maps) {
+    v1::MapSummary& line = *message.add_maps();
+    line.set_name(map.name);
+    line.set_state(map.state == MapState::kServing ? v1::MAP_STATE_SERVING : v1::MAP_STATE_LOADING);
+    line.set_content_id(map.content_id);
+    line.set_num_places(map.num_places);
+    line.set_generation(map.generation);
+  }
+  return message;
+}
+
+}  // namespace scanloc::proto

@@ -1,0 +1,164 @@
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <string>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/string_view.h"
+#include "fields.hpp"
+#include "scanloc/core/limits.hpp"
+#include "scanloc/core/method.hpp"
+#include "scanloc/proto/convert.hpp"
+
+namespace scanloc::proto {
+namespace {
+
+// Points and cells are copied as they lie in memory.
+static_assert(std::endian::native == std::endian::little);
+
+absl::StatusOr<Context> FromProto(std::string_view field, const v1::Context& message) {
+  for (const auto& [side, length] :
+       {std::pair("num_rows", message.num_rows()), std::pair("num_cols", message.num_cols())}) {
+    if (auto status =
+            CheckRange(absl::StrCat(field, ".", side), length, 1, limits::kMaxDescriptorSide);
+        !status.ok()) {
+      return status;
+    }
+  }
+  Context context{.num_rows = message.num_rows(), .num_cols = message.num_cols(), .cells_cm = {}};
+  const std::size_t num_cells = static_cast<std::size_t>(context.num_rows) * context.num_cols;
+  const std::string& bytes = message.cells_u16le();
+  if (bytes.size() != num_cells * sizeof(std::uint16_t)) {
+    return absl::InvalidArgumentError(
+        absl::StrCat(field, " announces ", context.num_rows, "×", context.num_cols, " cells, ",
+                     num_cells * sizeof(std::uint16_t), " bytes, but has ", bytes.size()));
+  }
+  context.cells_cm.resize(num_cells);
+  std::memcpy(context.cells_cm.data(), bytes.data(), bytes.size());
+  return context;
+}
+
+v1::Context ToProto(const Context& context) {
+  v1::Context message;
+  message.set_num_rows(context.num_rows);
+  message.set_num_cols(context.num_cols);
+  message.set_cells_u16le(context.cells_cm.data(), context.cells_cm.size() * sizeof(std::uint16_t));
+  return message;
+}
+
+}  // namespace
+
+absl::Status CheckMapName(const std::string& name) {
+  return CheckLength("map", name, limits::kMaxNameBytes);
+}
+
+absl::Status FromProto(const v1::ScanPoints& message, PointCloud* points) {
+  if (message.num_points() > limits::kMaxPointsPerScan) {
+    return absl::InvalidArgumentError(absl::StrCat("scan.num_points is ", message.num_points(),
+                                                   "; at most ", limits::kMaxPointsPerScan,
+                                                   " points make a scan"));
+  }
+  const std::string& bytes = message.xyz_f32le();
+  if (bytes.size() != message.num_points() * sizeof(Point)) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("scan announces ", message.num_points(), " points, ",
+                     message.num_points() * sizeof(Point), " bytes, but scan.xyz_f32le has ",
+                     bytes.size(), "; send x y z of every point as little-endian float32"));
+  }
+  points->resize(message.num_points());
+  if (!bytes.empty()) std::memcpy(points->data(), bytes.data(), bytes.size());
+  return absl::OkStatus();
+}
+
+v1::ScanPoints ToProto(PointView points) {
+  v1::ScanPoints message;
+  message.set_num_points(points.size());
+  message.set_xyz_f32le(points.data(), points.size_bytes());
+  return message;
+}
+
+absl::StatusOr<SignedDescriptor> FromProto(const v1::Descriptors& message) {
+  if (auto status = CheckLength("descriptors.signature", message.signature(), kMaxSignatureBytes);
+      !status.ok()) {
+    return status;
+  }
+  SignedDescriptor result;
+  result.signature = message.signature();
+  if (message.has_polar()) {
+    auto polar = FromProto("descriptors.polar", message.polar());
+    if (!polar.ok()) return polar.status();
+    result.descriptor.polar = *std::move(polar);
+  }
+  if (message.has_cart()) {
+    auto cart = FromProto("descriptors.cart", message.cart());
+    if (!cart.ok()) return cart.status();
+    result.descriptor.cart = *std::move(cart);
+  }
+  result.descriptor.num_voxels = message.num_voxels();
+  return result;
+}
+
+v1::Descriptors ToProto(const SignedDescriptor& descriptor) {
+  v1::Descriptors message;
+  message.set_signature(descriptor.signature);
+  if (!descriptor.descriptor.polar.empty()) {
+    *message.mutable_polar() = ToProto(descriptor.descriptor.polar);
+  }
+  if (!descriptor.descriptor.cart.empty()) {
+    *message.mutable_cart() = ToProto(descriptor.descriptor.cart);
+  }
+  message.set_num_voxels(descriptor.descriptor.num_voxels);
+  return message;
+}
+
+// All is checked here, though the Localizer would refuse it too: a query that cannot be answered
+// should not cost the description of its scan.
+absl::StatusOr<QueryOptions> FromProto(const v1::LocalizeOptions& message) {
+  QueryOptions options;
+  if (message.has_method()) {
+    if (auto status = CheckLength("options.method", message.method(), kMaxMethodBytes);
+        !status.ok()) {
+      return status;
+    }
+    auto method = ParseMethod(message.method());
+    if (!method.ok()) return method.status();
+    options.method = *method;
+  }
+  if (message.has_num_candidates()) {
+    if (auto status = CheckRange("options.num_candidates", message.num_candidates(), 1,
+                                 limits::kMaxCandidates);
+        !status.ok()) {
+      return status;
+    }
+    options.num_candidates = message.num_candidates();
+  }
+  if (message.has_threshold()) {
+    if (auto status = CheckRange("options.threshold", message.threshold(), 0.0, 1.0);
+        !status.ok()) {
+      return status;
+    }
+    options.threshold = message.threshold();
+  }
+  if (message.has_max_answers()) {
+    if (auto status =
+            CheckRange("options.max_answers", message.max_answers(), 1, limits::kMaxCandidates);
+        !status.ok()) {
+      return status;
+    }
+    options.max_answers = message.max_answers();
+  }
+  return options;
+}
+
+v1::LocalizeOptions ToProto(const QueryOptions& options) {
+  v1::LocalizeOptions message;
+  if (options.method) message.set_method(MethodName(*options.method));
+  if (options.num_candidates) message.set_num_candidates(*options.num_candidates);
+  if (options.threshold) message.set_threshold(*options.threshold);
+  message.set_max_answers(options.max_answers);
+  return message;
+}
+
+}  // namespace scanloc::proto

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <string_view>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "scanloc/core/pose.hpp"
+#include "scanloc/v1/map.pb.h"
+
+/// Checks and conversions that several messages share.
+namespace scanloc::proto {
+
+/// InvalidArgument if the text is longer than max_bytes.
+[[nodiscard]] absl::Status CheckLength(std::string_view field, const std::string& text,
+                                       std::size_t max_bytes);
+
+/// InvalidArgument if the number is NaN or infinite.
+[[nodiscard]] absl::Status CheckFinite(std::string_view field, double value);
+
+/// InvalidArgument if the number is not in [low, high].
+[[nodiscard]] absl::Status CheckRange(std::string_view field, double value, double low,
+                                      double high);
+
+/// The bits of the pose are those of the message.
+[[nodiscard]] absl::StatusOr<Pose> FromProto(std::string_view field, const v1::Pose& message);
+[[nodiscard]] v1::Pose ToProto(const Pose& pose);
+
+/// Longest content id, reason, method name and signature [bytes].
+inline constexpr std::size_t kMaxContentIdBytes = 128;
+inline constexpr std::size_t kMaxReasonBytes = 4096;
+inline constexpr std::size_t kMaxMethodBytes = 64;
+inline constexpr std::size_t kMaxSignatureBytes = 1024;
+
+}  // namespace scanloc::proto
