@@ -58,9 +58,9 @@ absl::Status Check(const v1::Candidate& message) {
 
 absl::StatusOr<Candidate> FromProto(const v1::Candidate& message) {
   if (auto status = Check(message); !status.ok()) return status;
-  const auto T_map_place = FromProto("candidate.T_map_place", message.t_map_place());
+  const auto T_map_place = PoseFromProto("candidate.T_map_place", message.t_map_place());
   if (!T_map_place.ok()) return T_map_place.status();
-  const auto T_map_query = FromProto("candidate.T_map_query", message.t_map_query());
+  const auto T_map_query = PoseFromProto("candidate.T_map_query", message.t_map_query());
   if (!T_map_query.ok()) return T_map_query.status();
 
   Candidate candidate;
@@ -81,12 +81,12 @@ v1::Candidate ToProto(const Candidate& candidate) {
   message.set_place(candidate.place);
   message.set_session(candidate.session);
   message.set_session_name(candidate.session_name);
-  *message.mutable_t_map_place() = ToProto(candidate.T_map_place);
+  *message.mutable_t_map_place() = PoseToProto(candidate.T_map_place);
   message.set_distance(candidate.distance);
   if (candidate.confidence) message.set_confidence(*candidate.confidence);
   message.set_yaw_rad(candidate.yaw_rad);
   message.set_lateral_m(candidate.lateral_m);
-  *message.mutable_t_map_query() = ToProto(candidate.T_map_query);
+  *message.mutable_t_map_query() = PoseToProto(candidate.T_map_query);
   return message;
 }
 

@@ -18,7 +18,7 @@ namespace {
 // Points and cells are copied as they lie in memory.
 static_assert(std::endian::native == std::endian::little);
 
-absl::StatusOr<Context> FromProto(std::string_view field, const v1::Context& message) {
+absl::StatusOr<Context> FromProto(absl::string_view field, const v1::Context& message) {
   for (const auto& [side, length] :
        {std::pair("num_rows", message.num_rows()), std::pair("num_cols", message.num_cols())}) {
     if (auto status =
@@ -32,7 +32,7 @@ absl::StatusOr<Context> FromProto(std::string_view field, const v1::Context& mes
   const std::string& bytes = message.cells_u16le();
   if (bytes.size() != num_cells * sizeof(std::uint16_t)) {
     return absl::InvalidArgumentError(
-        absl::StrCat(field, " announces ", context.num_rows, "×", context.num_cols, " cells, ",
+        absl::StrCat(field, " announces ", context.num_rows, "x", context.num_cols, " cells, ",
                      num_cells * sizeof(std::uint16_t), " bytes, but has ", bytes.size()));
   }
   context.cells_cm.resize(num_cells);

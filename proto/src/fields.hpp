@@ -2,10 +2,10 @@
 
 #include <cstddef>
 #include <string>
-#include <string_view>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "absl/strings/string_view.h"
 #include "scanloc/core/pose.hpp"
 #include "scanloc/v1/map.pb.h"
 
@@ -13,19 +13,19 @@
 namespace scanloc::proto {
 
 /// InvalidArgument if the text is longer than max_bytes.
-[[nodiscard]] absl::Status CheckLength(std::string_view field, const std::string& text,
+[[nodiscard]] absl::Status CheckLength(absl::string_view field, const std::string& text,
                                        std::size_t max_bytes);
 
 /// InvalidArgument if the number is NaN or infinite.
-[[nodiscard]] absl::Status CheckFinite(std::string_view field, double value);
+[[nodiscard]] absl::Status CheckFinite(absl::string_view field, double value);
 
 /// InvalidArgument if the number is not in [low, high].
-[[nodiscard]] absl::Status CheckRange(std::string_view field, double value, double low,
+[[nodiscard]] absl::Status CheckRange(absl::string_view field, double value, double low,
                                       double high);
 
 /// The bits of the pose are those of the message.
-[[nodiscard]] absl::StatusOr<Pose> FromProto(std::string_view field, const v1::Pose& message);
-[[nodiscard]] v1::Pose ToProto(const Pose& pose);
+[[nodiscard]] absl::StatusOr<Pose> PoseFromProto(absl::string_view field, const v1::Pose& message);
+[[nodiscard]] v1::Pose PoseToProto(const Pose& pose);
 
 /// Longest content id, reason, method name and signature [bytes].
 inline constexpr std::size_t kMaxContentIdBytes = 128;
