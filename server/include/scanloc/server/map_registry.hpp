@@ -1,0 +1,59 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "scanloc/core/localizer.hpp"
+#include "scanloc/core/map.hpp"
+#include "scanloc/proto/messages.hpp"
+
+namespace scanloc::server {
+
+/// A map in service: never changed once made, and alive as long as a query holds it.
+struct ServedMap {
+  std::string path;       ///< of the file it was loaded from
+  std::string signature;  ///< DescriptorSignature of its parameters
+  MapInfo info;
+  std::shared_ptr<const Localizer> localizer;
+};
+
+/// The maps of a server by name. Thread-safe; readers hold a snapshot and are never kept waiting by
+/// a map that is being made ready.
+class MapRegistry {
+ public:
+  /// The names are all that will ever be served; each is loading until Serve.
+  explicit MapRegistry(const std::vector<std::string>& names);
+
+  /// Makes the map ready, O(n log n), then puts it in service under the name in place of the one
+  /// before. Queries under way keep the one they began with. On error the one before stays.
+  /// NotFound: no such name. InvalidArgument: the map's parameters are bad.
+  absl::Status Serve(const std::string& name, const std::string& path, Map map);
+
+  /// The map that is in service under the name; empty stands for the only one there is.
+  /// NotFound that lists the names: there is none, or the name is empty and there are several.
+  /// Unavailable: it is still loading.
+  [[nodiscard]] absl::StatusOr<std::shared_ptr<const ServedMap>> Find(
+      const std::string& name) const;
+
+  /// Every map, in order of name.
+  [[nodiscard]] std::vector<MapSummary> List() const;
+
+ private:
+  struct Slot {
+    std::shared_ptr<const ServedMap> served;  // null while loading
+    std::uint64_t generation = 0;
+  };
+
+  [[nodiscard]] std::string KnownNames() const;
+
+  mutable std::mutex mutex_;
+  std::map<std::string, Slot> slots_;  // the keys never change
+};
+
+}  // namespace scanloc::server

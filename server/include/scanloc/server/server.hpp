@@ -1,0 +1,54 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "scanloc/core/map.hpp"
+#include "scanloc/server/map_registry.hpp"
+#include "scanloc/server/server_options.hpp"
+#include "scanloc/server/worker_pool.hpp"
+
+namespace scanloc::server {
+
+/// Reads the map at a path; mapdb::LoadMap in the program.
+using MapLoader = std::function<absl::StatusOr<Map>(const std::string& path)>;
+
+/// The health service (grpc.health.v1) knows the server as a whole as "", which serves once every
+/// map does, and each map under this name.
+[[nodiscard]] std::string HealthName(const std::string& map_name);
+
+/// A running scanlocd: listens from Start on, with every map NOT_SERVING until it is loaded.
+/// Thread-safe.
+class Server {
+ public:
+  /// InvalidArgument: bad options. Unavailable: cannot listen there.
+  [[nodiscard]] static absl::StatusOr<std::unique_ptr<Server>> Start(const ServerOptions& options,
+                                                                     MapLoader load_map);
+
+  /// Shutdown, if it was not called yet.
+  ~Server();
+
+  /// HOST:PORT as configured, with the port that was really taken.
+  [[nodiscard]] const std::string& address() const;
+
+  /// Loads every map in turn; each answers as soon as it is loaded. Stops at the first that does
+  /// not load and returns why, and which. Cancelled if Shutdown was called meanwhile. Call once.
+  [[nodiscard]] absl::Status LoadMaps();
+
+  /// Tells NOT_SERVING, accepts nothing more, waits up to drain_s for what is in flight, cancels
+  /// what has not started by then, and returns when nothing runs any more.
+  void Shutdown();
+
+  [[nodiscard]] MapRegistry& maps();
+  [[nodiscard]] WorkerPool& workers();
+
+ private:
+  struct State;
+  explicit Server(std::unique_ptr<State> state);
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace scanloc::server

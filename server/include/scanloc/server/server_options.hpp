@@ -1,0 +1,51 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "scanloc/core/limits.hpp"
+
+namespace scanloc::server {
+
+/// One map that the server answers for: the name that requests give, and the file on this machine.
+struct MapSource {
+  std::string name;  ///< letters, digits, '.', '_' and '-'; it stands in health names and logs
+  std::string path;
+
+  friend bool operator==(const MapSource&, const MapSource&) = default;
+};
+
+/// Splits NAME=FILE at the first '='. InvalidArgument if there is none or a side is empty.
+[[nodiscard]] absl::StatusOr<MapSource> ParseMapSource(const std::string& text);
+
+/// How a server runs. What shapes its answers is not here but in the maps.
+struct ServerOptions {
+  std::vector<MapSource> maps;  ///< at least one
+
+  /// HOST:PORT, or [HOST]:PORT for IPv6; port 0 takes a free one. By default only this machine
+  /// reaches the server: nothing on the wire is encrypted.
+  std::string listen = "127.0.0.1:50061";
+
+  /// Threads that answer queries; 0: one a core. A query keeps one core busy from start to end, so
+  /// more than that only adds waiting.
+  int num_threads = 0;
+
+  /// Queries that run or wait for a thread; one more is refused at once with ResourceExhausted.
+  /// At some milliseconds a query this is a queue of well under a second, so that what is accepted
+  /// is answered while the robot still waits.
+  int max_inflight = 64;
+
+  /// Largest request [bytes]; a larger one is refused unread. The default fits the largest scan.
+  int max_message_bytes = limits::kMaxMessageBytes;
+
+  /// How long queries in flight may take to end once the server has been told to stop [s]; those
+  /// that have not started by then are cancelled.
+  double drain_s = 10.0;
+};
+
+/// OK, or InvalidArgument that names the first bad field, its value and what it may be.
+[[nodiscard]] absl::Status Validate(const ServerOptions& options);
+
+}  // namespace scanloc::server

@@ -1,0 +1,178 @@
+#include "lifecycle.hpp"
+
+#include <pthread.h>
+#include <spdlog/spdlog.h>
+
+#include <condition_variable>
+#include <csignal>
+#include <cstdio>
+#include <cstdlib>
+#include <deque>
+#include <functional>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+#include <utility>
+
+namespace scanloc::server {
+namespace {
+
+/// Beyond the drain time, for cancelled queries to notice.
+constexpr std::chrono::seconds kGrace(2);
+
+sigset_t StopSignals() {
+  sigset_t signals;
+  sigemptyset(&signals);
+  sigaddset(&signals, SIGTERM);
+  sigaddset(&signals, SIGINT);
+  return signals;
+}
+
+/// What the main thread waits for.
+struct Event {
+  enum class Kind : std::uint8_t { kSignal, kLoaded, kDrained };
+  Kind kind = Kind::kSignal;
+  int signal = 0;
+  absl::Status loaded;
+};
+
+class Mailbox {
+ public:
+  void Post(Event event) {
+    {
+      const std::lock_guard lock(mutex_);
+      events_.push_back(std::move(event));
+    }
+    has_event_.notify_one();
+  }
+
+  [[nodiscard]] Event Wait() {
+    std::unique_lock lock(mutex_);
+    has_event_.wait(lock, [this] { return !events_.empty(); });
+    return Pop();
+  }
+
+  /// None if the time came first.
+  [[nodiscard]] std::optional<Event> WaitUntil(std::chrono::steady_clock::time_point time) {
+    std::unique_lock lock(mutex_);
+    if (!has_event_.wait_until(lock, time, [this] { return !events_.empty(); })) return {};
+    return Pop();
+  }
+
+ private:
+  Event Pop() {
+    Event event = std::move(events_.front());
+    events_.pop_front();
+    return event;
+  }
+
+  std::mutex mutex_;
+  std::condition_variable has_event_;
+  std::deque<Event> events_;
+};
+
+/// Posts every stop signal that the process gets while it lives.
+class SignalWatcher {
+ public:
+  explicit SignalWatcher(Mailbox& mailbox) : thread_([this, &mailbox] { Run(mailbox); }) {}
+
+  ~SignalWatcher() {
+    {
+      const std::lock_guard lock(mutex_);
+      ending_ = true;
+    }
+    pthread_kill(thread_.native_handle(), SIGTERM);
+    thread_.join();
+  }
+
+  SignalWatcher(const SignalWatcher&) = delete;
+  SignalWatcher& operator=(const SignalWatcher&) = delete;
+
+ private:
+  void Run(Mailbox& mailbox) {
+    const sigset_t signals = StopSignals();
+    while (true) {
+      int signal = 0;
+      if (sigwait(&signals, &signal) != 0) continue;
+      const std::lock_guard lock(mutex_);
+      if (ending_) return;
+      mailbox.Post({.kind = Event::Kind::kSignal, .signal = signal, .loaded = {}});
+    }
+  }
+
+  std::mutex mutex_;
+  bool ending_ = false;
+  std::thread thread_;
+};
+
+[[noreturn]] void ExitAtOnce(int status, const char* why) {
+  spdlog::warn("ending at once: {}", why);
+  std::_Exit(status);
+}
+
+/// Waits until the server is drained and nothing loads any more.
+void AwaitEnd(Mailbox& mailbox, bool loading, std::chrono::steady_clock::time_point latest) {
+  bool drained = false;
+  while (!drained || loading) {
+    const std::optional<Event> event = mailbox.WaitUntil(latest);
+    if (!event) ExitAtOnce(EXIT_SUCCESS, "something still runs after the drain time");
+    switch (event->kind) {
+      case Event::Kind::kSignal:
+        ExitAtOnce(128 + event->signal, "signalled a second time");
+      case Event::Kind::kLoaded:
+        loading = false;
+        break;
+      case Event::Kind::kDrained:
+        drained = true;
+        break;
+    }
+  }
+}
+
+}  // namespace
+
+void BlockStopSignals() {
+  const sigset_t signals = StopSignals();
+  pthread_sigmask(SIG_BLOCK, &signals, nullptr);
+}
+
+int RunUntilStopped(Server& server, std::chrono::duration<double> drain) {
+  Mailbox mailbox;
+  const SignalWatcher watcher(mailbox);
+  std::thread loader([&] {
+    mailbox.Post({.kind = Event::Kind::kLoaded, .signal = 0, .loaded = server.LoadMaps()});
+  });
+
+  bool loading = true;
+  absl::Status loaded;
+  while (loaded.ok()) {
+    const Event event = mailbox.Wait();
+    if (event.kind == Event::Kind::kSignal) {
+      spdlog::info("stopping at signal {}", event.signal);
+      break;
+    }
+    loading = false;
+    loaded = event.loaded;
+    if (loaded.ok()) {
+      std::printf("scanlocd ready on %s\n", server.address().c_str());
+      std::fflush(stdout);
+    } else {
+      std::fprintf(stderr, "scanlocd: %s\n", std::string(loaded.message()).c_str());
+    }
+  }
+
+  const auto latest =
+      std::chrono::steady_clock::now() +
+      std::chrono::duration_cast<std::chrono::steady_clock::duration>(drain + kGrace);
+  std::thread drainer([&] {
+    server.Shutdown();
+    mailbox.Post({.kind = Event::Kind::kDrained, .signal = 0, .loaded = {}});
+  });
+  AwaitEnd(mailbox, loading, latest);
+  loader.join();
+  drainer.join();
+  return loaded.ok() ? EXIT_SUCCESS : EXIT_FAILURE;
+}
+
+}  // namespace scanloc::server

@@ -1,0 +1,179 @@
+#include "localization_service.hpp"
+
+#include <chrono>
+#include <cstddef>
+#include <utility>
+
+#include "absl/strings/escaping.h"
+#include "absl/strings/str_cat.h"
+#include "scanloc/core/method.hpp"
+#include "scanloc/proto/convert.hpp"
+#include "scanloc/proto/status.hpp"
+#include "unary_call.hpp"
+
+namespace scanloc::server {
+namespace {
+
+/// Above this, describers of maps that are no longer served are not worth keeping.
+constexpr std::size_t kMaxDescribersKept = 16;
+
+/// Largest request of the methods that run where they arrive [bytes].
+constexpr std::size_t kMaxSmallRequestBytes = 4096;
+
+std::int64_t NowNs() {
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(
+             std::chrono::steady_clock::now().time_since_epoch())
+      .count();
+}
+
+absl::Status CheckSmall(const grpc::ByteBuffer& request) {
+  if (!request.Valid() || request.Length() <= kMaxSmallRequestBytes) return absl::OkStatus();
+  return absl::InvalidArgumentError(absl::StrCat("the request has ", request.Length(),
+                                                 " bytes; at most ", kMaxSmallRequestBytes,
+                                                 " are allowed here"));
+}
+
+/// Answers at once, on the thread that brought the request.
+template <typename Request, typename Act>
+grpc::ServerUnaryReactor* RespondHere(grpc::CallbackServerContext* context,
+                                      const grpc::ByteBuffer* request, grpc::ByteBuffer* response,
+                                      Act&& act) {
+  absl::Status status = CheckSmall(*request);
+  if (status.ok()) status = Respond<Request>(*request, response, std::forward<Act>(act));
+  grpc::ServerUnaryReactor* reactor = context->DefaultReactor();
+  reactor->Finish(proto::ToGrpc(status));
+  return reactor;
+}
+
+absl::Status CheckSignature(const SignedDescriptor& query, const ServedMap& map) {
+  if (query.signature == map.signature) return absl::OkStatus();
+  return absl::FailedPreconditionError(absl::StrCat(
+      "the descriptors were made with \"", absl::Utf8SafeCHexEscape(query.signature), "\" but map ",
+      map.info.name, " has \"", map.signature,
+      "\"; fetch the map's parameters again with GetMapInfo and describe the scan with them"));
+}
+
+absl::StatusOr<Describer*> DescriberFor(const ServedMap& map,
+                                        std::map<std::string, Describer>& describers) {
+  if (const auto found = describers.find(map.signature); found != describers.end()) {
+    return &found->second;
+  }
+  auto describer = Describer::Create(map.info.params);
+  if (!describer.ok()) return describer.status();
+  if (describers.size() >= kMaxDescribersKept) describers.clear();
+  return &describers.emplace(map.signature, *std::move(describer)).first->second;
+}
+
+}  // namespace
+
+LocalizationService::LocalizationService(const MapRegistry& maps, WorkerPool& workers)
+    : maps_(maps), workers_(workers), scratch_(workers.num_threads()) {}
+
+grpc::ServerUnaryReactor* LocalizationService::Localize(grpc::CallbackServerContext* context,
+                                                        const grpc::ByteBuffer* request,
+                                                        grpc::ByteBuffer* response) {
+  grpc::ServerUnaryReactor* reactor = context->DefaultReactor();
+  const std::int64_t arrived_ns = NowNs();
+  const absl::Status taken = Guard([&] {
+    return workers_.Submit([=, this](int worker) {
+      absl::Status status = CheckStillWanted(*context);
+      if (status.ok()) {
+        status = Respond<v1::LocalizeRequest>(
+            *request, response,
+            [&, arrival = Arrival{arrived_ns, NowNs()}](
+                const v1::LocalizeRequest& message) -> absl::StatusOr<v1::LocalizeResponse> {
+              const auto reply = Answer(message, arrival, scratch_[worker]);
+              if (!reply.ok()) return reply.status();
+              return proto::ToProto(*reply);
+            });
+      }
+      reactor->Finish(proto::ToGrpc(status));
+    });
+  });
+  if (!taken.ok()) reactor->Finish(proto::ToGrpc(taken));
+  return reactor;
+}
+
+absl::StatusOr<LocalizeReply> LocalizationService::Answer(const v1::LocalizeRequest& request,
+                                                          const Arrival& arrival,
+                                                          Scratch& scratch) {
+  if (auto status = proto::CheckMapName(request.map()); !status.ok()) return status;
+  auto options = proto::FromProto(request.options());
+  if (!options.ok()) return options.status();
+  options->now_ns = NowNs;
+
+  const auto map = maps_.Find(request.map());
+  if (!map.ok()) return map.status();
+  if (options->method) {
+    if (auto status = CheckServes((*map)->info.params, *options->method); !status.ok()) {
+      return status;
+    }
+  }
+
+  auto described = Describe(request, **map, scratch);
+  if (!described.ok()) return described.status();
+  const std::int64_t decode_ns = NowNs() - arrival.started_ns - described->describe_ns;
+
+  auto answer = (*map)->localizer->Localize(described->descriptor, *options);
+  if (!answer.ok()) return answer.status();
+  answer->times.describe_ns = described->describe_ns;
+  return LocalizeReply{.answer = *std::move(answer),
+                       .map = (*map)->info.name,
+                       .queue_ns = arrival.started_ns - arrival.arrived_ns,
+                       .decode_ns = decode_ns,
+                       .scan_counts = described->scan_counts};
+}
+
+absl::StatusOr<LocalizationService::Described> LocalizationService::Describe(
+    const v1::LocalizeRequest& request, const ServedMap& map, Scratch& scratch) {
+  Described result;
+  switch (request.query_case()) {
+    case v1::LocalizeRequest::kScan: {
+      auto status = proto::FromProto(request.scan(), &scratch.points);
+      if (!status.ok()) return status;
+      const auto describer = DescriberFor(map, scratch.describers);
+      if (!describer.ok()) return describer.status();
+      const std::int64_t start_ns = NowNs();
+      result.descriptor = (*describer)->Describe(scratch.points, &result.scan_counts.emplace());
+      result.describe_ns = NowNs() - start_ns;
+      return result;
+    }
+    case v1::LocalizeRequest::kDescriptors: {
+      auto query = proto::FromProto(request.descriptors());
+      if (!query.ok()) return query.status();
+      if (auto status = CheckSignature(*query, map); !status.ok()) return status;
+      result.descriptor = std::move(query->descriptor);
+      return result;
+    }
+    default:
+      return absl::InvalidArgumentError(
+          "the request has neither scan nor descriptors; send one of them");
+  }
+}
+
+grpc::ServerUnaryReactor* LocalizationService::ListMaps(grpc::CallbackServerContext* context,
+                                                        const grpc::ByteBuffer* request,
+                                                        grpc::ByteBuffer* response) {
+  return RespondHere<v1::ListMapsRequest>(
+      context, request, response,
+      [this](const v1::ListMapsRequest&) -> absl::StatusOr<v1::ListMapsResponse> {
+        return proto::ToProto(maps_.List());
+      });
+}
+
+grpc::ServerUnaryReactor* LocalizationService::GetMapInfo(grpc::CallbackServerContext* context,
+                                                          const grpc::ByteBuffer* request,
+                                                          grpc::ByteBuffer* response) {
+  return RespondHere<v1::GetMapInfoRequest>(
+      context, request, response,
+      [this](const v1::GetMapInfoRequest& message) -> absl::StatusOr<v1::GetMapInfoResponse> {
+        if (auto status = proto::CheckMapName(message.map()); !status.ok()) return status;
+        const auto map = maps_.Find(message.map());
+        if (!map.ok()) return map.status();
+        v1::GetMapInfoResponse response;
+        *response.mutable_info() = proto::ToProto((*map)->info);
+        return response;
+      });
+}
+
+}  // namespace scanloc::server

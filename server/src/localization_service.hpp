@@ -1,0 +1,67 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "scanloc/core/descriptor.hpp"
+#include "scanloc/core/point_cloud.hpp"
+#include "scanloc/proto/messages.hpp"
+#include "scanloc/server/map_registry.hpp"
+#include "scanloc/server/worker_pool.hpp"
+#include "scanloc/v1/localization.grpc.pb.h"
+
+namespace scanloc::server {
+
+/// scanloc.v1.Localization: Localize runs on the workers, the others where they arrive.
+class LocalizationService final
+    : public v1::Localization::WithRawCallbackMethod_Localize<
+          v1::Localization::WithRawCallbackMethod_ListMaps<
+              v1::Localization::WithRawCallbackMethod_GetMapInfo<v1::Localization::Service>>> {
+ public:
+  /// Both must outlive the service.
+  LocalizationService(const MapRegistry& maps, WorkerPool& workers);
+
+  grpc::ServerUnaryReactor* Localize(grpc::CallbackServerContext* context,
+                                     const grpc::ByteBuffer* request,
+                                     grpc::ByteBuffer* response) override;
+  grpc::ServerUnaryReactor* ListMaps(grpc::CallbackServerContext* context,
+                                     const grpc::ByteBuffer* request,
+                                     grpc::ByteBuffer* response) override;
+  grpc::ServerUnaryReactor* GetMapInfo(grpc::CallbackServerContext* context,
+                                       const grpc::ByteBuffer* request,
+                                       grpc::ByteBuffer* response) override;
+
+ private:
+  /// What one worker keeps from query to query.
+  struct Scratch {
+    PointCloud points;
+    std::map<std::string, Describer> describers;  // by signature
+  };
+
+  struct Arrival {
+    std::int64_t arrived_ns = 0;  // at the socket
+    std::int64_t started_ns = 0;  // on a worker
+  };
+
+  /// The descriptors of a query, made here or by the robot.
+  struct Described {
+    ScanDescriptor descriptor;
+    std::int64_t describe_ns = 0;
+    std::optional<ScanCounts> scan_counts;
+  };
+
+  [[nodiscard]] absl::StatusOr<LocalizeReply> Answer(const v1::LocalizeRequest& request,
+                                                     const Arrival& arrival, Scratch& scratch);
+  [[nodiscard]] static absl::StatusOr<Described> Describe(const v1::LocalizeRequest& request,
+                                                          const ServedMap& map, Scratch& scratch);
+
+  const MapRegistry& maps_;
+  WorkerPool& workers_;
+  std::vector<Scratch> scratch_;  // by worker
+};
+
+}  // namespace scanloc::server

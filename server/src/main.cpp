@@ -1,0 +1,102 @@
+#include <spdlog/sinks/stdout_sinks.h>
+#include <spdlog/spdlog.h>
+
+#include <CLI/CLI.hpp>
+#include <chrono>
+#include <csignal>
+#include <cstdio>
+#include <exception>
+#include <string>
+#include <vector>
+
+#include "lifecycle.hpp"
+#include "scanloc/mapdb/map_file.hpp"
+#include "scanloc/server/server.hpp"
+#include "scanloc/server/server_options.hpp"
+
+namespace scanloc::server {
+namespace {
+
+constexpr int kExitFailed = 1;
+constexpr int kExitUsage = 2;
+
+constexpr const char* kExamples = R"(Examples:
+  scanlocd --map town=/srv/maps/town.scanloc
+  scanlocd --map north=north.scanloc --map south=south.scanloc --listen 127.0.0.1:0
+
+Prints "scanlocd ready on HOST:PORT" once every map answers. Health (grpc.health.v1) knows the
+server as "" and each map as scanloc.map/NAME. SIGTERM and SIGINT end it after what is in flight.
+Exit status: 0 stopped, 1 failed, 2 wrong usage.)";
+
+struct CommandLine {
+  ServerOptions options;
+  std::vector<std::string> maps;
+  std::string log_level = "info";
+};
+
+void Declare(CLI::App& app, CommandLine& line) {
+  ServerOptions& options = line.options;
+  app.add_option("--map", line.maps, "a map to serve, as NAME=FILE; once for every map")
+      ->required()
+      ->take_all()
+      ->expected(1);
+  app.add_option("--listen", options.listen, "HOST:PORT to listen on; port 0 takes a free one")
+      ->capture_default_str();
+  app.add_option("--threads", options.num_threads, "threads that answer queries; 0: one a core")
+      ->capture_default_str();
+  app.add_option("--max-inflight", options.max_inflight,
+                 "queries that run or wait; one more is refused at once")
+      ->capture_default_str();
+  app.add_option("--max-message-bytes", options.max_message_bytes, "largest request [bytes]")
+      ->capture_default_str();
+  app.add_option("--drain-seconds", options.drain_s,
+                 "how long queries in flight may take to end when stopping [s]")
+      ->capture_default_str();
+  app.add_option("--log-level", line.log_level, "what to log on stderr")
+      ->check(CLI::IsMember({"debug", "info", "warn", "error", "off"}))
+      ->capture_default_str();
+  app.set_version_flag("--version", std::string("scanlocd ") + SCANLOC_VERSION);
+  app.footer(kExamples);
+}
+
+int Fail(int exit_status, const absl::Status& status) {
+  std::fprintf(stderr, "scanlocd: %s\n", std::string(status.message()).c_str());
+  return exit_status;
+}
+
+int Run(CommandLine line) {
+  for (const std::string& text : line.maps) {
+    const auto source = ParseMapSource(text);
+    if (!source.ok()) return Fail(kExitUsage, source.status());
+    line.options.maps.push_back(*source);
+  }
+  if (auto status = Validate(line.options); !status.ok()) return Fail(kExitUsage, status);
+
+  spdlog::set_default_logger(spdlog::stderr_logger_mt("scanlocd"));
+  spdlog::set_level(spdlog::level::from_str(line.log_level));
+  std::signal(SIGPIPE, SIG_IGN);
+  BlockStopSignals();
+  const auto server = Server::Start(line.options, mapdb::LoadMap);
+  if (!server.ok()) return Fail(kExitFailed, server.status());
+  return RunUntilStopped(**server, std::chrono::duration<double>(line.options.drain_s));
+}
+
+}  // namespace
+}  // namespace scanloc::server
+
+int main(int argc, char** argv) {
+  try {
+    CLI::App app("Answers robots that wake up somewhere in a mapped town.", "scanlocd");
+    scanloc::server::CommandLine line;
+    scanloc::server::Declare(app, line);
+    try {
+      app.parse(argc, argv);
+    } catch (const CLI::ParseError& error) {
+      return app.exit(error) == 0 ? 0 : scanloc::server::kExitUsage;
+    }
+    return scanloc::server::Run(std::move(line));
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "scanlocd: %s\n", error.what());
+    return scanloc::server::kExitFailed;
+  }
+}

@@ -1,0 +1,111 @@
+#include "scanloc/server/map_registry.hpp"
+
+#include <cstddef>
+#include <optional>
+#include <utility>
+
+#include "absl/strings/escaping.h"
+#include "absl/strings/str_cat.h"
+
+namespace scanloc::server {
+namespace {
+
+constexpr int kMaxNamesTold = 20;
+
+std::optional<Extent> ExtentOf(const std::vector<Place>& places) {
+  if (places.empty()) return std::nullopt;
+  Extent extent{.min_m = places.front().T_map_place.translation(),
+                .max_m = places.front().T_map_place.translation()};
+  for (const Place& place : places) {
+    extent.min_m = extent.min_m.cwiseMin(place.T_map_place.translation());
+    extent.max_m = extent.max_m.cwiseMax(place.T_map_place.translation());
+  }
+  return extent;
+}
+
+MapInfo InfoOf(const std::string& name, const Map& map) {
+  return {.name = name,
+          .content_id = map.content_id,
+          .params = map.params,
+          .sessions = map.sessions,
+          .num_places = static_cast<std::int64_t>(map.places.size()),
+          .extent = ExtentOf(map.places),
+          .generation = 0};
+}
+
+}  // namespace
+
+MapRegistry::MapRegistry(const std::vector<std::string>& names) {
+  for (const std::string& name : names) slots_[name];
+}
+
+absl::Status MapRegistry::Serve(const std::string& name, const std::string& path, Map map) {
+  const auto slot = slots_.find(name);
+  if (slot == slots_.end()) {
+    return absl::NotFoundError(absl::StrCat("no map is configured as ", name));
+  }
+  auto next = std::make_shared<ServedMap>();
+  next->path = path;
+  next->signature = DescriptorSignature(map.params);
+  next->info = InfoOf(name, map);
+  auto localizer = Localizer::Create(std::make_shared<const Map>(std::move(map)));
+  if (!localizer.ok()) return localizer.status();
+  next->localizer = *std::move(localizer);
+
+  std::shared_ptr<const ServedMap> before;  // freed outside the lock, if this was its last holder
+  const std::lock_guard lock(mutex_);
+  next->info.generation = ++slot->second.generation;
+  before = std::exchange(slot->second.served, std::move(next));
+  return absl::OkStatus();
+}
+
+absl::StatusOr<std::shared_ptr<const ServedMap>> MapRegistry::Find(const std::string& name) const {
+  const auto slot = name.empty() && slots_.size() == 1 ? slots_.begin() : slots_.find(name);
+  if (slot == slots_.end()) {
+    const std::string what =
+        name.empty() ? "the request names no map and this server has several"
+                     : absl::StrCat("no map is named \"", absl::Utf8SafeCHexEscape(name), "\"");
+    return absl::NotFoundError(absl::StrCat(what, "; it has ", KnownNames()));
+  }
+  const std::lock_guard lock(mutex_);
+  if (slot->second.served == nullptr) {
+    return absl::UnavailableError(
+        absl::StrCat("map ", slot->first, " is still loading; try again later"));
+  }
+  return slot->second.served;
+}
+
+std::vector<MapSummary> MapRegistry::List() const {
+  std::vector<MapSummary> maps;
+  const std::lock_guard lock(mutex_);
+  for (const auto& [name, slot] : slots_) {
+    MapSummary summary{.name = name,
+                       .state = MapState::kLoading,
+                       .content_id = {},
+                       .num_places = 0,
+                       .generation = 0};
+    if (slot.served != nullptr) {
+      summary.state = MapState::kServing;
+      summary.content_id = slot.served->info.content_id;
+      summary.num_places = slot.served->info.num_places;
+      summary.generation = slot.served->info.generation;
+    }
+    maps.push_back(std::move(summary));
+  }
+  return maps;
+}
+
+std::string MapRegistry::KnownNames() const {
+  std::string names;
+  int num_told = 0;
+  for (const auto& [name, slot] : slots_) {
+    if (num_told == kMaxNamesTold) {
+      absl::StrAppend(&names, " and ", slots_.size() - kMaxNamesTold, " more");
+      break;
+    }
+    absl::StrAppend(&names, num_told++ == 0 ? "" : ", ", name);
+  }
+  return names;
+}
+
+}  // namespace scanloc::server

@@ -1,0 +1,142 @@
+#include "scanloc/server/server.hpp"
+
+#include <grpcpp/ext/proto_server_reflection_plugin.h>
+#include <grpcpp/security/server_credentials.h>
+#include <grpcpp/server.h>
+#include <grpcpp/server_builder.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <mutex>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "health_service.hpp"
+#include "localization_service.hpp"
+#include "unary_call.hpp"
+
+namespace scanloc::server {
+namespace {
+
+std::vector<std::string> NamesOf(const std::vector<MapSource>& sources) {
+  std::vector<std::string> names;
+  for (const MapSource& source : sources) names.push_back(source.name);
+  return names;
+}
+
+int NumThreads(const ServerOptions& options) {
+  if (options.num_threads > 0) return options.num_threads;
+  return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+}
+
+}  // namespace
+
+std::string HealthName(const std::string& map_name) {
+  return absl::StrCat("scanloc.map/", map_name);
+}
+
+// Members are destroyed in reverse: gRPC first, which ends every call, then what calls use.
+struct Server::State {
+  State(const ServerOptions& server_options, MapLoader loader)
+      : options(server_options),
+        load_map(std::move(loader)),
+        maps(NamesOf(server_options.maps)),
+        workers(NumThreads(server_options), server_options.max_inflight),
+        localization(maps, workers) {}
+
+  absl::Status Listen();
+
+  const ServerOptions options;
+  const MapLoader load_map;
+  std::string address;
+  MapRegistry maps;
+  WorkerPool workers;
+  LocalizationService localization;
+  HealthService health;
+  std::atomic<bool> stopping = false;
+  std::once_flag shutdown;
+  std::unique_ptr<grpc::Server> grpc_server;
+};
+
+absl::Status Server::State::Listen() {
+  health.Set("", false);
+  for (const MapSource& source : options.maps) health.Set(HealthName(source.name), false);
+
+  static std::once_flag reflection;
+  std::call_once(reflection, grpc::reflection::InitProtoReflectionServerBuilderPlugin);
+
+  grpc::ServerBuilder builder;
+  int port = 0;
+  builder.AddListeningPort(options.listen, grpc::InsecureServerCredentials(), &port);
+  builder.RegisterService(&localization);
+  builder.RegisterService(&health);
+  builder.SetMaxReceiveMessageSize(options.max_message_bytes);
+  // Two servers on one port would share its robots at random.
+  builder.AddChannelArgument(GRPC_ARG_ALLOW_REUSEPORT, 0);
+  grpc_server = builder.BuildAndStart();
+  if (grpc_server == nullptr || port == 0) {
+    return absl::UnavailableError(
+        absl::StrCat("cannot listen on ", options.listen,
+                     "; is the host one of this machine's, and is the port free and allowed?"));
+  }
+  address = absl::StrCat(options.listen.substr(0, options.listen.rfind(':')), ":", port);
+  return absl::OkStatus();
+}
+
+absl::StatusOr<std::unique_ptr<Server>> Server::Start(const ServerOptions& options,
+                                                      MapLoader load_map) {
+  if (auto status = Validate(options); !status.ok()) return status;
+  std::unique_ptr<State> state;
+  const absl::Status status = Guard([&] {
+    state = std::make_unique<State>(options, std::move(load_map));
+    return state->Listen();
+  });
+  if (!status.ok()) return status;
+  return std::unique_ptr<Server>(new Server(std::move(state)));
+}
+
+Server::Server(std::unique_ptr<State> state) : state_(std::move(state)) {}
+
+Server::~Server() { Shutdown(); }
+
+const std::string& Server::address() const { return state_->address; }
+MapRegistry& Server::maps() { return state_->maps; }
+WorkerPool& Server::workers() { return state_->workers; }
+
+absl::Status Server::LoadMaps() {
+  for (const MapSource& source : state_->options.maps) {
+    const absl::Status status = Guard([&]() -> absl::Status {
+      auto map = state_->load_map(source.path);
+      if (!map.ok()) return map.status();
+      return state_->maps.Serve(source.name, source.path, *std::move(map));
+    });
+    if (state_->stopping) return absl::CancelledError("the server was stopped while loading maps");
+    if (!status.ok()) {
+      return {status.code(), absl::StrCat("map ", source.name, ": ", status.message())};
+    }
+    state_->health.Set(HealthName(source.name), true);
+  }
+  state_->health.Set("", true);
+  for (const MapSummary& map : state_->maps.List()) {
+    spdlog::info("map {} in service: {} places, content id {}", map.name, map.num_places,
+                 map.content_id);
+  }
+  return absl::OkStatus();
+}
+
+void Server::Shutdown() {
+  std::call_once(state_->shutdown, [this] {
+    state_->stopping = true;
+    state_->health.StartDraining();
+    const auto drain = std::chrono::duration_cast<std::chrono::system_clock::duration>(
+        std::chrono::duration<double>(state_->options.drain_s));
+    spdlog::info("draining for at most {} s", state_->options.drain_s);
+    state_->grpc_server->Shutdown(std::chrono::system_clock::now() + drain);
+  });
+}
+
+}  // namespace scanloc::server

@@ -1,0 +1,86 @@
+#include "scanloc/server/server_options.hpp"
+
+#include <algorithm>
+#include <cctype>
+#include <cstddef>
+#include <set>
+
+#include "absl/strings/numbers.h"
+#include "absl/strings/str_cat.h"
+
+namespace scanloc::server {
+namespace {
+
+constexpr int kMaxThreads = 1024;
+constexpr int kMaxInflight = 100'000;
+constexpr int kMinMessageBytes = 1 << 10;
+constexpr double kMaxDrain_s = 3600.0;
+
+absl::Status CheckRange(const char* field, double value, double low, double high) {
+  if (value >= low && value <= high) return absl::OkStatus();
+  return absl::InvalidArgumentError(
+      absl::StrCat(field, " is ", value, "; it must lie in [", low, ", ", high, "]"));
+}
+
+absl::Status CheckName(const std::string& name) {
+  const bool good = std::all_of(name.begin(), name.end(), [](unsigned char c) {
+    return std::isalnum(c) != 0 || c == '.' || c == '_' || c == '-';
+  });
+  if (good && !name.empty() && name.size() <= limits::kMaxNameBytes) return absl::OkStatus();
+  return absl::InvalidArgumentError(absl::StrCat("map name \"", name, "\" is not one to ",
+                                                 limits::kMaxNameBytes,
+                                                 " letters, digits, '.', '_' or '-'"));
+}
+
+absl::Status CheckMaps(const std::vector<MapSource>& maps) {
+  if (maps.empty()) {
+    return absl::InvalidArgumentError("no map to serve; give at least one as NAME=FILE");
+  }
+  std::set<std::string> names;
+  for (const MapSource& map : maps) {
+    if (auto status = CheckName(map.name); !status.ok()) return status;
+    if (map.path.empty()) {
+      return absl::InvalidArgumentError(absl::StrCat("map ", map.name, " has no file"));
+    }
+    if (!names.insert(map.name).second) {
+      return absl::InvalidArgumentError(
+          absl::StrCat("two maps are named ", map.name, "; every map needs a name of its own"));
+    }
+  }
+  return absl::OkStatus();
+}
+
+absl::Status CheckListen(const std::string& listen) {
+  const std::size_t colon = listen.rfind(':');
+  int port = -1;
+  if (colon == std::string::npos || colon == 0 ||
+      !absl::SimpleAtoi(listen.substr(colon + 1), &port) || port < 0 || port > 65535) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("listen is \"", listen, "\"; it must be HOST:PORT with a port in [0, 65535]"));
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+absl::StatusOr<MapSource> ParseMapSource(const std::string& text) {
+  const std::size_t equals = text.find('=');
+  if (equals == std::string::npos || equals == 0 || equals + 1 == text.size()) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("\"", text, "\" is not NAME=FILE, for example town=/srv/maps/town.scanloc"));
+  }
+  return MapSource{.name = text.substr(0, equals), .path = text.substr(equals + 1)};
+}
+
+absl::Status Validate(const ServerOptions& options) {
+  absl::Status status = CheckMaps(options.maps);
+  status.Update(CheckListen(options.listen));
+  status.Update(CheckRange("num_threads", options.num_threads, 0, kMaxThreads));
+  status.Update(CheckRange("max_inflight", options.max_inflight, 1, kMaxInflight));
+  status.Update(CheckRange("max_message_bytes", options.max_message_bytes, kMinMessageBytes,
+                           limits::kMaxMessageBytes));
+  status.Update(CheckRange("drain_s", options.drain_s, 0.0, kMaxDrain_s));
+  return status;
+}
+
+}  // namespace scanloc::server

@@ -1,0 +1,71 @@
+#pragma once
+
+#include <grpcpp/impl/codegen/proto_utils.h>
+#include <grpcpp/server_context.h>
+#include <grpcpp/support/byte_buffer.h>
+
+#include <exception>
+#include <new>
+#include <string>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "absl/strings/str_cat.h"
+
+/// What every RPC of one request and one response does around its work. Requests come in as bytes:
+/// typed callback methods answer UNIMPLEMENTED to bytes that are no message, and unpack large ones
+/// on the threads that poll the sockets.
+namespace scanloc::server {
+
+/// Runs the work; what it throws becomes a status.
+template <typename Work>
+absl::Status Guard(Work&& work) {
+  try {
+    return work();
+  } catch (const std::bad_alloc&) {
+    return absl::ResourceExhaustedError("the server is out of memory; try again later");
+  } catch (const std::exception& error) {
+    return absl::InternalError(absl::StrCat("unexpected error: ", error.what()));
+  } catch (...) {
+    return absl::InternalError("unexpected error of unknown type");
+  }
+}
+
+/// Cancelled or DeadlineExceeded if nobody waits for the answer any more.
+[[nodiscard]] absl::Status CheckStillWanted(const grpc::CallbackServerContext& context);
+
+/// InvalidArgument if the bytes are not a message of the type.
+template <typename Message>
+absl::Status Parse(const grpc::ByteBuffer& bytes, Message* message) {
+  grpc::ByteBuffer unread = bytes;  // shares the bytes; parsing empties it
+  if (bytes.Valid() && grpc::SerializationTraits<Message>::Deserialize(&unread, message).ok()) {
+    return absl::OkStatus();
+  }
+  return absl::InvalidArgumentError(absl::StrCat("the ", bytes.Valid() ? bytes.Length() : 0,
+                                                 " bytes of the request are not a ",
+                                                 Message::descriptor()->full_name()));
+}
+
+template <typename Message>
+absl::Status Serialize(const Message& message, grpc::ByteBuffer* bytes) {
+  bool own_buffer = false;
+  if (grpc::SerializationTraits<Message>::Serialize(message, bytes, &own_buffer).ok()) {
+    return absl::OkStatus();
+  }
+  return absl::InternalError("the answer could not be packed");
+}
+
+/// Unpacks the request, lets act(request) make an absl::StatusOr<Response>, and packs that.
+template <typename Request, typename Act>
+absl::Status Respond(const grpc::ByteBuffer& request_bytes, grpc::ByteBuffer* response_bytes,
+                     Act&& act) {
+  return Guard([&]() -> absl::Status {
+    Request request;
+    if (auto status = Parse(request_bytes, &request); !status.ok()) return status;
+    const auto response = act(request);
+    if (!response.ok()) return response.status();
+    return Serialize(*response, response_bytes);
+  });
+}
+
+}  // namespace scanloc::server
