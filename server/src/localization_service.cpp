@@ -170,9 +170,9 @@ grpc::ServerUnaryReactor* LocalizationService::GetMapInfo(grpc::CallbackServerCo
         if (auto status = proto::CheckMapName(message.map()); !status.ok()) return status;
         const auto map = maps_.Find(message.map());
         if (!map.ok()) return map.status();
-        v1::GetMapInfoResponse response;
-        *response.mutable_info() = proto::ToProto((*map)->info);
-        return response;
+        v1::GetMapInfoResponse result;
+        *result.mutable_info() = proto::ToProto((*map)->info);
+        return result;
       });
 }
 

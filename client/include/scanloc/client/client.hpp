@@ -1,0 +1,77 @@
+#pragma once
+
+#include <chrono>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "scanloc/core/localizer.hpp"
+#include "scanloc/core/point_cloud.hpp"
+#include "scanloc/proto/messages.hpp"
+
+namespace scanloc::client {
+
+struct ClientOptions {
+  std::string address = "127.0.0.1:50061";  ///< HOST:PORT of scanlocd
+
+  /// How long a call may take in all unless it says otherwise. A robot that waits longer than this
+  /// is better off asking again with a fresh scan.
+  std::chrono::milliseconds timeout{5000};
+
+  /// How long Connect waits for the server; 0: it does not, and the first call connects.
+  std::chrono::milliseconds connect_timeout{5000};
+};
+
+/// OK, or InvalidArgument that names the first bad field; times reach to one hour.
+[[nodiscard]] absl::Status Validate(const ClientOptions& options);
+
+/// What one query may say beside the scan.
+struct RequestOptions {
+  std::string map;                                   ///< empty: the server's only map
+  QueryOptions query;                                ///< now_ns is not used
+  std::optional<std::chrono::milliseconds> timeout;  ///< none: the client's
+};
+
+/// Asks a scanlocd. Blocking; any number of threads may call at once over the one connection.
+///
+/// Every call ends in time: DeadlineExceeded if the server does not answer within the timeout,
+/// Unavailable if it cannot be reached. A lost connection is made again by later calls. Errors
+/// carry the server's text and address; its codes are those of proto/scanloc/v1/localization.proto.
+class Client {
+ public:
+  /// Unavailable if the server cannot be reached now; InvalidArgument for bad options.
+  [[nodiscard]] static absl::StatusOr<Client> Connect(const ClientOptions& options);
+
+  Client(Client&&) noexcept;
+  Client& operator=(Client&&) noexcept;
+  ~Client();
+
+  [[nodiscard]] absl::StatusOr<std::vector<MapSummary>> ListMaps() const;
+
+  /// An empty name stands for the server's only map.
+  [[nodiscard]] absl::StatusOr<MapInfo> GetMapInfo(const std::string& map = "") const;
+
+  /// Sends the scan as it is: 12 bytes a point.
+  [[nodiscard]] absl::StatusOr<LocalizeReply> LocalizeScan(
+      PointView scan, const RequestOptions& options = {}) const;
+
+  /// Sends descriptors that were made with the map's parameters (GetMapInfo, Describer).
+  /// FailedPrecondition if they were made with others.
+  [[nodiscard]] absl::StatusOr<LocalizeReply> LocalizeDescriptor(
+      const SignedDescriptor& descriptor, const RequestOptions& options = {}) const;
+
+  /// Describes the scan here and sends some kilobytes; the answer is the same as LocalizeScan's.
+  /// Fetches the map's parameters at the first query and whenever the server has got others.
+  [[nodiscard]] absl::StatusOr<LocalizeReply> LocalizeByDescriptor(
+      PointView scan, const RequestOptions& options = {}) const;
+
+ private:
+  struct State;
+  explicit Client(std::unique_ptr<State> state);
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace scanloc::client

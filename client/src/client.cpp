@@ -1,0 +1,223 @@
+#include "scanloc/client/client.hpp"
+
+#include <grpcpp/channel.h>
+#include <grpcpp/client_context.h>
+#include <grpcpp/create_channel.h>
+#include <grpcpp/security/credentials.h>
+
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "map_cache.hpp"
+#include "scanloc/core/limits.hpp"
+#include "scanloc/proto/convert.hpp"
+#include "scanloc/proto/status.hpp"
+#include "scanloc/v1/localization.grpc.pb.h"
+
+namespace scanloc::client {
+namespace {
+
+using Clock = std::chrono::system_clock;
+using std::chrono::milliseconds;
+
+constexpr milliseconds kMaxTimeout = std::chrono::hours(1);
+
+absl::Status CheckTimeout(const char* field, milliseconds timeout, milliseconds low) {
+  if (timeout >= low && timeout <= kMaxTimeout) return absl::OkStatus();
+  return absl::InvalidArgumentError(absl::StrCat(field, " is ", timeout.count(),
+                                                 " ms; it must lie in [", low.count(), ", ",
+                                                 kMaxTimeout.count(), "] ms"));
+}
+
+std::shared_ptr<grpc::Channel> MakeChannel(const std::string& address) {
+  grpc::ChannelArguments arguments;
+  arguments.SetMaxReceiveMessageSize(limits::kMaxMessageBytes);
+  return grpc::CreateCustomChannel(address, grpc::InsecureChannelCredentials(), arguments);
+}
+
+/// Ends at the first failure: a robot should learn at once that nobody listens there.
+bool AwaitReady(grpc::Channel& channel, Clock::time_point deadline) {
+  while (true) {
+    const grpc_connectivity_state state = channel.GetState(/*try_to_connect=*/true);
+    if (state == GRPC_CHANNEL_READY) return true;
+    if (state == GRPC_CHANNEL_TRANSIENT_FAILURE || state == GRPC_CHANNEL_SHUTDOWN) return false;
+    if (!channel.WaitForStateChange(state, deadline)) return false;
+  }
+}
+
+}  // namespace
+
+absl::Status Validate(const ClientOptions& options) {
+  if (options.address.empty()) {
+    return absl::InvalidArgumentError("address is empty; it must be HOST:PORT");
+  }
+  absl::Status status = CheckTimeout("timeout", options.timeout, milliseconds(1));
+  status.Update(CheckTimeout("connect_timeout", options.connect_timeout, milliseconds(0)));
+  return status;
+}
+
+struct Client::State {
+  explicit State(const ClientOptions& client_options)
+      : options(client_options),
+        channel(MakeChannel(client_options.address)),
+        stub(v1::Localization::NewStub(channel)) {}
+
+  [[nodiscard]] absl::Status WithAddress(const absl::Status& status) const {
+    if (status.ok()) return status;
+    return {status.code(), absl::StrCat("scanlocd at ", options.address, ": ", status.message())};
+  }
+
+  /// The server's answer is at fault, not the caller's argument.
+  [[nodiscard]] absl::Status BadReply(const absl::Status& status) const {
+    return WithAddress(absl::InternalError(
+        absl::StrCat("its answer makes no sense, is it of another version? ", status.message())));
+  }
+
+  /// When a call with this timeout must have ended.
+  [[nodiscard]] absl::StatusOr<Clock::time_point> DeadlineOf(
+      const std::optional<milliseconds>& timeout) const {
+    if (timeout) {
+      if (auto status = CheckTimeout("timeout", *timeout, milliseconds(1)); !status.ok()) {
+        return status;
+      }
+    }
+    return Clock::now() + timeout.value_or(options.timeout);
+  }
+
+  template <typename Request, typename Response>
+  using Method = grpc::Status (v1::Localization::Stub::*)(grpc::ClientContext*, const Request&,
+                                                          Response*);
+
+  template <typename Request, typename Response>
+  [[nodiscard]] absl::StatusOr<Response> Call(Method<Request, Response> method,
+                                              const Request& request,
+                                              Clock::time_point deadline) const {
+    grpc::ClientContext context;
+    context.set_deadline(deadline);
+    Response response;
+    const absl::Status status =
+        proto::FromGrpc((stub.get()->*method)(&context, request, &response));
+    if (!status.ok()) return WithAddress(status);
+    return response;
+  }
+
+  [[nodiscard]] absl::StatusOr<MapInfo> FetchInfo(const std::string& map,
+                                                  Clock::time_point deadline) const {
+    v1::GetMapInfoRequest request;
+    request.set_map(map);
+    const auto response = Call(&v1::Localization::Stub::GetMapInfo, request, deadline);
+    if (!response.ok()) return response.status();
+    auto info = proto::FromProto(response->info());
+    if (!info.ok()) return BadReply(info.status());
+    return info;
+  }
+
+  [[nodiscard]] absl::StatusOr<LocalizeReply> Localize(v1::LocalizeRequest request,
+                                                       const RequestOptions& request_options,
+                                                       Clock::time_point deadline) const {
+    request.set_map(request_options.map);
+    *request.mutable_options() = proto::ToProto(request_options.query);
+    const auto response = Call(&v1::Localization::Stub::Localize, request, deadline);
+    if (!response.ok()) return response.status();
+    auto reply = proto::FromProto(*response);
+    if (!reply.ok()) return BadReply(reply.status());
+    return reply;
+  }
+
+  [[nodiscard]] absl::StatusOr<LocalizeReply> LocalizeWith(CachedMap& map, PointView scan,
+                                                           const RequestOptions& request_options,
+                                                           Clock::time_point deadline) const {
+    const auto descriptor = map.Describe(scan);
+    if (!descriptor.ok()) return descriptor.status();
+    v1::LocalizeRequest request;
+    *request.mutable_descriptors() = proto::ToProto(*descriptor);
+    return Localize(std::move(request), request_options, deadline);
+  }
+
+  const ClientOptions options;
+  const std::shared_ptr<grpc::Channel> channel;
+  const std::unique_ptr<v1::Localization::Stub> stub;
+  MapCache cache;
+};
+
+absl::StatusOr<Client> Client::Connect(const ClientOptions& options) {
+  if (auto status = Validate(options); !status.ok()) return status;
+  auto state = std::make_unique<State>(options);
+  if (options.connect_timeout.count() > 0 &&
+      !AwaitReady(*state->channel, Clock::now() + options.connect_timeout)) {
+    return state->WithAddress(
+        absl::UnavailableError("cannot connect; is it running, and is the address right?"));
+  }
+  return Client(std::move(state));
+}
+
+Client::Client(std::unique_ptr<State> state) : state_(std::move(state)) {}
+Client::Client(Client&&) noexcept = default;
+Client& Client::operator=(Client&&) noexcept = default;
+Client::~Client() = default;
+
+absl::StatusOr<std::vector<MapSummary>> Client::ListMaps() const {
+  const auto response = state_->Call(&v1::Localization::Stub::ListMaps, v1::ListMapsRequest(),
+                                     Clock::now() + state_->options.timeout);
+  if (!response.ok()) return response.status();
+  auto maps = proto::FromProto(*response);
+  if (!maps.ok()) return state_->BadReply(maps.status());
+  return maps;
+}
+
+absl::StatusOr<MapInfo> Client::GetMapInfo(const std::string& map) const {
+  return state_->FetchInfo(map, Clock::now() + state_->options.timeout);
+}
+
+absl::StatusOr<LocalizeReply> Client::LocalizeScan(PointView scan,
+                                                   const RequestOptions& options) const {
+  const auto deadline = state_->DeadlineOf(options.timeout);
+  if (!deadline.ok()) return deadline.status();
+  if (scan.size() > limits::kMaxPointsPerScan) {
+    return absl::InvalidArgumentError(absl::StrCat("the scan has ", scan.size(),
+                                                   " points; at most ", limits::kMaxPointsPerScan,
+                                                   " make a scan"));
+  }
+  v1::LocalizeRequest request;
+  *request.mutable_scan() = proto::ToProto(scan);
+  return state_->Localize(std::move(request), options, *deadline);
+}
+
+absl::StatusOr<LocalizeReply> Client::LocalizeDescriptor(const SignedDescriptor& descriptor,
+                                                         const RequestOptions& options) const {
+  const auto deadline = state_->DeadlineOf(options.timeout);
+  if (!deadline.ok()) return deadline.status();
+  v1::LocalizeRequest request;
+  *request.mutable_descriptors() = proto::ToProto(descriptor);
+  return state_->Localize(std::move(request), options, *deadline);
+}
+
+absl::StatusOr<LocalizeReply> Client::LocalizeByDescriptor(PointView scan,
+                                                           const RequestOptions& options) const {
+  const auto deadline = state_->DeadlineOf(options.timeout);
+  if (!deadline.ok()) return deadline.status();
+  const auto fetch = [&]() -> absl::StatusOr<std::shared_ptr<CachedMap>> {
+    const auto info = state_->FetchInfo(options.map, *deadline);
+    if (!info.ok()) return info.status();
+    return state_->cache.Put(options.map, *info);
+  };
+
+  absl::StatusOr<std::shared_ptr<CachedMap>> map = state_->cache.Find(options.map);
+  if (*map == nullptr) map = fetch();
+  if (!map.ok()) return map.status();
+  auto reply = state_->LocalizeWith(**map, scan, options, *deadline);
+  if (absl::IsFailedPrecondition(reply.status())) {
+    // Either the map has got other parameters, or the query asks for what it does not serve.
+    const auto newer = fetch();
+    if (!newer.ok()) return newer.status();
+    if ((*newer)->signature() == (*map)->signature()) return reply;
+    map = newer;
+    reply = state_->LocalizeWith(**map, scan, options, *deadline);
+  }
+  if (reply.ok() && reply->answer.content_id != (*map)->content_id()) {
+    state_->cache.Forget(options.map, *map);
+  }
+  return reply;
+}
+
+}  // namespace scanloc::client
