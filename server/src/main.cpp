@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "library_logs.hpp"
 #include "lifecycle.hpp"
 #include "scanloc/mapdb/map_file.hpp"
 #include "scanloc/server/server.hpp"
@@ -74,6 +75,7 @@ int Run(CommandLine line) {
 
   spdlog::set_default_logger(spdlog::stderr_logger_mt("scanlocd"));
   spdlog::set_level(spdlog::level::from_str(line.log_level));
+  RouteLibraryLogs();
   std::signal(SIGPIPE, SIG_IGN);
   BlockStopSignals();
   const auto server = Server::Start(line.options, mapdb::LoadMap);

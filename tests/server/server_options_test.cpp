@@ -1,0 +1,65 @@
+#include "scanloc/server/server_options.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <limits>
+
+namespace scanloc::server {
+namespace {
+
+using ::testing::HasSubstr;
+
+ServerOptions Good() {
+  ServerOptions options;
+  options.maps = {{.name = "town", .path = "/maps/town.scanloc"}};
+  return options;
+}
+
+TEST(ServerOptions, AcceptsTheDefaults) { EXPECT_TRUE(Validate(Good()).ok()) << Validate(Good()); }
+
+TEST(ServerOptions, NamesTheFirstBadField) {
+  const auto refuses = [](const char* what, auto&& spoil) {
+    ServerOptions options = Good();
+    spoil(options);
+    const absl::Status status = Validate(options);
+    EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument);
+    EXPECT_THAT(std::string(status.message()), HasSubstr(what));
+  };
+  refuses("no map", [](ServerOptions& o) { o.maps.clear(); });
+  refuses("map name \"a b\"", [](ServerOptions& o) { o.maps[0].name = "a b"; });
+  refuses("map name \"\"", [](ServerOptions& o) { o.maps[0].name = ""; });
+  refuses("map name", [](ServerOptions& o) { o.maps[0].name = std::string(256, 'n'); });
+  refuses("map town", [](ServerOptions& o) { o.maps[0].path = ""; });
+  refuses("two maps are named town", [](ServerOptions& o) { o.maps.push_back(o.maps[0]); });
+  for (const char* listen :
+       {"", "localhost", ":50061", "host:", "host:port", "host:65536", "h:-1"}) {
+    refuses("listen", [&](ServerOptions& o) { o.listen = listen; });
+  }
+  refuses("num_threads", [](ServerOptions& o) { o.num_threads = -1; });
+  refuses("max_inflight", [](ServerOptions& o) { o.max_inflight = 0; });
+  refuses("max_message_bytes", [](ServerOptions& o) { o.max_message_bytes = 0; });
+  refuses("drain_s", [](ServerOptions& o) { o.drain_s = -0.1; });
+  refuses("drain_s",
+          [](ServerOptions& o) { o.drain_s = std::numeric_limits<double>::quiet_NaN(); });
+}
+
+TEST(ServerOptions, AcceptsAnIpv6Address) {
+  ServerOptions options = Good();
+  options.listen = "[::1]:50061";
+  EXPECT_TRUE(Validate(options).ok()) << Validate(options);
+}
+
+TEST(ParseMapSource, SplitsAtTheFirstEqualsSign) {
+  EXPECT_EQ(*ParseMapSource("town=/maps/a=b.scanloc"),
+            (MapSource{.name = "town", .path = "/maps/a=b.scanloc"}));
+}
+
+TEST(ParseMapSource, RefusesWhatIsNoPair) {
+  for (const char* text : {"", "town", "=", "=file", "town="}) {
+    EXPECT_EQ(ParseMapSource(text).status().code(), absl::StatusCode::kInvalidArgument) << text;
+  }
+}
+
+}  // namespace
+}  // namespace scanloc::server
