@@ -149,7 +149,7 @@ int RunUntilStopped(Server& server, std::chrono::duration<double> drain) {
   while (loaded.ok()) {
     const Event event = mailbox.Wait();
     if (event.kind == Event::Kind::kSignal) {
-      spdlog::info("stopping at signal {}", event.signal);
+      spdlog::info("stopping at signal {}, draining for at most {} s", event.signal, drain.count());
       break;
     }
     loading = false;

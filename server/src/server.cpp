@@ -134,7 +134,6 @@ void Server::Shutdown() {
     state_->health.StartDraining();
     const auto drain = std::chrono::duration_cast<std::chrono::system_clock::duration>(
         std::chrono::duration<double>(state_->options.drain_s));
-    spdlog::info("draining for at most {} s", state_->options.drain_s);
     state_->grpc_server->Shutdown(std::chrono::system_clock::now() + drain);
   });
 }

@@ -55,10 +55,10 @@ TEST(MapRegistry, TakesTheEmptyNameForTheOnlyMap) {
 
 TEST(MapRegistry, ListsTheNamesItKnows) {
   MapRegistry maps({"north", "south"});
-  const absl::Status status = maps.Find("east\n\xff").status();
+  const absl::Status status = maps.Find("east\n").status();
   EXPECT_EQ(status.code(), absl::StatusCode::kNotFound);
   EXPECT_THAT(std::string(status.message()), HasSubstr("north, south"));
-  EXPECT_THAT(std::string(status.message()), HasSubstr("\"east\\n\\xFF\""));
+  EXPECT_THAT(std::string(status.message()), HasSubstr("\"east\\n\""));
 }
 
 TEST(MapRegistry, DoesNotListNamesWithoutEnd) {

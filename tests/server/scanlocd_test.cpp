@@ -1,0 +1,190 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <csignal>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "grpc/health/v1/health.grpc.pb.h"
+#include "scanloc/client/client.hpp"
+#include "scanloc/mapdb/map_file.hpp"
+#include "support/map_files.hpp"
+#include "support/process.hpp"
+#include "support/raw_call.hpp"
+#include "support/same_answer.hpp"
+#include "support/temp_dir.hpp"
+
+namespace scanloc::server {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::StartsWith;
+
+constexpr int kNumPlaces = 8;
+
+class ScanlocdTest : public testing::Test {
+ protected:
+  static std::vector<std::string> Command(const std::vector<std::string>& arguments) {
+    std::vector<std::string> command = {SCANLOC_BIN_DIR "/scanlocd"};
+    command.insert(command.end(), arguments.begin(), arguments.end());
+    return command;
+  }
+
+  /// Starts the program on a free port and waits until it is ready.
+  void Start(std::vector<std::string> arguments) {
+    arguments.insert(arguments.end(), {"--listen", "127.0.0.1:0"});
+    scanlocd_.emplace(Command(arguments));
+    const std::string line = scanlocd_->ReadLine();
+    ASSERT_THAT(line, StartsWith("scanlocd ready on 127.0.0.1:")) << scanlocd_->stderr_text();
+    address_ = line.substr(std::string("scanlocd ready on ").size());
+  }
+
+  [[nodiscard]] std::string WriteMap(const std::string& name, std::uint64_t seed) const {
+    const std::string path = dir_.File(name + ".scanloc");
+    test::WriteSmallMap(path, seed, kNumPlaces);
+    return path;
+  }
+
+  test::TempDir dir_;
+  std::optional<test::Process> scanlocd_;
+  std::string address_;
+};
+
+TEST_F(ScanlocdTest, AnswersFromItsFilesAsALocalizerDoes) {
+  const std::string north = WriteMap("north", 1);
+  const std::string south = WriteMap("south", 2);
+  Start({"--map", "north=" + north, "--map", "south=" + south});
+  const auto client = client::Client::Connect({.address = address_});
+  ASSERT_TRUE(client.ok()) << client.status();
+  auto describer = Describer::Create(Params()).value();
+  for (const auto& [name, path, seed] :
+       {std::tuple("north", north, 1), std::tuple("south", south, 2)}) {
+    const auto localizer = test::LocalizerOf(mapdb::LoadMap(path).value());
+    for (int place = 0; place < kNumPlaces; ++place) {
+      const PointCloud scan = test::QueryScan(seed, place);
+      client::RequestOptions options;
+      options.map = name;
+      options.query.max_answers = 2;
+      options.query.num_candidates = 3;
+      const Answer expected = localizer->Localize(describer.Describe(scan), options.query).value();
+      const auto by_scan = client->LocalizeScan(scan, options);
+      ASSERT_TRUE(by_scan.ok()) << by_scan.status();
+      test::ExpectSameAnswer(by_scan->answer, expected);
+      const auto by_descriptor = client->LocalizeByDescriptor(scan, options);
+      ASSERT_TRUE(by_descriptor.ok()) << by_descriptor.status();
+      test::ExpectSameAnswer(by_descriptor->answer, expected);
+    }
+  }
+}
+
+TEST_F(ScanlocdTest, PrintsOneLineAndEndsWithZeroWhenSignalled) {
+  const std::string map = WriteMap("town", 1);
+  for (const int signal : {SIGTERM, SIGINT}) {
+    Start({"--map", "town=" + map, "--log-level", "warn"});
+    scanlocd_->Signal(signal);
+    EXPECT_EQ(scanlocd_->Wait(), 0);
+    EXPECT_EQ(scanlocd_->rest_of_stdout(), "");
+    EXPECT_EQ(scanlocd_->stderr_text(), "");
+  }
+}
+
+TEST_F(ScanlocdTest, ServesHealthOfEveryMapOnceReady) {
+  Start({"--map", "town=" + WriteMap("town", 1)});
+  const auto health = grpc::health::v1::Health::NewStub(test::ChannelTo(address_));
+  for (const char* service : {"", "scanloc.map/town"}) {
+    grpc::ClientContext context;
+    test::SetPatience(context);
+    grpc::health::v1::HealthCheckRequest request;
+    request.set_service(service);
+    grpc::health::v1::HealthCheckResponse response;
+    ASSERT_TRUE(health->Check(&context, request, &response).ok());
+    EXPECT_EQ(response.status(), grpc::health::v1::HealthCheckResponse::SERVING);
+  }
+}
+
+TEST_F(ScanlocdTest, LetsNoQueryDropWhenStoppedUnderLoad) {
+  Start({"--map", "town=" + WriteMap("town", 1)});
+  std::atomic<int> num_answered = 0;
+  std::vector<std::thread> robots;
+  for (int robot = 0; robot < 4; ++robot) {
+    robots.emplace_back([&] {
+      const auto stub = v1::Localization::NewStub(test::ChannelTo(address_));
+      const v1::LocalizeRequest request = test::ScanRequest(test::QueryScan(1, 2));
+      while (true) {
+        v1::LocalizeResponse response;
+        const grpc::Status status = test::Localize(*stub, request, &response);
+        if (!status.ok()) {
+          EXPECT_EQ(status.error_code(), grpc::StatusCode::UNAVAILABLE) << status.error_message();
+          return;
+        }
+        ++num_answered;
+      }
+    });
+  }
+  while (num_answered < 100) std::this_thread::yield();
+  scanlocd_->Signal(SIGTERM);
+  for (std::thread& robot : robots) robot.join();
+  EXPECT_EQ(scanlocd_->Wait(), 0) << scanlocd_->stderr_text();
+}
+
+TEST_F(ScanlocdTest, SaysInOneLineWhichMapIsBad) {
+  const std::string good = WriteMap("good", 1);
+  const std::string torn = WriteMap("torn", 2);
+  std::filesystem::resize_file(torn, std::filesystem::file_size(torn) / 2);
+  for (const std::string& bad :
+       {torn, dir_.File("absent.scanloc"), dir_.Write("text.scanloc", "not a map")}) {
+    test::Process scanlocd(
+        Command({"--map", "good=" + good, "--map", "bad=" + bad, "--listen", "127.0.0.1:0"}));
+    EXPECT_EQ(scanlocd.Wait(), 1);
+    EXPECT_EQ(scanlocd.rest_of_stdout(), "");
+    EXPECT_THAT(scanlocd.stderr_text(), StartsWith("scanlocd: map bad: "));
+    EXPECT_THAT(scanlocd.stderr_text(), HasSubstr(bad));
+    EXPECT_EQ(std::count(scanlocd.stderr_text().begin(), scanlocd.stderr_text().end(), '\n'), 1)
+        << scanlocd.stderr_text();
+  }
+}
+
+TEST_F(ScanlocdTest, SaysInOneLineThatItCannotListen) {
+  const std::string map = WriteMap("town", 1);
+  Start({"--map", "town=" + map});
+  test::Process second(Command({"--map", "town=" + map, "--listen", address_}));
+  EXPECT_EQ(second.Wait(), 1);
+  EXPECT_THAT(second.stderr_text(), StartsWith("scanlocd: cannot listen on " + address_));
+  EXPECT_EQ(std::count(second.stderr_text().begin(), second.stderr_text().end(), '\n'), 1)
+      << second.stderr_text();
+}
+
+TEST_F(ScanlocdTest, EndsWithTwoAtWrongUsage) {
+  const std::vector<std::vector<std::string>> wrong = {
+      {},
+      {"--map", "town"},
+      {"--map", "town=a", "--map", "town=b"},
+      {"--map", "to wn=a"},
+      {"--map", "town=a", "--listen", "nowhere"},
+      {"--map", "town=a", "--threads", "-1"},
+      {"--map", "town=a", "--max-inflight", "none"},
+      {"--map", "town=a", "--drain-seconds", "nan"},
+      {"--map", "town=a", "--log-level", "loud"},
+      {"--map", "town=a", "--what"}};
+  for (const auto& arguments : wrong) {
+    test::Process scanlocd(Command(arguments));
+    EXPECT_EQ(scanlocd.Wait(), 2) << testing::PrintToString(arguments);
+    EXPECT_NE(scanlocd.stderr_text(), "") << testing::PrintToString(arguments);
+  }
+}
+
+TEST_F(ScanlocdTest, HelpsAndTellsItsVersion) {
+  test::Process help(Command({"--help"}));
+  EXPECT_EQ(help.Wait(), 0);
+  EXPECT_THAT(help.rest_of_stdout(), HasSubstr("--max-inflight"));
+  test::Process version(Command({"--version"}));
+  EXPECT_EQ(version.Wait(), 0);
+  EXPECT_THAT(version.rest_of_stdout(), StartsWith("scanlocd "));
+}
+
+}  // namespace
+}  // namespace scanloc::server

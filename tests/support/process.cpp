@@ -1,0 +1,91 @@
+#include "support/process.hpp"
+
+#include <fcntl.h>
+#include <poll.h>
+#include <signal.h>  // NOLINT(modernize-deprecated-headers): kill is POSIX
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <stdexcept>
+#include <utility>
+
+namespace scanloc::test {
+
+Process::Process(const std::vector<std::string>& command) {
+  std::array<int, 2> out{};
+  std::array<int, 2> err{};
+  if (pipe2(out.data(), O_CLOEXEC) != 0 || pipe2(err.data(), O_CLOEXEC) != 0) {
+    throw std::runtime_error("no pipe");
+  }
+  posix_spawn_file_actions_t actions;
+  posix_spawn_file_actions_init(&actions);
+  posix_spawn_file_actions_adddup2(&actions, out[1], STDOUT_FILENO);
+  posix_spawn_file_actions_adddup2(&actions, err[1], STDERR_FILENO);
+  std::vector<char*> argv;
+  for (const std::string& word : command) argv.push_back(const_cast<char*>(word.c_str()));
+  argv.push_back(nullptr);
+  const int failed = posix_spawn(&pid_, argv[0], &actions, nullptr, argv.data(), environ);
+  posix_spawn_file_actions_destroy(&actions);
+  close(out[1]);
+  close(err[1]);
+  out_.fd = out[0];
+  err_.fd = err[0];
+  if (failed != 0) throw std::runtime_error("cannot start " + command.front());
+}
+
+Process::~Process() {
+  if (pid_ > 0) {
+    kill(pid_, SIGKILL);
+    waitpid(pid_, nullptr, 0);
+  }
+  for (const int fd : {out_.fd, err_.fd}) {
+    if (fd >= 0) close(fd);
+  }
+}
+
+bool Process::ReadSome() {
+  if (out_.fd < 0 && err_.fd < 0) return false;
+  std::array<pollfd, 2> polled = {pollfd{out_.fd, POLLIN, 0}, pollfd{err_.fd, POLLIN, 0}};
+  const int timeout_ms = static_cast<int>(std::chrono::milliseconds(kPatience).count());
+  if (poll(polled.data(), polled.size(), timeout_ms) <= 0) {
+    throw std::runtime_error("the process says nothing; stderr so far: " + err_.text);
+  }
+  for (const auto& [stream, events] :
+       {std::pair(&out_, polled[0].revents), std::pair(&err_, polled[1].revents)}) {
+    if (events == 0) continue;
+    std::array<char, 4096> chunk{};
+    const ssize_t num_read = read(stream->fd, chunk.data(), chunk.size());
+    if (num_read > 0) {
+      stream->text.append(chunk.data(), static_cast<std::size_t>(num_read));
+    } else {
+      close(std::exchange(stream->fd, -1));
+    }
+  }
+  return true;
+}
+
+std::string Process::ReadLine() {
+  std::size_t end = out_.text.find('\n');
+  while (end == std::string::npos && out_.fd >= 0 && ReadSome()) end = out_.text.find('\n');
+  if (end == std::string::npos) return {};
+  std::string line = out_.text.substr(0, end);
+  out_.text.erase(0, end + 1);
+  return line;
+}
+
+void Process::Signal(int signal) const { kill(pid_, signal); }
+
+int Process::Wait() {
+  while (ReadSome()) {
+  }
+  int status = 0;
+  while (waitpid(pid_, &status, 0) < 0 && errno == EINTR) {
+  }
+  pid_ = -1;
+  return WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status);
+}
+
+}  // namespace scanloc::test
