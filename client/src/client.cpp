@@ -97,6 +97,10 @@ struct Client::State {
     Response response;
     const absl::Status status =
         proto::FromGrpc((stub.get()->*method)(&context, request, &response));
+    // Nobody here cancels: it is how gRPC ends calls that meet a server in its last moment.
+    if (absl::IsCancelled(status)) {
+      return WithAddress(absl::UnavailableError("it stopped before it could answer"));
+    }
     if (!status.ok()) return WithAddress(status);
     return response;
   }

@@ -238,6 +238,44 @@ TEST(Server, SaysWhereItCannotListen) {
   EXPECT_THAT(std::string(second.status().message()), HasSubstr(first->address()));
 }
 
+/// The names of all services, as the bytes of the reflection service's answer.
+std::string AskForServices(const std::string& address) {
+  grpc::GenericStub stub(test::ChannelTo(address));
+  grpc::ClientContext context;
+  test::SetPatience(context);
+  grpc::CompletionQueue queue;
+  const auto await = [&queue] {
+    void* tag = nullptr;
+    bool ok = false;
+    EXPECT_TRUE(queue.Next(&tag, &ok) && ok);
+  };
+  const auto call = stub.PrepareCall(
+      &context, "/grpc.reflection.v1alpha.ServerReflection/ServerReflection", &queue);
+  call->StartCall(nullptr);
+  await();
+  const grpc::Slice list_services(std::string("\x3a\x00", 2));
+  call->Write(grpc::ByteBuffer(&list_services, 1), nullptr);
+  await();
+  grpc::ByteBuffer answer;
+  call->Read(&answer, nullptr);
+  await();
+  call->WritesDone(nullptr);
+  await();
+  grpc::Status status;
+  call->Finish(&status, nullptr);
+  await();
+  grpc::Slice bytes;
+  EXPECT_TRUE(answer.DumpToSingleSlice(&bytes).ok());
+  return {reinterpret_cast<const char*>(bytes.begin()), bytes.size()};
+}
+
+TEST(Server, TellsOfItsServicesByReflection) {
+  const auto server = test::StartServer({{"town", test::SmallMap(1, 2)}});
+  const std::string services = AskForServices(server->address());
+  EXPECT_THAT(services, HasSubstr("scanloc.v1.Localization"));
+  EXPECT_THAT(services, HasSubstr("grpc.health.v1.Health"));
+}
+
 TEST(Server, RefusesBadOptions) {
   EXPECT_EQ(Server::Start({}, test::LoaderOf({})).status().code(),
             absl::StatusCode::kInvalidArgument);
