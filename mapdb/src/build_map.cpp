@@ -62,13 +62,11 @@ class ScanPipeline {
   // The next scan in order; waits for it.
   DescribedScan Take() {
     std::unique_lock lock(mutex_);
-    std::optional<DescribedScan>& slot = slots_[next_take_ % window_];
-    is_ready_.wait(lock, [&] { return slot.has_value(); });
-    DescribedScan scan = *std::move(slot);
-    slot.reset();
+    is_ready_.wait(lock, [&] { return slots_[next_take_ % window_].has_value(); });
+    std::optional<DescribedScan> scan = std::exchange(slots_[next_take_ % window_], std::nullopt);
     ++next_take_;
     may_claim_.notify_one();
-    return scan;
+    return *std::move(scan);
   }
 
  private:
@@ -138,9 +136,9 @@ absl::Status NameScan(const absl::Status& status, const SessionPlan& plan, std::
 absl::Status WriteScan(const DescribedScan& scan, bool skip_unreadable, MapBuilder& builder,
                        BuildSummary& summary) {
   if (!scan.load_status.ok()) {
-    const absl::Status named = NameScan(scan.load_status, builder.plan(), builder.next_scan());
+    absl::Status named = NameScan(scan.load_status, builder.plan(), builder.next_scan());
     if (!skip_unreadable) return named;
-    if (summary.num_unreadable++ == 0) summary.first_unreadable = std::string(named.message());
+    if (summary.num_unreadable++ == 0) summary.first_unreadable = absl::StrCat(named.message());
     return builder.Skip(SkipReason::kUnreadable);
   }
   summary.num_points += static_cast<std::int64_t>(scan.counts.num_points);

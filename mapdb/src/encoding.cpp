@@ -257,8 +257,9 @@ absl::Status CheckName(absl::string_view what, const std::string& name) {
                                                    " bytes; it must have 1 to ",
                                                    limits::kMaxNameBytes));
   }
-  for (std::size_t i = 0; i < name.size();) {
-    const std::size_t length = CharacterBytes(std::string_view(name).substr(i));
+  const std::string_view text = name;
+  for (std::size_t i = 0; i < text.size();) {
+    const std::size_t length = CharacterBytes(text.substr(i));
     if (length == 0) {
       return absl::InvalidArgumentError(absl::StrCat(
           "the name of ", what, " is not UTF-8 text or has a control character, at byte ", i,

@@ -103,7 +103,7 @@ std::string DamageOf(const absl::Status& status) {
     what.remove_prefix(start + kIsDamaged.size());
   }
   absl::ConsumeSuffix(&what, kDamageAdvice);
-  return std::string(what);
+  return absl::StrCat(what);
 }
 
 void Statement::Finalize::operator()(sqlite3_stmt* statement) const { sqlite3_finalize(statement); }
