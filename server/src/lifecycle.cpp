@@ -5,13 +5,12 @@
 
 #include <condition_variable>
 #include <csignal>
-#include <cstdio>
+#include <cstdint>
 #include <cstdlib>
 #include <deque>
-#include <functional>
+#include <iostream>
 #include <mutex>
 #include <optional>
-#include <string>
 #include <thread>
 #include <utility>
 
@@ -82,7 +81,7 @@ class SignalWatcher {
       const std::lock_guard lock(mutex_);
       ending_ = true;
     }
-    pthread_kill(thread_.native_handle(), SIGTERM);
+    pthread_kill(thread_.native_handle(), SIGINT);
     thread_.join();
   }
 
@@ -155,10 +154,9 @@ int RunUntilStopped(Server& server, std::chrono::duration<double> drain) {
     loading = false;
     loaded = event.loaded;
     if (loaded.ok()) {
-      std::printf("scanlocd ready on %s\n", server.address().c_str());
-      std::fflush(stdout);
+      std::cout << "scanlocd ready on " << server.address() << std::endl;
     } else {
-      std::fprintf(stderr, "scanlocd: %s\n", std::string(loaded.message()).c_str());
+      std::cerr << "scanlocd: " << loaded.message() << '\n';
     }
   }
 

@@ -4,9 +4,10 @@
 #include <CLI/CLI.hpp>
 #include <chrono>
 #include <csignal>
-#include <cstdio>
 #include <exception>
+#include <iostream>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "library_logs.hpp"
@@ -61,7 +62,7 @@ void Declare(CLI::App& app, CommandLine& line) {
 }
 
 int Fail(int exit_status, const absl::Status& status) {
-  std::fprintf(stderr, "scanlocd: %s\n", std::string(status.message()).c_str());
+  std::cerr << "scanlocd: " << status.message() << '\n';
   return exit_status;
 }
 
@@ -98,7 +99,7 @@ int main(int argc, char** argv) {
     }
     return scanloc::server::Run(std::move(line));
   } catch (const std::exception& error) {
-    std::fprintf(stderr, "scanlocd: %s\n", error.what());
+    std::cerr << "scanlocd: " << error.what() << '\n';
     return scanloc::server::kExitFailed;
   }
 }

@@ -24,6 +24,7 @@ namespace {
 
 std::vector<std::string> NamesOf(const std::vector<MapSource>& sources) {
   std::vector<std::string> names;
+  names.reserve(sources.size());
   for (const MapSource& source : sources) names.push_back(source.name);
   return names;
 }
