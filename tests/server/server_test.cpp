@@ -250,7 +250,7 @@ std::string AskForServices(const std::string& address) {
     EXPECT_TRUE(queue.Next(&tag, &ok) && ok);
   };
   const auto call = stub.PrepareCall(
-      &context, "/grpc.reflection.v1alpha.ServerReflection/ServerReflection", &queue);
+      &context, "/grpc.reflection.v1alpha.ServerReflection/ServerReflectionInfo", &queue);
   call->StartCall(nullptr);
   await();
   const grpc::Slice list_services(std::string("\x3a\x00", 2));
