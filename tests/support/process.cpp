@@ -14,7 +14,7 @@
 
 namespace scanloc::test {
 
-Process::Process(const std::vector<std::string>& command) {
+Process::Process(const std::vector<std::string>& command, const ProcessOptions& options) {
   std::array<int, 2> out{};
   std::array<int, 2> err{};
   if (pipe2(out.data(), O_CLOEXEC) != 0 || pipe2(err.data(), O_CLOEXEC) != 0) {
@@ -22,8 +22,16 @@ Process::Process(const std::vector<std::string>& command) {
   }
   posix_spawn_file_actions_t actions;
   posix_spawn_file_actions_init(&actions);
-  posix_spawn_file_actions_adddup2(&actions, out[1], STDOUT_FILENO);
-  posix_spawn_file_actions_adddup2(&actions, err[1], STDERR_FILENO);
+  if (options.close_stdout) {
+    posix_spawn_file_actions_addclose(&actions, STDOUT_FILENO);
+  } else if (!options.stdout_path.empty()) {
+    posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, options.stdout_path.c_str(), O_WRONLY,
+                                     0);
+  } else {
+    posix_spawn_file_actions_adddup2(&actions, out[1], STDOUT_FILENO);
+  }
+  posix_spawn_file_actions_adddup2(&actions, options.merge_stderr ? STDOUT_FILENO : err[1],
+                                   STDERR_FILENO);
   std::vector<char*> argv;
   for (const std::string& word : command) argv.push_back(const_cast<char*>(word.c_str()));
   argv.push_back(nullptr);
@@ -67,13 +75,26 @@ bool Process::ReadSome() {
   return true;
 }
 
-std::string Process::ReadLine() {
+std::optional<std::string> Process::NextLine() {
   std::size_t end = out_.text.find('\n');
   while (end == std::string::npos && out_.fd >= 0 && ReadSome()) end = out_.text.find('\n');
-  if (end == std::string::npos) return {};
+  if (end == std::string::npos) return std::nullopt;
   std::string line = out_.text.substr(0, end);
   out_.text.erase(0, end + 1);
   return line;
+}
+
+std::string Process::ReadLine() { return NextLine().value_or(""); }
+
+std::string Process::ReadLineWith(const std::string& text) {
+  while (std::optional<std::string> line = NextLine()) {
+    if (line->find(text) != std::string::npos) return *std::move(line);
+  }
+  return {};
+}
+
+void Process::CloseStdout() {
+  if (out_.fd >= 0) close(std::exchange(out_.fd, -1));
 }
 
 void Process::Signal(int signal) const { kill(pid_, signal); }
@@ -86,6 +107,12 @@ int Process::Wait() {
   }
   pid_ = -1;
   return WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status);
+}
+
+ProcessResult RunProcess(const std::vector<std::string>& command, const ProcessOptions& options) {
+  Process process(command, options);
+  const int status = process.Wait();
+  return {.status = status, .out = process.rest_of_stdout(), .err = process.stderr_text()};
 }
 
 }  // namespace scanloc::test

@@ -3,10 +3,18 @@
 #include <sys/types.h>
 
 #include <chrono>
+#include <optional>
 #include <string>
 #include <vector>
 
 namespace scanloc::test {
+
+/// Where a program's output goes.
+struct ProcessOptions {
+  std::string stdout_path;    ///< a file that stdout goes to, instead of being taken in
+  bool close_stdout = false;  ///< the program starts without a stdout
+  bool merge_stderr = false;  ///< stderr goes where stdout goes
+};
 
 /// A program that runs beside the test; killed at the end if it still does.
 class Process {
@@ -15,13 +23,20 @@ class Process {
   static constexpr std::chrono::seconds kPatience{60};
 
   /// Throws std::runtime_error if it cannot be started.
-  explicit Process(const std::vector<std::string>& command);
+  explicit Process(const std::vector<std::string>& command, const ProcessOptions& options = {});
   ~Process();
   Process(const Process&) = delete;
   Process& operator=(const Process&) = delete;
 
   /// The next line of its stdout, without the end of line; empty at the end of the stream.
   std::string ReadLine();
+
+  /// Passes over lines of its stdout up to one that contains the text, and returns that one; empty
+  /// if the stream ends before.
+  std::string ReadLineWith(const std::string& text);
+
+  /// Takes in no more of its stdout: what it writes from now on finds a closed pipe.
+  void CloseStdout();
 
   void Signal(int signal) const;
 
@@ -42,9 +57,23 @@ class Process {
   /// false.
   bool ReadSome();
 
+  /// The next line of stdout; none at the end of the stream.
+  std::optional<std::string> NextLine();
+
   pid_t pid_ = -1;
   Stream out_;
   Stream err_;
 };
+
+/// What became of a program.
+struct ProcessResult {
+  int status = 0;  ///< exit status, or -signal
+  std::string out;
+  std::string err;
+};
+
+/// Runs a program to its end.
+ProcessResult RunProcess(const std::vector<std::string>& command,
+                         const ProcessOptions& options = {});
 
 }  // namespace scanloc::test
