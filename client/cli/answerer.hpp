@@ -1,0 +1,44 @@
+#pragma once
+
+#include <chrono>
+#include <memory>
+#include <string>
+
+#include "absl/status/statusor.h"
+#include "scanloc/core/answer.hpp"
+#include "scanloc/core/localizer.hpp"
+#include "scanloc/core/params.hpp"
+#include "scanloc/core/point_cloud.hpp"
+
+namespace scanloc::cli {
+
+/// Who answers queries: a map file in this process, or a server. The same map gives the same
+/// answers either way, bit for bit.
+class Answerer {
+ public:
+  Answerer() = default;
+  Answerer(const Answerer&) = delete;
+  Answerer& operator=(const Answerer&) = delete;
+  virtual ~Answerer() = default;
+
+  /// Of the map that is asked.
+  [[nodiscard]] virtual const Params& params() const = 0;
+
+  /// Times in the answer are measured, as far as the answerer measures them.
+  [[nodiscard]] virtual absl::StatusOr<Answer> Ask(PointView scan, const QueryOptions& options) = 0;
+};
+
+/// Loads the map file. Errors as of mapdb::LoadMap.
+[[nodiscard]] absl::StatusOr<std::unique_ptr<Answerer>> AnswerFromFile(const std::string& path);
+
+struct ServerQuery {
+  std::string address;                       ///< HOST:PORT
+  std::string map;                           ///< empty: the server's only map
+  bool send_descriptor = false;              ///< describe scans here and send only the descriptors
+  std::chrono::milliseconds deadline{5000};  ///< of connecting and of each query
+};
+
+/// Connects and asks for the map's parameters. Errors as of client::Client.
+[[nodiscard]] absl::StatusOr<std::unique_ptr<Answerer>> AnswerFromServer(const ServerQuery& query);
+
+}  // namespace scanloc::cli

@@ -1,0 +1,216 @@
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cstdint>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "cli/command.hpp"
+#include "cli/drive_options.hpp"
+#include "cli/interrupt.hpp"
+#include "cli/output.hpp"
+#include "cli/param_options.hpp"
+#include "cli/progress.hpp"
+#include "scanloc/dataset/drive.hpp"
+#include "scanloc/dataset/scan_reader.hpp"
+#include "scanloc/mapdb/build_map.hpp"
+#include "scanloc/mapdb/map_file.hpp"
+
+namespace scanloc::cli {
+namespace {
+
+/// What a build read, beside what mapdb::BuildSummary counts.
+struct ReadCounts {
+  std::atomic<std::int64_t> num_not_finite = 0;  ///< left out by the reader
+};
+
+class BuildCommand : public Command {
+ public:
+  [[nodiscard]] std::string name() const override { return "build"; }
+  [[nodiscard]] std::string summary() const override {
+    return "Build a map file from the scans and poses of a drive";
+  }
+  void Declare(CLI::App& app) override;
+  [[nodiscard]] absl::Status CheckUsage() const override;
+  [[nodiscard]] absl::Status Run() override;
+
+ private:
+  /// The frames that become places: selected, then thinned to the spacing.
+  [[nodiscard]] absl::StatusOr<std::vector<dataset::Frame>> ChooseFrames() const;
+  [[nodiscard]] absl::StatusOr<mapdb::BuildOptions> MakeBuildOptions(
+      const std::string& session) const;
+  [[nodiscard]] absl::StatusOr<mapdb::BuildSummary> Build(const mapdb::BuildOptions& options,
+                                                          const mapdb::SessionPlan& plan,
+                                                          const std::vector<dataset::Frame>& frames,
+                                                          ReadCounts* counts) const;
+
+  std::string map_;
+  std::string scans_dir_;
+  PoseOptions poses_;
+  ScanSelection selection_;
+  std::string session_;
+  double spacing_m_ = 1.0;
+  ParamOptions params_;
+  bool append_ = false;
+  bool resume_ = false;
+  bool skip_bad_scans_ = false;
+  int commit_interval_ = mapdb::BuildOptions().commit_interval;
+  int num_threads_ = 0;
+  bool quiet_ = false;
+};
+
+void BuildCommand::Declare(CLI::App& app) {
+  app.add_option("MAP", map_, "Map file to make, by custom *.scanloc")->required();
+  app.add_option("--scans", scans_dir_,
+                 "Folder of the scans (.bin, .pcd, .ply), or one with a folder velodyne")
+      ->required()
+      ->type_name("DIR");
+  poses_
+      .Declare(app, "--poses",
+               "Pose of the sensor at each scan: the i-th row is that of the i-th scan by name")
+      ->required();
+  app.add_option("--session", session_, "Name of this drive in the map [the name of its folder]");
+  app.add_option("--spacing-m", spacing_m_, "Travel between places; 0 keeps every scan [m]")
+      ->check(InRange(0.0, 1e6))
+      ->capture_default_str();
+  app.add_flag("--append", append_, "Add the drive to a map as a further session");
+  app.add_flag("--resume", resume_,
+               "Go on with a build that was stopped; give it the same options");
+  app.add_flag("--skip-bad-scans", skip_bad_scans_,
+               "Pass over scans that cannot be read, instead of stopping");
+  app.add_option("--commit-interval", commit_interval_,
+                 "Scans that are lost at most when the build is killed")
+      ->check(InRange(1, 1e6))
+      ->capture_default_str();
+  AddThreadsOption(app, &num_threads_, "read and describe scans");
+  AddQuietOption(app, &quiet_);
+  selection_.Declare(app);
+  params_.Declare(app);
+  app.footer(
+      "A build that is stopped, by Ctrl-C or in any other way, keeps what it had written; the "
+      "same\n"
+      "command with --resume goes on there and ends in the same map.\n"
+      "Examples:\n"
+      "  scanloc build town.scanloc --scans drive1 --poses drive1/poses.txt\n"
+      "  scanloc build kitti00.scanloc --scans sequences/00 --poses poses/00.txt --calib "
+      "sequences/00/calib.txt\n"
+      "  scanloc build kaist.scanloc --scans KAIST03/Ouster --poses KAIST03/global_pose.csv\n"
+      "  scanloc build town.scanloc --scans drive2 --poses drive2/poses.txt --append\n"
+      "  scanloc build half.scanloc --scans drive1 --poses drive1/poses.txt --every 2");
+}
+
+absl::Status BuildCommand::CheckUsage() const {
+  if (absl::Status s = selection_.CheckUsage(); !s.ok()) return s;
+  if (append_ && params_.given()) {
+    return absl::InvalidArgumentError(
+        "with --append the parameters are those that the map was made with; leave out the options "
+        "that set them");
+  }
+  return params_.Make().status();
+}
+
+absl::StatusOr<std::vector<dataset::Frame>> BuildCommand::ChooseFrames() const {
+  const absl::StatusOr<dataset::Drive> drive = poses_.OpenDrive(scans_dir_);
+  if (!drive.ok()) return drive.status();
+  absl::StatusOr<std::vector<dataset::Frame>> selected = Select(selection_, drive->frames);
+  if (!selected.ok()) return selected.status();
+  std::vector<dataset::Frame> frames;
+  for (const std::size_t i : dataset::SelectBySpacing(*selected, spacing_m_)) {
+    frames.push_back(std::move((*selected)[i]));
+  }
+  return frames;
+}
+
+absl::StatusOr<mapdb::BuildOptions> BuildCommand::MakeBuildOptions(
+    const std::string& session) const {
+  mapdb::BuildOptions options{.path = map_,
+                              .num_threads = num_threads_,
+                              .commit_interval = commit_interval_,
+                              .skip_unreadable = skip_bad_scans_};
+  absl::StatusOr<Params> params = params_.Make();
+  if (!params.ok()) return params.status();
+  options.params = *std::move(params);
+  if (resume_) options.mode = mapdb::BuildMode::kResume;
+  if (!append_) return options;
+
+  const absl::StatusOr<mapdb::MapInfo> info = mapdb::ReadInfo(map_);
+  if (!info.ok()) return info.status();
+  options.params = info->params;
+  // A build stopped before its session was first committed has left nothing to resume.
+  const bool begun =
+      std::any_of(info->sessions.begin(), info->sessions.end(),
+                  [&](const mapdb::SessionInfo& existing) { return existing.name == session; });
+  if (!resume_ || !begun) options.mode = mapdb::BuildMode::kAppend;
+  return options;
+}
+
+absl::StatusOr<mapdb::BuildSummary> BuildCommand::Build(const mapdb::BuildOptions& options,
+                                                        const mapdb::SessionPlan& plan,
+                                                        const std::vector<dataset::Frame>& frames,
+                                                        ReadCounts* counts) const {
+  Progress progress("scans built", quiet_);
+  mapdb::BuildProgress last;
+  absl::StatusOr<mapdb::BuildSummary> summary = mapdb::BuildMap(
+      options, plan,
+      [&](std::size_t i) -> absl::StatusOr<PointCloud> {
+        if (Interrupted()) return absl::CancelledError("interrupted");
+        absl::StatusOr<dataset::Scan> scan = dataset::ReadScan(frames[i].path);
+        if (!scan.ok()) return scan.status();
+        counts->num_not_finite += static_cast<std::int64_t>(scan->num_not_finite);
+        return std::move(scan->points);
+      },
+      [&](const mapdb::BuildProgress& now) {
+        last = now;
+        progress.Update(now.num_done, now.num_scans);
+      });
+  if (absl::IsCancelled(summary.status())) {
+    return absl::CancelledError(absl::StrCat(
+        "interrupted after ", last.num_done, " of ", plan.scans.size(), " scans; ", map_,
+        " keeps what was built: go on by giving the same command with --resume"));
+  }
+  return summary;
+}
+
+absl::Status BuildCommand::Run() {
+  const auto start = std::chrono::steady_clock::now();
+  CatchInterrupts();
+  const absl::StatusOr<std::vector<dataset::Frame>> frames = ChooseFrames();
+  if (!frames.ok()) return frames.status();
+
+  mapdb::SessionPlan plan;
+  plan.name = session_.empty() ? DefaultSessionName(scans_dir_) : session_;
+  for (const dataset::Frame& frame : *frames) {
+    plan.scans.push_back({frame.name, frame.stamp_ns, frame.T_map_sensor});
+  }
+  const absl::StatusOr<mapdb::BuildOptions> options = MakeBuildOptions(plan.name);
+  if (!options.ok()) return options.status();
+  ReadCounts counts;
+  const absl::StatusOr<mapdb::BuildSummary> summary = Build(*options, plan, *frames, &counts);
+  if (!summary.ok()) return summary.status();
+
+  const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
+  std::string text = absl::StrFormat(
+      "built %s in %.1f s\n"
+      "  session     %s\n"
+      "  places      %d new, %d in the map\n"
+      "  skipped     %d scans without a point in range, %d that could not be read\n"
+      "  points      %d used, %d that are not finite left out\n"
+      "  content id  %s\n",
+      map_, elapsed.count(), plan.name, summary->num_places, summary->num_places_in_map,
+      summary->num_empty, summary->num_unreadable, summary->num_points,
+      summary->num_points_not_finite + counts.num_not_finite.load(), summary->content_id);
+  if (summary->num_unreadable > 0) {
+    absl::StrAppend(&text, "  the first that could not be read: ", summary->first_unreadable, "\n");
+  }
+  return WriteText("-", text);
+}
+
+}  // namespace
+
+std::unique_ptr<Command> MakeBuildCommand() { return std::make_unique<BuildCommand>(); }
+
+}  // namespace scanloc::cli

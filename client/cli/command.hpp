@@ -1,0 +1,54 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+
+namespace scanloc::cli {
+
+/// One subcommand of `scanloc`: one object, used once, by one thread.
+class Command {
+ public:
+  Command() = default;
+  Command(const Command&) = delete;
+  Command& operator=(const Command&) = delete;
+  virtual ~Command() = default;
+
+  [[nodiscard]] virtual std::string name() const = 0;
+  /// One line, for `scanloc --help`.
+  [[nodiscard]] virtual std::string summary() const = 0;
+
+  /// Adds the command's options, which are parsed into this object.
+  virtual void Declare(CLI::App& app) = 0;
+
+  /// What the options' own checks cannot see; not OK is wrong usage, and nothing has been done yet.
+  [[nodiscard]] virtual absl::Status CheckUsage() const { return absl::OkStatus(); }
+
+  /// Does the work. Results go to stdout, all else to stderr; not OK means that it failed.
+  [[nodiscard]] virtual absl::Status Run() = 0;
+};
+
+std::unique_ptr<Command> MakeSimulateCommand();
+std::unique_ptr<Command> MakeBuildCommand();
+std::unique_ptr<Command> MakeInfoCommand();
+std::unique_ptr<Command> MakeVerifyCommand();
+std::unique_ptr<Command> MakeLocateCommand();
+std::unique_ptr<Command> MakeMergeCommand();
+std::unique_ptr<Command> MakeExportCommand();
+std::unique_ptr<Command> MakePlotCommand();
+
+/// All of them, in the order in which the help lists them.
+[[nodiscard]] std::vector<std::unique_ptr<Command>> AllCommands();
+
+/// Takes numbers from low to high; unlike CLI::Range, not NaN.
+[[nodiscard]] CLI::Validator InRange(double low, double high);
+
+/// Declares --threads, 0 for one a processor.
+void AddThreadsOption(CLI::App& app, int* num_threads, const std::string& what_for);
+/// Declares --quiet.
+void AddQuietOption(CLI::App& app, bool* quiet);
+
+}  // namespace scanloc::cli

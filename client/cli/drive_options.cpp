@@ -1,0 +1,95 @@
+#include "cli/drive_options.hpp"
+
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <system_error>
+
+#include "absl/strings/str_cat.h"
+#include "cli/command.hpp"
+
+namespace scanloc::cli {
+
+namespace {
+
+constexpr double kMaxScan = 1e9;
+
+}  // namespace
+
+void ScanSelection::Declare(CLI::App& app) {
+  const char* group = "Which scans of the folder, counted from 0 in name order";
+  app.add_option("--from", from, "First scan")
+      ->check(InRange(0, kMaxScan))
+      ->capture_default_str()
+      ->group(group);
+  app.add_option("--to", to, "Last scan, which is taken too [the last of the folder]")
+      ->check(InRange(0, kMaxScan))
+      ->group(group);
+  app.add_option("--every", every, "Only each N-th scan")
+      ->check(InRange(1, kMaxScan))
+      ->capture_default_str()
+      ->group(group);
+  app.add_option("--offset", offset, "With --every N: the scans whose number modulo N is this")
+      ->check(InRange(0, kMaxScan))
+      ->capture_default_str()
+      ->group(group);
+}
+
+absl::Status ScanSelection::CheckUsage() const {
+  if (offset >= every) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("--offset is ", offset, "; it must be less than --every, which is ", every));
+  }
+  if (to.has_value() && *to < from) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("--to is ", *to, "; it must not be less than --from, which is ", from));
+  }
+  return absl::OkStatus();
+}
+
+CLI::Option* PoseOptions::Declare(CLI::App& app, const char* flag, const char* what) {
+  CLI::Option* poses = app.add_option(flag, drive_.poses_file, what)->type_name("FILE");
+  app.add_option("--format", format_,
+                 "Format of the poses: auto, kitti (12 numbers a row), mulran (global_pose.csv) or "
+                 "tum")
+      ->check([](const std::string& name) {
+        return std::string(dataset::ParsePoseFormat(name).status().message());
+      })
+      ->capture_default_str()
+      ->needs(poses);
+  app.add_option("--calib", drive_.calib_file,
+                 "Calibration whose row Tr: maps sensor points to the body that the poses are of")
+      ->type_name("FILE")
+      ->needs(poses);
+  app.add_option("--times", drive_.times_file, "When each scan was taken: a line a scan [s]")
+      ->type_name("FILE")
+      ->needs(poses);
+  return poses;
+}
+
+absl::StatusOr<dataset::Drive> PoseOptions::OpenDrive(const std::string& scans_dir) const {
+  dataset::DriveOptions options = drive_;
+  options.scans_dir = scans_dir;
+  const absl::StatusOr<dataset::PoseFormat> format = dataset::ParsePoseFormat(format_);
+  if (!format.ok()) return format.status();
+  options.format = *format;
+  return dataset::OpenDrive(options);
+}
+
+absl::StatusOr<dataset::Trajectory> PoseOptions::ReadTrajectory() const {
+  const absl::StatusOr<dataset::PoseFormat> format = dataset::ParsePoseFormat(format_);
+  if (!format.ok()) return format.status();
+  return dataset::ReadTrajectory(drive_.poses_file, *format, drive_.calib_file);
+}
+
+std::string DefaultSessionName(const std::string& scans_dir) {
+  std::error_code error;
+  std::filesystem::path folder = std::filesystem::weakly_canonical(scans_dir, error);
+  if (error) folder = scans_dir;
+  if (!folder.has_filename()) folder = folder.parent_path();
+  if (folder.filename() == "velodyne" || folder.filename() == "Scans") {
+    folder = folder.parent_path();
+  }
+  return folder.filename().empty() ? "session" : folder.filename().string();
+}
+
+}  // namespace scanloc::cli

@@ -1,0 +1,69 @@
+#pragma once
+
+#include <CLI/App.hpp>
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "scanloc/dataset/drive.hpp"
+
+namespace scanloc::cli {
+
+/// Which scans of a folder to take, by their 0-based number in name order.
+struct ScanSelection {
+  std::size_t from = 0;
+  std::optional<std::size_t> to;  ///< included; none: the last
+  std::size_t every = 1;          ///< those whose number leaves `offset` when divided by this
+  std::size_t offset = 0;
+
+  void Declare(CLI::App& app);
+  [[nodiscard]] absl::Status CheckUsage() const;
+
+  [[nodiscard]] bool Takes(std::size_t i) const {
+    return i >= from && i <= to.value_or(i) && i % every == offset;
+  }
+};
+
+/// The items that the selection takes. InvalidArgument if it takes none of them.
+template <typename Item>
+[[nodiscard]] absl::StatusOr<std::vector<Item>> Select(const ScanSelection& selection,
+                                                       const std::vector<Item>& items) {
+  std::vector<Item> selected;
+  for (std::size_t i = 0; i < items.size(); ++i) {
+    if (selection.Takes(i)) selected.push_back(items[i]);
+  }
+  if (!selected.empty()) return selected;
+  return absl::InvalidArgumentError("the selection takes none of the " +
+                                    std::to_string(items.size()) +
+                                    " scans; they count from 0, see --from, --to, --every and "
+                                    "--offset");
+}
+
+/// Where the poses of a drive lie, as options of the command line.
+class PoseOptions {
+ public:
+  /// Declares `flag` for the poses file, --calib, --times and --format. The option for the file is
+  /// returned.
+  CLI::Option* Declare(CLI::App& app, const char* flag, const char* what);
+
+  [[nodiscard]] const std::string& poses_file() const { return drive_.poses_file; }
+
+  /// The drive of the scans in the folder with these poses.
+  [[nodiscard]] absl::StatusOr<dataset::Drive> OpenDrive(const std::string& scans_dir) const;
+
+  /// The poses alone, in the order of the file.
+  [[nodiscard]] absl::StatusOr<dataset::Trajectory> ReadTrajectory() const;
+
+ private:
+  dataset::DriveOptions drive_;  // without scans_dir and format
+  std::string format_ = "auto";
+};
+
+/// The name of a session that was given none: the folder's, or the one above a `velodyne` or
+/// `Scans` folder.
+[[nodiscard]] std::string DefaultSessionName(const std::string& scans_dir);
+
+}  // namespace scanloc::cli

@@ -1,0 +1,138 @@
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <type_traits>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "absl/strings/str_join.h"
+#include "cli/command.hpp"
+#include "cli/json.hpp"
+#include "cli/output.hpp"
+#include "scanloc/mapdb/map_file.hpp"
+
+namespace scanloc::cli {
+namespace {
+
+const char* ShiftModeName(ShiftMode mode) {
+  return mode == ShiftMode::kBounded ? "bounded" : "circular";
+}
+
+Json ParamsToJson(const Params& params) {
+  Json json = Json::object();
+  VisitFields(params, [&](const char* name, const auto& field) {
+    if constexpr (std::is_same_v<std::decay_t<decltype(field)>, ShiftMode>) {
+      json[name] = ShiftModeName(field);
+    } else {
+      json[name] = field;
+    }
+  });
+  return json;
+}
+
+Json PointToJson(const Eigen::Vector3d& p) { return {{"x", p.x()}, {"y", p.y()}, {"z", p.z()}}; }
+
+std::string InfoAsJson(const mapdb::MapInfo& info) {
+  Json json;
+  json["content_id"] = info.content_id;
+  json["schema_version"] = info.schema_version;
+  json["compatible_version"] = info.compatible_version;
+  json["built_by"] = info.built_by;
+  json["complete"] = info.complete;
+  json["num_places"] = info.num_places;
+  json["num_scans"] = info.num_scans;
+  json["num_empty"] = info.num_empty;
+  json["num_unreadable"] = info.num_unreadable;
+  json["first_stamp_ns"] = info.first_stamp_ns;
+  json["last_stamp_ns"] = info.last_stamp_ns;
+  json["sessions"] = Json::array();
+  for (const mapdb::SessionInfo& session : info.sessions) {
+    json["sessions"].push_back({{"name", session.name},
+                                {"complete", session.complete()},
+                                {"num_places", session.num_places},
+                                {"num_scans", session.num_scans},
+                                {"num_empty", session.num_empty},
+                                {"num_unreadable", session.num_unreadable},
+                                {"first_stamp_ns", session.first_stamp_ns},
+                                {"last_stamp_ns", session.last_stamp_ns}});
+  }
+  json["params"] = ParamsToJson(info.params);
+  json["extent"] = nullptr;
+  if (!info.extent_m.isEmpty()) {
+    json["extent"] = {{"min_m", PointToJson(info.extent_m.min())},
+                      {"max_m", PointToJson(info.extent_m.max())}};
+  }
+  json["file_bytes"] = info.file_bytes;
+  return ToText(json);
+}
+
+struct FieldText {
+  std::string operator()(bool field) const { return field ? "yes" : "no"; }
+  std::string operator()(int field) const { return absl::StrCat(field); }
+  std::string operator()(double field) const { return absl::StrCat(field); }
+  std::string operator()(ShiftMode field) const { return ShiftModeName(field); }
+  std::string operator()(const std::vector<double>& field) const {
+    return field.empty() ? "none" : absl::StrJoin(field, ", ");
+  }
+};
+
+std::string InfoAsText(const std::string& path, const mapdb::MapInfo& info) {
+  std::string text = absl::StrFormat(
+      "%s\n"
+      "  content id      %s\n"
+      "  complete        %s\n"
+      "  places          %d of %d scans\n"
+      "  size            %.1f MB\n"
+      "  schema version  %d, readable from %d on; made by %s\n",
+      path, info.content_id,
+      info.complete ? "yes" : "no: the build was stopped, go on with scanloc build --resume",
+      info.num_places, info.num_scans, static_cast<double>(info.file_bytes) / 1e6,
+      info.schema_version, info.compatible_version, info.built_by);
+  if (!info.extent_m.isEmpty()) {
+    const Eigen::Vector3d& low = info.extent_m.min();
+    const Eigen::Vector3d& high = info.extent_m.max();
+    absl::StrAppendFormat(
+        &text, "  extent          x %.1f to %.1f m, y %.1f to %.1f m, z %.1f to %.1f m\n", low.x(),
+        high.x(), low.y(), high.y(), low.z(), high.z());
+  }
+  absl::StrAppend(&text, "sessions\n");
+  for (const mapdb::SessionInfo& session : info.sessions) {
+    absl::StrAppendFormat(&text, "  %s: %d places of %d scans, %d empty, %d unreadable%s\n",
+                          session.name, session.num_places, session.num_scans, session.num_empty,
+                          session.num_unreadable, session.complete() ? "" : "; unfinished");
+  }
+  absl::StrAppend(&text, "parameters\n");
+  VisitFields(info.params, [&](const char* name, const auto& field) {
+    absl::StrAppendFormat(&text, "  %-22s  %s\n", name, FieldText()(field));
+  });
+  return text;
+}
+
+class InfoCommand : public Command {
+ public:
+  [[nodiscard]] std::string name() const override { return "info"; }
+  [[nodiscard]] std::string summary() const override { return "Say what is in a map file"; }
+  void Declare(CLI::App& app) override {
+    app.add_option("MAP", map_, "Map file")->required();
+    app.add_flag("--json", json_, "One JSON document");
+    app.footer(
+        "Examples:\n"
+        "  scanloc info town.scanloc\n"
+        "  scanloc info town.scanloc --json | jq .num_places");
+  }
+  [[nodiscard]] absl::Status Run() override {
+    const absl::StatusOr<mapdb::MapInfo> info = mapdb::ReadInfo(map_);
+    if (!info.ok()) return info.status();
+    return WriteText("-", json_ ? InfoAsJson(*info) : InfoAsText(map_, *info));
+  }
+
+ private:
+  std::string map_;
+  bool json_ = false;
+};
+
+}  // namespace
+
+std::unique_ptr<Command> MakeInfoCommand() { return std::make_unique<InfoCommand>(); }
+
+}  // namespace scanloc::cli

@@ -1,0 +1,293 @@
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "cli/answerer.hpp"
+#include "cli/command.hpp"
+#include "cli/drive_options.hpp"
+#include "cli/output.hpp"
+#include "cli/progress.hpp"
+#include "cli/query_result.hpp"
+#include "cli/result_text.hpp"
+#include "scanloc/core/limits.hpp"
+#include "scanloc/core/method.hpp"
+#include "scanloc/dataset/drive.hpp"
+#include "scanloc/dataset/scan_reader.hpp"
+
+namespace scanloc::cli {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+std::int64_t NsSince(Clock::time_point start) {
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(Clock::now() - start).count();
+}
+
+class LocateCommand : public Command {
+ public:
+  [[nodiscard]] std::string name() const override { return "locate"; }
+  [[nodiscard]] std::string summary() const override {
+    return "Say where scans were taken, by a map file or a server";
+  }
+  void Declare(CLI::App& app) override;
+  [[nodiscard]] absl::Status CheckUsage() const override;
+  [[nodiscard]] absl::Status Run() override;
+
+ private:
+  void DeclareQuery(CLI::App& app);
+  void DeclareServer(CLI::App& app);
+  void DeclareTruth(CLI::App& app);
+
+  [[nodiscard]] absl::StatusOr<std::unique_ptr<Answerer>> OpenAnswerer() const;
+  [[nodiscard]] QueryOptions MakeQueryOptions(const Params& params) const;
+  [[nodiscard]] absl::StatusOr<std::vector<dataset::ScanFile>> ChooseScans() const;
+  /// By file name; empty without --truth.
+  [[nodiscard]] absl::StatusOr<std::map<std::string, Pose>> ReadTruth() const;
+  [[nodiscard]] absl::StatusOr<std::vector<QueryResult>> AskAll(
+      const std::vector<dataset::ScanFile>& scans, Answerer* answerer);
+  [[nodiscard]] absl::Status Print(const std::vector<QueryResult>& results,
+                                   const Params& params) const;
+
+  std::string map_;
+  std::string scan_;
+  std::string scans_dir_;
+  ScanSelection selection_;
+  bool skip_bad_scans_ = false;
+  bool quiet_ = false;
+
+  std::string method_;
+  std::optional<int> num_candidates_;
+  std::optional<double> threshold_;
+  int top_ = 1;
+
+  std::string csv_;
+  bool json_ = false;
+
+  ServerQuery server_;
+  std::string send_ = "scan";
+  double deadline_s_ = 5.0;
+
+  PoseOptions truth_;
+  double within_m_ = 8.0;
+
+  std::size_t num_skipped_ = 0;
+  std::string first_skipped_;
+};
+
+void LocateCommand::Declare(CLI::App& app) {
+  app.add_option("MAP", map_, "Map file; or ask a server with --server");
+  auto* scan = app.add_option("--scan", scan_, "One scan (.bin, .pcd, .ply)")->type_name("FILE");
+  app.add_option("--scans", scans_dir_, "Folder of scans, or one with a folder velodyne")
+      ->type_name("DIR")
+      ->excludes(scan);
+  app.add_flag("--skip-bad-scans", skip_bad_scans_,
+               "Pass over scans of the folder that cannot be read, instead of stopping");
+  auto* csv = app.add_option("--csv", csv_,
+                             "Write CSV to a file, replaced if it is there; - is "
+                             "standard output")
+                  ->type_name("FILE");
+  app.add_flag("--json", json_, "One JSON document on standard output")->excludes(csv);
+  AddQuietOption(app, &quiet_);
+  DeclareQuery(app);
+  selection_.Declare(app);
+  DeclareServer(app);
+  DeclareTruth(app);
+  app.footer(
+      "CSV columns: query,outcome,place,session,distance,confidence,yaw_deg,lateral_m,x,y,z,qx,qy,"
+      "qz,qw;\n"
+      "with --top above 1 then rank, with --truth then true_place_error_m,error_m,yaw_error_deg,"
+      "true_x,true_y.\n"
+      "\"Not recognised\" is an answer: the exit status is 0.\n"
+      "Examples:\n"
+      "  scanloc locate town.scanloc --scan wakeup.pcd\n"
+      "  scanloc locate town.scanloc --scans drive2 --method a-cc --csv answers.csv\n"
+      "  scanloc locate town.scanloc --scans drive2 --truth drive2/poses.txt\n"
+      "  scanloc locate town.scanloc --scans drive1 --every 2 --offset 1 --truth drive1/poses.txt\n"
+      "  scanloc locate --server 127.0.0.1:50061 --map town --send descriptor --scans drive2");
+}
+
+void LocateCommand::DeclareQuery(CLI::App& app) {
+  const char* group = "How the map is searched";
+  app.add_option(
+         "--method", method_,
+         "pc, cc, a-pc or a-cc; -naive and -brute behind it are slow references [the map's: "
+         "a-pc, or a-cc where it has no pc]")
+      ->check(
+          [](const std::string& name) { return std::string(ParseMethod(name).status().message()); })
+      ->group(group);
+  app.add_option("--candidates", num_candidates_,
+                 "Places taken from the k-d tree [the map's, but at least --top]")
+      ->check(InRange(1, limits::kMaxCandidates))
+      ->group(group);
+  app.add_option("--threshold", threshold_,
+                 "Distance up to which a place is recognised, in [0, 1] [the map's]")
+      ->check(InRange(0.0, 1.0))
+      ->group(group);
+  app.add_option("--top", top_, "Candidates told for each query, best first")
+      ->check(InRange(1, limits::kMaxCandidates))
+      ->capture_default_str()
+      ->group(group);
+}
+
+void LocateCommand::DeclareServer(CLI::App& app) {
+  const char* group = "Asking a server";
+  auto* server = app.add_option("--server", server_.address, "scanlocd to ask")
+                     ->type_name("HOST:PORT")
+                     ->group(group);
+  app.add_option("--map", server_.map, "Name of the map at the server [its only one]")
+      ->needs(server)
+      ->group(group);
+  app.add_option("--send", send_, "What is sent: the scan, or its descriptors made here")
+      ->check(CLI::IsMember({"scan", "descriptor"}))
+      ->capture_default_str()
+      ->needs(server)
+      ->group(group);
+  app.add_option("--deadline-s", deadline_s_, "Longest wait for an answer [s]")
+      ->check(InRange(0.001, 3600.0))
+      ->capture_default_str()
+      ->needs(server)
+      ->group(group);
+}
+
+void LocateCommand::DeclareTruth(CLI::App& app) {
+  truth_.Declare(app, "--truth",
+                 "True poses of the folder's scans, all of them: adds errors and a summary");
+  app.add_option("--within-m", within_m_, "A place this near to the query is right [m]")
+      ->check(InRange(0.0, 1e6))
+      ->capture_default_str();
+}
+
+absl::Status LocateCommand::CheckUsage() const {
+  const auto wrong = [](const char* message) { return absl::InvalidArgumentError(message); };
+  if (map_.empty() == server_.address.empty()) {
+    return wrong("give either a map file or --server HOST:PORT");
+  }
+  if (scan_.empty() == scans_dir_.empty()) return wrong("give --scan FILE or --scans DIR");
+  if (!truth_.poses_file().empty() && scans_dir_.empty()) {
+    return wrong("--truth needs --scans: its rows are paired with the scans of the folder");
+  }
+  if (num_candidates_.has_value() && *num_candidates_ < top_) {
+    return wrong("--candidates is less than --top; no more can be told than are found");
+  }
+  return selection_.CheckUsage();
+}
+
+absl::StatusOr<std::unique_ptr<Answerer>> LocateCommand::OpenAnswerer() const {
+  if (server_.address.empty()) return AnswerFromFile(map_);
+  ServerQuery query = server_;
+  query.send_descriptor = send_ == "descriptor";
+  query.deadline = std::chrono::milliseconds(static_cast<std::int64_t>(deadline_s_ * 1000.0));
+  return AnswerFromServer(query);
+}
+
+QueryOptions LocateCommand::MakeQueryOptions(const Params& params) const {
+  QueryOptions options;
+  if (!method_.empty()) options.method = *ParseMethod(method_);
+  options.num_candidates = num_candidates_;
+  if (!num_candidates_.has_value() && top_ > params.search.num_candidates) {
+    options.num_candidates = top_;
+  }
+  options.threshold = threshold_;
+  options.max_answers = top_;
+  return options;
+}
+
+absl::StatusOr<std::vector<dataset::ScanFile>> LocateCommand::ChooseScans() const {
+  if (!scan_.empty()) {
+    return std::vector<dataset::ScanFile>{
+        {.path = scan_, .name = std::filesystem::path(scan_).filename().string()}};
+  }
+  const absl::StatusOr<std::vector<dataset::ScanFile>> scans = dataset::ListScans(scans_dir_);
+  if (!scans.ok()) return scans.status();
+  return Select(selection_, *scans);
+}
+
+absl::StatusOr<std::map<std::string, Pose>> LocateCommand::ReadTruth() const {
+  std::map<std::string, Pose> truth;
+  if (truth_.poses_file().empty()) return truth;
+  const absl::StatusOr<dataset::Drive> drive = truth_.OpenDrive(scans_dir_);
+  if (!drive.ok()) return drive.status();
+  for (const dataset::Frame& frame : drive->frames) truth[frame.name] = frame.T_map_sensor;
+  return truth;
+}
+
+absl::StatusOr<std::vector<QueryResult>> LocateCommand::AskAll(
+    const std::vector<dataset::ScanFile>& scans, Answerer* answerer) {
+  const QueryOptions options = MakeQueryOptions(answerer->params());
+  Progress progress("scans located", quiet_);
+  std::vector<QueryResult> results;
+  for (std::size_t i = 0; i < scans.size(); ++i) {
+    QueryResult result{.query = scans[i].name};
+    const Clock::time_point read_start = Clock::now();
+    const absl::StatusOr<dataset::Scan> scan = dataset::ReadScan(scans[i].path);
+    result.read_ns = NsSince(read_start);
+    if (!scan.ok()) {
+      if (!skip_bad_scans_ || scans_dir_.empty()) return scan.status();
+      if (num_skipped_++ == 0) first_skipped_ = std::string(scan.status().message());
+      progress.Update(i + 1, scans.size());
+      continue;
+    }
+    const Clock::time_point ask_start = Clock::now();
+    absl::StatusOr<Answer> answer = answerer->Ask(scan->points, options);
+    if (!answer.ok()) return answer.status();
+    result.ask_ns = NsSince(ask_start);
+    result.answer = *std::move(answer);
+    results.push_back(std::move(result));
+    if (scans.size() > 1) progress.Update(i + 1, scans.size());
+  }
+  return results;
+}
+
+absl::Status LocateCommand::Print(const std::vector<QueryResult>& results,
+                                  const Params& params) const {
+  const ResultFormat format{
+      .all_candidates = top_ > 1, .truth = !truth_.poses_file().empty(), .within_m = within_m_};
+  const std::string summary = SummaryText(results, format);
+  if (json_ || csv_ == "-") {
+    const std::string method = method_.empty() ? MethodName(DefaultMethod(params)) : method_;
+    if (!quiet_) std::fputs(summary.c_str(), stderr);
+    return WriteText(
+        "-", json_ ? ResultsAsJson(results, method, format) : ResultsAsCsv(results, format));
+  }
+  if (!csv_.empty()) {
+    if (absl::Status s = WriteText(csv_, ResultsAsCsv(results, format)); !s.ok()) return s;
+    return WriteText("-", summary);
+  }
+  return WriteText("-", ResultsAsTable(results, format) + summary);
+}
+
+absl::Status LocateCommand::Run() {
+  const absl::StatusOr<std::vector<dataset::ScanFile>> scans = ChooseScans();
+  if (!scans.ok()) return scans.status();
+  const absl::StatusOr<std::map<std::string, Pose>> truth = ReadTruth();
+  if (!truth.ok()) return truth.status();
+  const absl::StatusOr<std::unique_ptr<Answerer>> answerer = OpenAnswerer();
+  if (!answerer.ok()) return answerer.status();
+
+  absl::StatusOr<std::vector<QueryResult>> results = AskAll(*scans, answerer->get());
+  if (!results.ok()) return results.status();
+  for (QueryResult& result : *results) {
+    const auto found = truth->find(result.query);
+    if (found != truth->end()) result.T_map_true = found->second;
+  }
+  if (num_skipped_ > 0) {
+    std::fprintf(stderr, "skipped %zu of %zu scans that could not be read, the first: %s\n",
+                 num_skipped_, scans->size(), first_skipped_.c_str());
+  }
+  return Print(*results, (*answerer)->params());
+}
+
+}  // namespace
+
+std::unique_ptr<Command> MakeLocateCommand() { return std::make_unique<LocateCommand>(); }
+
+}  // namespace scanloc::cli

@@ -1,0 +1,107 @@
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdio>
+#include <exception>
+#include <iostream>
+#include <memory>
+#include <new>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "cli/command.hpp"
+#include "cli/output.hpp"
+
+namespace {
+
+using scanloc::cli::Command;
+
+constexpr int kDone = 0;
+constexpr int kFailed = 1;
+constexpr int kWrongUsage = 2;
+
+// Always one line, so that whoever reads a log can count on it.
+int Complain(const std::string& who, std::string message, int exit_status) {
+  std::replace(message.begin(), message.end(), '\n', ' ');
+  std::fprintf(stderr, "%s: %s\n", who.c_str(), message.c_str());
+  return exit_status;
+}
+
+int Complain(const std::string& who, const absl::Status& status, int exit_status) {
+  return Complain(who, std::string(status.message()), exit_status);
+}
+
+// Help and version are errors to CLI11, too.
+int HandleParseError(const CLI::App& app, const std::string& who, const CLI::ParseError& error) {
+  std::ostringstream out;
+  std::ostringstream err;
+  if (app.exit(error, out, err) == kDone) {
+    const absl::Status written = scanloc::cli::WriteText("-", out.str());
+    return written.ok() ? kDone : Complain(who, written, kFailed);
+  }
+  return Complain(who, std::string(error.what()) + "; see " + who + " --help", kWrongUsage);
+}
+
+bool IsCommand(const std::vector<std::unique_ptr<Command>>& commands, const std::string& name) {
+  return std::any_of(commands.begin(), commands.end(),
+                     [&](const auto& command) { return command->name() == name; });
+}
+
+int RunCommand(Command& command, const std::string& who) {
+  const absl::Status usage = command.CheckUsage();
+  if (!usage.ok()) {
+    return Complain(who, std::string(usage.message()) + "; see " + who + " --help", kWrongUsage);
+  }
+  try {
+    const absl::Status status = command.Run();
+    return status.ok() ? kDone : Complain(who, status, kFailed);
+  } catch (const std::bad_alloc&) {
+    return Complain(who, "out of memory", kFailed);
+  } catch (const std::exception& error) {
+    return Complain(who, std::string("unexpected error: ") + error.what(), kFailed);
+  }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  scanloc::cli::PrepareStandardStreams();
+  CLI::App app(
+      "Tells a robot that wakes up anywhere in a mapped town where it is, from one LiDAR "
+      "scan.",
+      "scanloc");
+  app.set_version_flag("--version", "scanloc " SCANLOC_VERSION);
+  app.require_subcommand(1);
+  app.footer(
+      "A first map and a first answer, without any data:\n"
+      "  scanloc simulate drive1 --session-seed 1 --length-m 400\n"
+      "  scanloc simulate drive2 --session-seed 2 --length-m 400 --reverse\n"
+      "  scanloc build town.scanloc --scans drive1 --poses drive1/poses.txt\n"
+      "  scanloc locate town.scanloc --scans drive2 --truth drive2/poses.txt\n"
+      "Exit status: 0 done, 1 failed, 2 wrong usage.");
+
+  const std::vector<std::unique_ptr<Command>> commands = scanloc::cli::AllCommands();
+  for (const std::unique_ptr<Command>& command : commands) {
+    command->Declare(*app.add_subcommand(command->name(), command->summary()));
+  }
+  std::string who = "scanloc";
+  const auto find_chosen = [&]() -> Command* {
+    for (const std::unique_ptr<Command>& command : commands) {
+      if (app.got_subcommand(command->name())) return command.get();
+    }
+    return nullptr;
+  };
+  if (argc > 1 && argv[1][0] != '-' && !IsCommand(commands, argv[1])) {
+    return Complain(who, std::string("there is no command \"") + argv[1] + "\"; see scanloc --help",
+                    kWrongUsage);
+  }
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    if (const Command* chosen = find_chosen()) who += " " + chosen->name();
+    return HandleParseError(app, who, error);
+  }
+  Command* chosen = find_chosen();
+  return RunCommand(*chosen, who + " " + chosen->name());
+}

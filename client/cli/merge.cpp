@@ -1,0 +1,51 @@
+#include <CLI/CLI.hpp>
+#include <string>
+#include <vector>
+
+#include "absl/strings/str_format.h"
+#include "cli/command.hpp"
+#include "cli/output.hpp"
+#include "scanloc/mapdb/map_file.hpp"
+#include "scanloc/mapdb/merge_maps.hpp"
+
+namespace scanloc::cli {
+namespace {
+
+class MergeCommand : public Command {
+ public:
+  [[nodiscard]] std::string name() const override { return "merge"; }
+  [[nodiscard]] std::string summary() const override {
+    return "Make one map of several that share a map frame";
+  }
+  void Declare(CLI::App& app) override {
+    app.add_option("OUT", out_, "Map file to make")->required();
+    app.add_option("MAPS", inputs_, "Map files, of equal parameters and in one map frame")
+        ->required();
+    app.footer(
+        "Poses are taken over as they are: the maps must share one map frame. Session names must\n"
+        "be unique.\n"
+        "Example:\n"
+        "  scanloc merge town.scanloc north.scanloc south.scanloc");
+  }
+  [[nodiscard]] absl::Status Run() override {
+    const absl::StatusOr<std::string> content_id = mapdb::MergeMaps(out_, inputs_);
+    if (!content_id.ok()) return content_id.status();
+    const absl::StatusOr<mapdb::MapInfo> info = mapdb::ReadInfo(out_);
+    if (!info.ok()) return info.status();
+    return WriteText("-", absl::StrFormat("merged %d maps into %s\n"
+                                          "  places      %d in %d sessions\n"
+                                          "  content id  %s\n",
+                                          inputs_.size(), out_, info->num_places,
+                                          info->sessions.size(), *content_id));
+  }
+
+ private:
+  std::string out_;
+  std::vector<std::string> inputs_;
+};
+
+}  // namespace
+
+std::unique_ptr<Command> MakeMergeCommand() { return std::make_unique<MergeCommand>(); }
+
+}  // namespace scanloc::cli

@@ -1,0 +1,105 @@
+#include "cli/param_options.hpp"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+
+#include "absl/strings/numbers.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_split.h"
+#include "absl/strings/string_view.h"
+
+namespace scanloc::cli {
+namespace {
+
+absl::Status ParseDescriptors(const std::string& text, Params* params) {
+  params->polar.enabled = false;
+  params->cart.enabled = false;
+  for (const absl::string_view kind : absl::StrSplit(text, ',')) {
+    if (kind == "pc") {
+      params->polar.enabled = true;
+    } else if (kind == "cc") {
+      params->cart.enabled = true;
+    } else {
+      return absl::InvalidArgumentError(
+          absl::StrCat("--descriptors is \"", text, "\"; use pc, cc or pc,cc"));
+    }
+  }
+  return absl::OkStatus();
+}
+
+absl::Status ParseRootShifts(const std::string& text, Params* params) {
+  params->polar.root_shifts_m.clear();
+  for (const absl::string_view part : absl::StrSplit(text, ',', absl::SkipWhitespace())) {
+    double shift_m = 0.0;
+    if (!absl::SimpleAtod(part, &shift_m)) {
+      return absl::InvalidArgumentError(absl::StrCat(
+          "--root-shifts-m is \"", text, "\"; use metres with commas between, for example 2,-2"));
+    }
+    params->polar.root_shifts_m.push_back(shift_m);
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+void ParamOptions::Declare(CLI::App& app) {
+  const auto add = [&](const char* flag, auto& field, const char* what) {
+    CLI::Option* option = app.add_option(flag, field, what)->capture_default_str();
+    options_.push_back(option->group("Parameters of the map (fixed when it is made)"));
+    return option;
+  };
+  add("--descriptors", descriptors_,
+      "Contexts that the map holds: pc (polar), cc (cart) or both; a map with both serves all "
+      "methods");
+  options_.push_back(
+      app.add_flag("--no-augment", no_augment_,
+                   "No augmentation: neither root shifts (a-pc) nor the double flip (a-cc)")
+          ->group("Parameters of the map (fixed when it is made)"));
+  add("--voxel-size-m", params_.voxel_size_m, "Edge of the voxels that thin a scan [m]");
+  add("--sensor-height-m", params_.sensor_height_m, "Height of the sensor above the ground [m]");
+  add("--polar-rings", params_.polar.num_rings, "Rows of the polar context");
+  add("--polar-sectors", params_.polar.num_sectors, "Columns of the polar context, even");
+  add("--polar-range-m", params_.polar.max_range_m, "Range that the polar context covers [m]");
+  add("--root-shifts-m", root_shifts_m_,
+      "Lateral positions of the virtual vehicles of a-pc, +y is left [m]");
+  add("--cart-rows", params_.cart.num_rows, "Rows of the cart context, along x; even");
+  add("--cart-cols", params_.cart.num_cols, "Columns of the cart context, along y; even");
+  add("--cart-x-m", params_.cart.max_x_m, "The cart context covers x up to ± this [m]");
+  add("--cart-y-m", params_.cart.max_y_m, "The cart context covers y up to ± this [m]");
+  add("--cart-shift-mode", cart_shift_mode_,
+      "What becomes of columns that are shifted out: bounded (lost) or circular (come in again)")
+      ->check(CLI::IsMember({"bounded", "circular"}));
+  add("--cart-max-shift-cols", params_.cart.max_shift_cols,
+      "Farthest lateral shift that is tried, in columns; bounded only");
+  add("--candidates", params_.search.num_candidates,
+      "Places taken from the k-d tree for a query that does not say");
+  add("--align-radius", params_.search.align_radius,
+      "Columns tried on either side of the pre-aligned shift");
+  add("--polar-threshold", params_.search.polar_threshold,
+      "Distance up to which pc and a-pc recognise a place, in [0, 1]");
+  add("--cart-threshold", params_.search.cart_threshold,
+      "Distance up to which cc and a-cc recognise a place, in [0, 1]");
+  add("--min-voxels", params_.search.min_voxels,
+      "A query with fewer voxels in range is answered insufficient_scan");
+}
+
+bool ParamOptions::given() const {
+  return std::any_of(options_.begin(), options_.end(),
+                     [](const CLI::Option* option) { return option->count() > 0; });
+}
+
+absl::StatusOr<Params> ParamOptions::Make() const {
+  Params params = params_;
+  if (absl::Status s = ParseDescriptors(descriptors_, &params); !s.ok()) return s;
+  if (absl::Status s = ParseRootShifts(root_shifts_m_, &params); !s.ok()) return s;
+  params.cart.shift_mode =
+      cart_shift_mode_ == "bounded" ? ShiftMode::kBounded : ShiftMode::kCircular;
+  if (no_augment_) {
+    params.polar.root_shifts_m.clear();
+    params.cart.double_flip = false;
+  }
+  if (absl::Status s = Validate(params); !s.ok()) return s;
+  return params;
+}
+
+}  // namespace scanloc::cli

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <CLI/App.hpp>
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "scanloc/core/params.hpp"
+
+namespace scanloc::cli {
+
+/// The parameters of a map as options of the command line.
+class ParamOptions {
+ public:
+  /// Declares one option a parameter, with its default.
+  void Declare(CLI::App& app);
+
+  /// Whether any of them was given.
+  [[nodiscard]] bool given() const;
+
+  /// InvalidArgument: out of range, or text that does not parse.
+  [[nodiscard]] absl::StatusOr<Params> Make() const;
+
+ private:
+  Params params_;
+  std::string descriptors_ = "pc,cc";
+  std::string root_shifts_m_ = "2,-2";
+  std::string cart_shift_mode_ = "bounded";
+  bool no_augment_ = false;
+  std::vector<const CLI::Option*> options_;
+};
+
+}  // namespace scanloc::cli

@@ -1,0 +1,152 @@
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "cli/answers_csv.hpp"
+#include "cli/command.hpp"
+#include "cli/drive_options.hpp"
+#include "cli/map_picture.hpp"
+#include "cli/output.hpp"
+#include "scanloc/core/answer.hpp"
+#include "scanloc/mapdb/map_file.hpp"
+
+namespace scanloc::cli {
+namespace {
+
+class PlotCommand : public Command {
+ public:
+  [[nodiscard]] std::string name() const override { return "plot"; }
+  [[nodiscard]] std::string summary() const override {
+    return "Draw a map and the answers of locate as an SVG picture";
+  }
+  void Declare(CLI::App& app) override;
+  [[nodiscard]] absl::Status Run() override;
+
+ private:
+  [[nodiscard]] absl::Status AddTruth(std::vector<CsvAnswer>* answers) const;
+  [[nodiscard]] absl::StatusOr<std::vector<PicturedQuery>> Judge(
+      const std::vector<CsvAnswer>& answers, const std::vector<PicturedPlace>& places) const;
+  [[nodiscard]] std::string Title(const std::vector<PicturedQuery>& queries) const;
+
+  std::string map_;
+  std::string answers_;
+  std::string scans_dir_;
+  PoseOptions truth_;
+  double within_m_ = 8.0;
+  std::string title_;
+  std::string out_;
+};
+
+void PlotCommand::Declare(CLI::App& app) {
+  app.add_option("MAP", map_, "Map file that gave the answers")->required();
+  app.add_option("--answers", answers_, "CSV of scanloc locate")->required()->type_name("CSV");
+  app.add_option("--out", out_, "Picture to write, replaced if it is there; - is standard output")
+      ->required()
+      ->type_name("FILE.svg");
+  CLI::Option* poses = truth_.Declare(app, "--truth",
+                                      "True poses of the queries, if locate was not told them: a "
+                                      "row a query, or with --scans a row "
+                                      "a scan of the folder");
+  app.add_option("--scans", scans_dir_,
+                 "Folder of the scans, if the queries were only some of them")
+      ->type_name("DIR")
+      ->needs(poses);
+  app.add_option("--within-m", within_m_, "A place this near to the query is right [m]")
+      ->check(InRange(0.0, 1e6))
+      ->capture_default_str();
+  app.add_option("--title", title_, "Title [the map's name and the counts]");
+  app.footer(
+      "Green: right. Red: wrong, with a line to the true position. Grey: not recognised.\n"
+      "Examples:\n"
+      "  scanloc locate town.scanloc --scans drive2 --truth drive2/poses.txt --csv answers.csv\n"
+      "  scanloc plot town.scanloc --answers answers.csv --out answers.svg");
+}
+
+absl::Status PlotCommand::AddTruth(std::vector<CsvAnswer>* answers) const {
+  const bool all_told = std::all_of(answers->begin(), answers->end(),
+                                    [](const CsvAnswer& a) { return a.truth.has_value(); });
+  if (truth_.poses_file().empty() || all_told) return absl::OkStatus();
+  if (!scans_dir_.empty()) {
+    const absl::StatusOr<dataset::Drive> drive = truth_.OpenDrive(scans_dir_);
+    if (!drive.ok()) return drive.status();
+    std::map<std::string, Eigen::Vector2d> by_name;
+    for (const dataset::Frame& frame : drive->frames) {
+      by_name[frame.name] = frame.T_map_sensor.translation().head<2>();
+    }
+    for (CsvAnswer& answer : *answers) {
+      const auto found = by_name.find(answer.query);
+      if (found != by_name.end()) answer.truth = found->second;
+    }
+    return absl::OkStatus();
+  }
+  const absl::StatusOr<dataset::Trajectory> trajectory = truth_.ReadTrajectory();
+  if (!trajectory.ok()) return trajectory.status();
+  if (trajectory->T_map_sensor.size() != answers->size()) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        truth_.poses_file(), " has ", trajectory->T_map_sensor.size(), " poses, but ", answers_,
+        " has ", answers->size(),
+        " queries; name the folder of the scans with --scans, so that they are paired by name"));
+  }
+  for (std::size_t i = 0; i < answers->size(); ++i) {
+    (*answers)[i].truth = trajectory->T_map_sensor[i].translation().head<2>();
+  }
+  return absl::OkStatus();
+}
+
+absl::StatusOr<std::vector<PicturedQuery>> PlotCommand::Judge(
+    const std::vector<CsvAnswer>& answers, const std::vector<PicturedPlace>& places) const {
+  std::vector<PicturedQuery> queries;
+  for (const CsvAnswer& answer : answers) {
+    PicturedQuery query{.query = answer.query, .answered = answer.answered, .truth = answer.truth};
+    if (answer.place.has_value() && *answer.place >= places.size()) {
+      return absl::InvalidArgumentError(absl::StrCat(
+          answers_, ": ", answer.query, " was answered with place ", *answer.place, ", but ", map_,
+          " has ", places.size(), " places; these answers are from another map"));
+    }
+    if (answer.outcome != OutcomeName(Outcome::kLocalized) || !answer.place.has_value()) {
+      query.verdict = Verdict::kNotRecognized;
+    } else if (!answer.truth.has_value()) {
+      query.verdict = Verdict::kUnchecked;
+    } else {
+      const double error_m = (places[*answer.place].position - *answer.truth).norm();
+      query.verdict = error_m <= within_m_ ? Verdict::kRight : Verdict::kWrong;
+    }
+    queries.push_back(std::move(query));
+  }
+  return queries;
+}
+
+std::string PlotCommand::Title(const std::vector<PicturedQuery>& queries) const {
+  if (!title_.empty()) return title_;
+  return absl::StrFormat("%s: answers to %d queries",
+                         std::filesystem::path(map_).filename().string(), queries.size());
+}
+
+absl::Status PlotCommand::Run() {
+  const absl::StatusOr<std::vector<mapdb::PlaceRecord>> records = mapdb::ReadPlaces(map_);
+  if (!records.ok()) return records.status();
+  std::vector<PicturedPlace> places;
+  for (const mapdb::PlaceRecord& record : *records) {
+    places.push_back({record.place.T_map_place.translation().head<2>(),
+                      static_cast<std::size_t>(record.place.session)});
+  }
+  absl::StatusOr<std::vector<CsvAnswer>> answers = ReadAnswersCsv(answers_);
+  if (!answers.ok()) return answers.status();
+  if (absl::Status s = AddTruth(&*answers); !s.ok()) return s;
+  const absl::StatusOr<std::vector<PicturedQuery>> queries = Judge(*answers, places);
+  if (!queries.ok()) return queries.status();
+  return WriteText(out_, DrawMapPicture(Title(*queries), places, *queries));
+}
+
+}  // namespace
+
+std::unique_ptr<Command> MakePlotCommand() { return std::make_unique<PlotCommand>(); }
+
+}  // namespace scanloc::cli

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "cli/query_result.hpp"
+
+namespace scanloc::cli {
+
+/// What the texts below say beside the documented columns.
+struct ResultFormat {
+  bool all_candidates = false;  ///< CSV: a row a candidate, with its rank from 1, not only the best
+  bool truth = false;           ///< errors and true positions
+  double within_m = 8.0;        ///< as in Summary
+};
+
+/// A row a query, in order: the columns of docs and help, then `rank` and those of the truth as the
+/// format asks. Equal answers give equal bytes.
+[[nodiscard]] std::string ResultsAsCsv(const std::vector<QueryResult>& results,
+                                       const ResultFormat& format);
+
+/// One document with all candidates. Equal answers give equal bytes: it holds no times.
+[[nodiscard]] std::string ResultsAsJson(const std::vector<QueryResult>& results,
+                                        const std::string& method, const ResultFormat& format);
+
+/// Aligned columns for a person.
+[[nodiscard]] std::string ResultsAsTable(const std::vector<QueryResult>& results,
+                                         const ResultFormat& format);
+
+/// Counts, errors and times of all queries, for a person.
+[[nodiscard]] std::string SummaryText(const std::vector<QueryResult>& results,
+                                      const ResultFormat& format);
+
+}  // namespace scanloc::cli
