@@ -1,0 +1,74 @@
+#include "cli/output.hpp"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+#include "support/temp_dir.hpp"
+
+namespace scanloc::cli {
+namespace {
+
+namespace fs = std::filesystem;
+using test::ReadFile;
+using test::TempDir;
+
+int NumFiles(const TempDir& dir) {
+  return static_cast<int>(
+      std::distance(fs::directory_iterator(dir.path()), fs::directory_iterator()));
+}
+
+TEST(TextOutput, WritesAllOfALongText) {
+  const TempDir dir;
+  std::string expected;
+  auto output = TextOutput::Open(dir.File("out"));
+  ASSERT_TRUE(output.ok()) << output.status();
+  for (int i = 0; i < 300'000; ++i) {
+    const std::string line = std::to_string(i) + "\n";
+    output->Append(line);
+    expected += line;
+  }
+  ASSERT_TRUE(output->Close().ok());
+  EXPECT_EQ(ReadFile(dir.File("out")), expected);
+  EXPECT_EQ(NumFiles(dir), 1);
+}
+
+TEST(TextOutput, LeavesTheOldFileUntilItIsClosed) {
+  const TempDir dir;
+  dir.Write("out", "old");
+  {
+    auto output = TextOutput::Open(dir.File("out"));
+    ASSERT_TRUE(output.ok()) << output.status();
+    output->Append(std::string(3 << 20, 'x'));
+    EXPECT_EQ(ReadFile(dir.File("out")), "old");
+  }
+  EXPECT_EQ(ReadFile(dir.File("out")), "old");
+  EXPECT_EQ(NumFiles(dir), 1);
+  ASSERT_TRUE(WriteText(dir.File("out"), "new").ok());
+  EXPECT_EQ(ReadFile(dir.File("out")), "new");
+}
+
+TEST(TextOutput, WritesThroughALink) {
+  const TempDir dir;
+  dir.Write("real", "old");
+  fs::create_symlink("real", dir.File("link"));
+  ASSERT_TRUE(WriteText(dir.File("link"), "new").ok());
+  EXPECT_TRUE(fs::is_symlink(dir.File("link")));
+  EXPECT_EQ(ReadFile(dir.File("real")), "new");
+}
+
+TEST(TextOutput, TellsThatTheDiskIsFull) {
+  EXPECT_EQ(WriteText("/dev/full", "text").code(), absl::StatusCode::kResourceExhausted);
+  EXPECT_TRUE(WriteText("/dev/null", "text").ok());
+}
+
+TEST(TextOutput, NamesThePathThatCannotBeWritten) {
+  const TempDir dir;
+  EXPECT_EQ(WriteText(dir.File("none/out"), "text").code(), absl::StatusCode::kNotFound);
+  const absl::Status folder = WriteText(dir.path().string(), "text");
+  EXPECT_EQ(folder.code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_NE(folder.message().find(dir.path().string()), std::string::npos);
+}
+
+}  // namespace
+}  // namespace scanloc::cli
