@@ -1,0 +1,114 @@
+// A real server: what it answers is what the map file answers.
+#include <gtest/gtest.h>
+
+#include <csignal>
+#include <memory>
+
+#include "e2e/programs.hpp"
+
+namespace scanloc::test {
+namespace {
+
+/// scanlocd on a free port.
+class RunningServer {
+ public:
+  /// Arguments of --map, NAME=FILE.
+  explicit RunningServer(const Args& maps) : process_(ServerCommand(maps)) {
+    const std::string line = process_.ReadLineWith("scanlocd ready on ");
+    address_ = line.substr(line.rfind(' ') + 1);
+  }
+
+  [[nodiscard]] const std::string& address() const { return address_; }
+
+  /// Its exit status.
+  int Stop() {
+    process_.Signal(SIGTERM);
+    return process_.Wait();
+  }
+
+ private:
+  static Args ServerCommand(const Args& maps) {
+    Args args = {kScanlocd, "--listen", "127.0.0.1:0"};
+    for (const std::string& map : maps) args.insert(args.end(), {"--map", map});
+    return args;
+  }
+
+  Process process_;
+  std::string address_;
+};
+
+Args LocateArgs(const Args& where, const Args& more) {
+  Args args = {"locate", "--scans", Town().drive2, "--quiet"};
+  args.insert(args.end(), where.begin(), where.end());
+  args.insert(args.end(), more.begin(), more.end());
+  return args;
+}
+
+TEST(ServedAnswers, AreThoseOfTheMapFileByteForByte) {
+  RunningServer server({"one=" + Town().map1});
+  for (const char* method : {"pc", "cc", "a-pc", "a-cc"}) {
+    for (const char* form : {"--csv=-", "--json"}) {
+      const Args what = {"--method", method, form, "--top", "3", "--truth", Town().Poses2()};
+      const std::string local = MustScanloc(LocateArgs({Town().map1}, what));
+      for (const char* send : {"scan", "descriptor"}) {
+        const std::string served = MustScanloc(
+            LocateArgs({"--server", server.address(), "--map", "one", "--send", send}, what));
+        EXPECT_EQ(served, local) << method << " " << form << " " << send;
+      }
+    }
+  }
+  EXPECT_EQ(server.Stop(), 0);
+}
+
+TEST(ServedAnswers, HoldToTheMapsDefaultsAndTheQuerysChoices) {
+  RunningServer server({"one=" + Town().map1});
+  for (const Args& choice : {Args{}, Args{"--candidates", "5", "--threshold", "0.1"}}) {
+    Args what = {"--csv", "-"};
+    what.insert(what.end(), choice.begin(), choice.end());
+    EXPECT_EQ(MustScanloc(LocateArgs({"--server", server.address()}, what)),
+              MustScanloc(LocateArgs({Town().map1}, what)));
+  }
+}
+
+TEST(ServedAnswers, ComeFromTheMapThatWasNamed) {
+  const TempDir dir;
+  MustScanloc({"build", dir.File("two"), "--scans", Town().drive2, "--poses", Town().Poses2(),
+               "--polar-sectors", "40", "--quiet"});
+  RunningServer server({"one=" + Town().map1, "two=" + dir.File("two")});
+  for (const auto& [name, file] :
+       {std::pair<std::string, std::string>("one", Town().map1), {"two", dir.File("two")}}) {
+    for (const char* send : {"scan", "descriptor"}) {
+      EXPECT_EQ(MustScanloc(LocateArgs(
+                    {"--server", server.address(), "--map", name, "--send", send}, {"--json"})),
+                MustScanloc(LocateArgs({file}, {"--json"})))
+          << name << " " << send;
+    }
+  }
+  const ProcessResult unknown =
+      Scanloc(LocateArgs({"--server", server.address(), "--map", "three"}, {}));
+  EXPECT_EQ(unknown.status, 1);
+  EXPECT_NE(unknown.err.find("three"), std::string::npos) << unknown.err;
+  EXPECT_EQ(CountLines(unknown.err), 1) << unknown.err;
+  EXPECT_EQ(Scanloc(LocateArgs({"--server", server.address()}, {})).status, 1)
+      << "two maps, and none named";
+}
+
+TEST(ServedAnswers, StopWithTheServer) {
+  RunningServer server({"one=" + Town().map1});
+  EXPECT_EQ(server.Stop(), 0);
+  const ProcessResult result =
+      Scanloc(LocateArgs({"--server", server.address(), "--deadline-s", "1"}, {}));
+  EXPECT_EQ(result.status, 1);
+  EXPECT_EQ(CountLines(result.err), 1) << result.err;
+}
+
+TEST(ServedAnswers, NeedAMapThatLoads) {
+  const TempDir dir;
+  const ProcessResult result = RunProcess(
+      {kScanlocd, "--listen", "127.0.0.1:0", "--map", "one=" + dir.Write("map", "garbage")});
+  EXPECT_EQ(result.status, 1);
+  EXPECT_EQ(result.out, "");
+}
+
+}  // namespace
+}  // namespace scanloc::test
