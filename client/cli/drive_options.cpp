@@ -52,7 +52,7 @@ CLI::Option* PoseOptions::Declare(CLI::App& app, const char* flag, const char* w
                  "Format of the poses: auto, kitti (12 numbers a row), mulran (global_pose.csv) or "
                  "tum")
       ->check([](const std::string& name) {
-        return std::string(dataset::ParsePoseFormat(name).status().message());
+        return absl::StrCat(dataset::ParsePoseFormat(name).status().message());
       })
       ->capture_default_str()
       ->needs(poses);

@@ -121,8 +121,9 @@ void LocateCommand::DeclareQuery(CLI::App& app) {
          "--method", method_,
          "pc, cc, a-pc or a-cc; -naive and -brute behind it are slow references [the map's: "
          "a-pc, or a-cc where it has no pc]")
-      ->check(
-          [](const std::string& name) { return std::string(ParseMethod(name).status().message()); })
+      ->check([](const std::string& name) {
+        return absl::StrCat(ParseMethod(name).status().message());
+      })
       ->group(group);
   app.add_option("--candidates", num_candidates_,
                  "Places taken from the k-d tree [the map's, but at least --top]")
@@ -232,7 +233,7 @@ absl::StatusOr<std::vector<QueryResult>> LocateCommand::AskAll(
     result.read_ns = NsSince(read_start);
     if (!scan.ok()) {
       if (!skip_bad_scans_ || scans_dir_.empty()) return scan.status();
-      if (num_skipped_++ == 0) first_skipped_ = std::string(scan.status().message());
+      if (num_skipped_++ == 0) first_skipped_ = absl::StrCat(scan.status().message());
       progress.Update(i + 1, scans.size());
       continue;
     }

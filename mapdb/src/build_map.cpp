@@ -137,7 +137,7 @@ absl::Status WriteScan(const DescribedScan& scan, bool skip_unreadable, MapBuild
                        BuildSummary& summary) {
   if (!scan.load_status.ok()) {
     absl::Status named = NameScan(scan.load_status, builder.plan(), builder.next_scan());
-    if (!skip_unreadable) return named;
+    if (!skip_unreadable || absl::IsCancelled(scan.load_status)) return named;
     if (summary.num_unreadable++ == 0) summary.first_unreadable = absl::StrCat(named.message());
     return builder.Skip(SkipReason::kUnreadable);
   }
