@@ -26,9 +26,9 @@ say() { printf '\n== %s\n' "$*"; }
 
 if [[ $# -eq 0 ]]; then
   say "1. A made town: one session to map, and another to ask from"
-  "$bin/scanloc" simulate "$out/mapping" --town-seed 7 --session-seed 1 --length-m 900
-  "$bin/scanloc" simulate "$out/wakeup" --town-seed 7 --session-seed 2 --length-m 900 \
-    --reverse --lane-shift-m 3.5 --spacing-m 45
+  "$bin/scanloc" simulate "$out/mapping" --town-seed 7 --session-seed 1 --length-m 1500
+  "$bin/scanloc" simulate "$out/wakeup" --town-seed 7 --session-seed 2 --length-m 1500 \
+    --reverse --lane-shift-m 3.5 --spacing-m 60
   map_drive=(--scans "$out/mapping" --poses "$out/mapping/poses.txt" --times "$out/mapping/times.txt")
   query_drive=(--scans "$out/wakeup")
   truth=(--truth "$out/wakeup/poses.txt")
@@ -69,7 +69,7 @@ address=${ready##* }
 
 say "4. Ask the server, over the network, where each scan was taken"
 "$bin/scanloc" locate --server "$address" --map town "${query_drive[@]}" "${truth[@]}" \
-  --method a-pc --candidates 10 --csv "$out/answers.csv"
+  --method a-pc --candidates 10 --csv "$out/answers.csv" --quiet
 "$bin/scanloc" locate --server "$address" --map town "${query_drive[@]}" "${truth[@]}" \
   --method a-pc --candidates 10
 
