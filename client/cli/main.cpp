@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "absl/status/status.h"
+#include "absl/strings/str_cat.h"
 #include "cli/command.hpp"
 #include "cli/output.hpp"
 
@@ -29,7 +30,7 @@ int Complain(const std::string& who, std::string message, int exit_status) {
 }
 
 int Complain(const std::string& who, const absl::Status& status, int exit_status) {
-  return Complain(who, std::string(status.message()), exit_status);
+  return Complain(who, absl::StrCat(status.message()), exit_status);
 }
 
 // Help and version are errors to CLI11, too.
@@ -51,7 +52,7 @@ bool IsCommand(const std::vector<std::unique_ptr<Command>>& commands, const std:
 int RunCommand(Command& command, const std::string& who) {
   const absl::Status usage = command.CheckUsage();
   if (!usage.ok()) {
-    return Complain(who, std::string(usage.message()) + "; see " + who + " --help", kWrongUsage);
+    return Complain(who, absl::StrCat(usage.message(), "; see ", who, " --help"), kWrongUsage);
   }
   try {
     const absl::Status status = command.Run();

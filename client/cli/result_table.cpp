@@ -66,6 +66,7 @@ std::string Percent(std::size_t part, std::size_t whole) {
 std::string TimesText(const std::vector<QueryResult>& results) {
   const auto median_ms = [&](auto&& time_ns) {
     std::vector<double> times_ms;
+    times_ms.reserve(results.size());
     for (const QueryResult& result : results) {
       times_ms.push_back(static_cast<double>(time_ns(result)) / 1e6);
     }

@@ -97,11 +97,11 @@ absl::Status SimulateCommand::Run() {
   std::size_t num_scans = 0;
   {
     Progress progress("scans cast", quiet_);
-    const absl::Status status = dataset::Simulate(options_, out_, num_threads,
-                                                  [&](std::size_t num_done, std::size_t num_total) {
-                                                    num_scans = num_total;
-                                                    progress.Update(num_done, num_total);
-                                                  });
+    absl::Status status = dataset::Simulate(options_, out_, num_threads,
+                                            [&](std::size_t num_done, std::size_t num_total) {
+                                              num_scans = num_total;
+                                              progress.Update(num_done, num_total);
+                                            });
     if (!status.ok()) return status;
   }
   const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;

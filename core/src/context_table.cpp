@@ -24,7 +24,8 @@ Keys MakeKeys(const Context& context) {
 
 void ContextTable::Reserve(std::size_t num_entries) {
   entries_.reserve(num_entries);
-  cells_cm_.reserve(num_entries * static_cast<std::size_t>(num_rows_ * num_cols_));
+  cells_cm_.reserve(num_entries * static_cast<std::size_t>(num_rows_) *
+                    static_cast<std::size_t>(num_cols_));
   retrieval_cm_.reserve(num_entries * static_cast<std::size_t>(num_rows_));
   aligning_cm_.reserve(num_entries * static_cast<std::size_t>(num_cols_));
 }
@@ -32,7 +33,8 @@ void ContextTable::Reserve(std::size_t num_entries) {
 void ContextTable::Append(const Entry& entry, std::span<const std::uint16_t> cells_cm,
                           std::span<const std::int32_t> retrieval_cm,
                           std::span<const std::int32_t> aligning_cm) {
-  assert(cells_cm.size() == static_cast<std::size_t>(num_rows_ * num_cols_));
+  assert(cells_cm.size() ==
+         static_cast<std::size_t>(num_rows_) * static_cast<std::size_t>(num_cols_));
   assert(retrieval_cm.size() == static_cast<std::size_t>(num_rows_));
   assert(aligning_cm.size() == static_cast<std::size_t>(num_cols_));
   entries_.push_back(entry);
@@ -58,7 +60,7 @@ void ContextTable::AppendFlipOfLast() {
 }
 
 ContextView ContextTable::context(std::size_t i) const {
-  const auto num_cells = static_cast<std::size_t>(num_rows_ * num_cols_);
+  const auto num_cells = static_cast<std::size_t>(num_rows_) * static_cast<std::size_t>(num_cols_);
   const auto num_cols = static_cast<std::size_t>(num_cols_);
   return {num_rows_, num_cols_, std::span(cells_cm_).subspan(i * num_cells, num_cells),
           std::span(aligning_cm_).subspan(i * num_cols, num_cols)};

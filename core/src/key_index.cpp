@@ -40,11 +40,13 @@ class NearestPlaces {
   [[nodiscard]] std::size_t size() const { return found_.size(); }
   [[nodiscard]] bool full() const { return found_.size() == k_; }
   // nanoflann passes over what is not nearer than this: the next float keeps ties in.
+  // NOLINTNEXTLINE(readability-identifier-naming): nanoflann calls it so.
   [[nodiscard]] float worstDist() const {
     constexpr float kInfinity = std::numeric_limits<float>::infinity();
     return full() ? std::nextafter(found_.back().distance, kInfinity) : kInfinity;
   }
 
+  // NOLINTNEXTLINE(readability-identifier-naming): nanoflann calls it so.
   bool addPoint(float distance, std::uint32_t entry) {
     if (!augmented_ && entries_[entry].augmented) return true;
     const Found candidate{distance, entry};
