@@ -15,7 +15,7 @@ root=$PWD
 out=${SCANLOC_DEMO_OUT:-$root/demo-out}
 
 scripts/setup.sh
-cmake --preset release -DSCANLOC_BUILD_TESTS=OFF -DSCANLOC_BUILD_BENCH=OFF >/dev/null
+cmake --preset release >/dev/null
 cmake --build --preset release --target scanloc scanlocd
 bin=$root/build/release/bin
 

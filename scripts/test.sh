@@ -6,6 +6,6 @@ cd "$(dirname "$0")/.."
 preset=${1:-dev}
 
 scripts/setup.sh
-cmake --preset "$preset" >/dev/null
+cmake --preset "$preset" -DSCANLOC_BUILD_TESTS=ON >/dev/null
 cmake --build --preset "$preset"
 ctest --preset "$preset" -j "$(nproc)"
