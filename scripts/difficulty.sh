@@ -10,7 +10,9 @@ length=${2:-2000}
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 
-simulate() { "$scanloc" simulate "$@" --quiet --town-seed "$town" --length-m "$length"; }
+simulate() {
+  "$scanloc" simulate "$@" --quiet --town-seed "$town" --length-m "$length" >/dev/null
+}
 
 simulate "$work/map" --session-seed 1
 "$scanloc" build "$work/town.scanloc" --scans "$work/map" --poses "$work/map/poses.txt" --quiet \
