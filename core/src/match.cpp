@@ -6,6 +6,8 @@
 #include <limits>
 #include <utility>
 
+#include "simd.hpp"
+
 namespace scanloc {
 namespace {
 
@@ -69,9 +71,8 @@ struct ColumnSum {
   int num_columns = 0;
 };
 
-__attribute__((target_clones("avx2", "default"))) void AddRun(const ContextView& query,
-                                                              const ContextView& place,
-                                                              const Run& run, ColumnSum& total) {
+SCANLOC_SIMD void AddRun(const ContextView& query, const ContextView& place, const Run& run,
+                         ColumnSum& total) {
   const int num_rows = place.num_rows;
   for (int j = run.first; j < run.last; ++j) {
     const std::ptrdiff_t query_begin = std::ptrdiff_t{j + run.query_offset} * num_rows;
@@ -90,8 +91,8 @@ __attribute__((target_clones("avx2", "default"))) void AddRun(const ContextView&
   }
 }
 
-__attribute__((target_clones("avx2", "default"))) std::int64_t SquaredDifference(
-    const std::int32_t* query, const std::int32_t* place, int count) {
+SCANLOC_SIMD std::int64_t SquaredDifference(const std::int32_t* query, const std::int32_t* place,
+                                            int count) {
   std::int64_t total = 0;
   for (int j = 0; j < count; ++j) {
     const std::int64_t difference = place[j] - query[j];

@@ -8,6 +8,7 @@
 #include <random>
 
 #include "scanloc/core/limits.hpp"
+#include "simd.hpp"
 
 namespace scanloc {
 namespace {
@@ -45,10 +46,8 @@ inline std::uint64_t AxisIndex(std::uint32_t bits, float per_voxel) {
 
 // Integers throughout, so that the compiler may use SIMD: as bits, NaN and infinity are greater
 // than every finite magnitude. What is beyond the limit is computed as the origin, then marked.
-__attribute__((target_clones("avx2", "default"))) void MakeKeys(const Point* __restrict points,
-                                                                std::size_t num_points,
-                                                                float per_voxel,
-                                                                Keys& __restrict keys) {
+SCANLOC_SIMD void MakeKeys(const Point* __restrict points, std::size_t num_points, float per_voxel,
+                           Keys& __restrict keys) {
   for (std::size_t i = 0; i < num_points; ++i) {
     const auto x = std::bit_cast<std::uint32_t>(points[i].x);
     const auto y = std::bit_cast<std::uint32_t>(points[i].y);
@@ -66,9 +65,8 @@ __attribute__((target_clones("avx2", "default"))) void MakeKeys(const Point* __r
 /// Neighbouring returns mostly fall into the same voxel, and are added up before the table is
 /// asked. No branch: where a run ends cannot be predicted. Requires num_points > 0, and a float
 /// behind the last point that may be read.
-__attribute__((target_clones("avx2", "default"))) std::size_t JoinRuns(
-    const Point* __restrict points, std::size_t num_points, const Keys& __restrict keys,
-    Runs& __restrict runs) {
+SCANLOC_SIMD std::size_t JoinRuns(const Point* __restrict points, std::size_t num_points,
+                                  const Keys& __restrict keys, Runs& __restrict runs) {
   constexpr Int4 kXyz = {-1, -1, -1, 0};
   constexpr Float4 kOnePoint = {0.0F, 0.0F, 0.0F, 1.0F};
   Run* run = runs.data();
