@@ -183,6 +183,21 @@ TEST_F(BuildMapTest, CountsScansThatCannotBeReadWhereAsked) {
   EXPECT_EQ(ReadInfo(path_)->num_unreadable, 1);
 }
 
+TEST_F(BuildMapTest, StopsWhenCancelledEvenWhereUnreadableScansAreSkipped) {
+  BuildOptions options = SmallOptions(path_);
+  options.skip_unreadable = true;
+  const absl::Status status =
+      BuildMap(options, SmallPlan("one", 20), [](std::size_t scan) -> absl::StatusOr<PointCloud> {
+        if (scan >= 7) return absl::CancelledError("stopped by the user");
+        return SmallLoader()(scan);
+      }).status();
+  EXPECT_EQ(status.code(), absl::StatusCode::kCancelled) << status;
+  const auto info = ReadInfo(path_);
+  ASSERT_TRUE(info.ok()) << info.status();
+  EXPECT_EQ(info->num_places, 7);
+  EXPECT_EQ(info->num_unreadable, 0);
+}
+
 TEST_F(BuildMapTest, AppendsWithTheParametersOfTheMap) {
   ASSERT_TRUE(test::BuildSmallMap(path_, 4).ok());
   BuildOptions options = SmallOptions(path_, BuildMode::kAppend);

@@ -1,7 +1,6 @@
 // Builds that are killed, run out of room, or may not write: what was committed stays, and --resume
 // ends in the content of an unbroken build.
 #include <fcntl.h>
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
@@ -10,7 +9,9 @@
 #include <csignal>
 #include <filesystem>
 #include <iostream>
+#include <set>
 
+#include "absl/strings/match.h"
 #include "scanloc/mapdb/build_map.hpp"
 #include "scanloc/mapdb/map_file.hpp"
 #include "support/child_process.hpp"
@@ -24,7 +25,6 @@ namespace {
 using test::SmallLoader;
 using test::SmallOptions;
 using test::SmallPlan;
-using testing::HasSubstr;
 
 constexpr std::size_t kNumScans = 8;
 
@@ -224,8 +224,7 @@ TEST_F(ReadOnlyMap, IsRefusedWithTheUnfinishedWriteOfAKilledBuild) {
   EXPECT_EQ(test::RunInChild([&] {
               BecomeNobody();
               const absl::Status status = LoadMap(path_).status();
-              const bool is_clear =
-                  std::string(status.message()).find("unfinished write") != std::string::npos;
+              const bool is_clear = absl::StrContains(status.message(), "unfinished write");
               return Report(absl::IsFailedPrecondition(status) && is_clear, status);
             }),
             0);
@@ -250,7 +249,7 @@ TEST_F(KilledBuild, ResumesAfterTheDiskWasFull) {
       setrlimit(RLIMIT_FSIZE, &limit);
       const absl::Status result = Build().status();
       if (result.ok()) return 0;
-      const bool is_clear = std::string(result.message()).find("--resume") != std::string::npos;
+      const bool is_clear = absl::StrContains(result.message(), "--resume");
       return absl::IsResourceExhausted(result) && is_clear ? 10 : Report(false, result);
     });
     is_full = status == 10;

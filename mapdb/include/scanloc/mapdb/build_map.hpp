@@ -49,7 +49,7 @@ struct BuildSummary {
 };
 
 /// Reads scan i of the plan. Called from several threads at once, each scan at most once; must not
-/// throw.
+/// throw. Cancelled stops the build even where unreadable scans are skipped.
 using ScanLoader = std::function<absl::StatusOr<PointCloud>(std::size_t scan)>;
 /// Called from the thread that called BuildMap, after each scan; may be null.
 using ProgressCallback = std::function<void(const BuildProgress&)>;
