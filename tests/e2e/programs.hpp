@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "support/paths.hpp"
 #include "support/process.hpp"
 #include "support/temp_dir.hpp"
 
@@ -10,8 +11,8 @@ namespace scanloc::test {
 
 using Args = std::vector<std::string>;
 
-inline const std::string kScanloc = SCANLOC_BIN_DIR "/scanloc";
-inline const std::string kScanlocd = SCANLOC_BIN_DIR "/scanlocd";
+inline const std::string kScanloc = BinDir() + "/scanloc";
+inline const std::string kScanlocd = BinDir() + "/scanlocd";
 
 /// The arguments with the program in front.
 Args Command(const std::string& program, Args args);

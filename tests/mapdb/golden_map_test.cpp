@@ -7,13 +7,14 @@
 
 #include "scanloc/mapdb/map_file.hpp"
 #include "support/map_equality.hpp"
+#include "support/paths.hpp"
 #include "support/temp_dir.hpp"
 
 namespace scanloc::mapdb {
 namespace {
 
 constexpr char kContentIdV1[] = "cfb06ece459fc7898dd2e31ec0f8b41b";
-const std::string kGoldenV1 = SCANLOC_SOURCE_DIR "/tests/data/golden_map_v1.scanloc";
+const std::string kGoldenV1 = test::SourceDir() + "/tests/data/golden_map_v1.scanloc";
 
 TEST(GoldenMapV1, IsSound) {
   const auto problems = Verify(kGoldenV1);

@@ -13,6 +13,7 @@
 #include "scanloc/client/client.hpp"
 #include "scanloc/mapdb/map_file.hpp"
 #include "support/map_files.hpp"
+#include "support/paths.hpp"
 #include "support/process.hpp"
 #include "support/raw_call.hpp"
 #include "support/same_answer.hpp"
@@ -29,7 +30,7 @@ constexpr int kNumPlaces = 8;
 class ScanlocdTest : public testing::Test {
  protected:
   static std::vector<std::string> Command(const std::vector<std::string>& arguments) {
-    std::vector<std::string> command = {SCANLOC_BIN_DIR "/scanlocd"};
+    std::vector<std::string> command = {test::BinDir() + "/scanlocd"};
     command.insert(command.end(), arguments.begin(), arguments.end());
     return command;
   }

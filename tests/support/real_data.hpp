@@ -7,6 +7,8 @@
 #include <string>
 #include <system_error>
 
+#include "support/paths.hpp"
+
 namespace scanloc::test {
 
 /// The folder of real scans that are not shipped: $SCANLOC_DATA, else shared/data beside the
@@ -14,7 +16,7 @@ namespace scanloc::test {
 inline std::filesystem::path RealDataRoot() {
   const char* root = std::getenv("SCANLOC_DATA");
   if (root != nullptr && *root != '\0') return root;
-  return std::filesystem::path(SCANLOC_SOURCE_DIR).parent_path() / "shared" / "data";
+  return std::filesystem::path(SourceDir()).parent_path() / "shared" / "data";
 }
 
 /// The path of a file or folder of real data, such as "formats/vlp16-ascii.pcd"; empty if absent.

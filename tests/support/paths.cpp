@@ -1,0 +1,9 @@
+#include "support/paths.hpp"
+
+namespace scanloc::test {
+
+std::string SourceDir() { return SCANLOC_SOURCE_DIR; }
+
+std::string BinDir() { return SCANLOC_BIN_DIR; }
+
+}  // namespace scanloc::test
