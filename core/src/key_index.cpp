@@ -57,8 +57,13 @@ class NearestPlaces {
  public:
   using DistanceType = float;
 
-  NearestPlaces(const KeyRows& rows, const std::vector<float>& key_m, std::size_t k, bool augmented)
-      : rows_(rows), key_rest_m_(key_m.data() + rows.num_lead), k_(k), augmented_(augmented) {
+  NearestPlaces(const KeyRows& rows, const std::vector<float>& key_m, std::size_t k, bool augmented,
+                const std::vector<bool>* excluded)
+      : rows_(rows),
+        key_rest_m_(key_m.data() + rows.num_lead),
+        k_(k),
+        augmented_(augmented),
+        excluded_(excluded) {
     found_.reserve(k + 1);
   }
 
@@ -78,6 +83,7 @@ class NearestPlaces {
     const Found candidate{lead_distance + rows_.RestDistance(entry, key_rest_m_), entry};
     if (full() && !(candidate < found_.back())) return true;
     const std::int32_t place = rows_.entries[entry].place;
+    if (excluded_ != nullptr && (*excluded_)[static_cast<std::size_t>(place)]) return true;
     const auto same = std::find_if(found_.begin(), found_.end(), [&](const Found& f) {
       return rows_.entries[f.entry].place == place;
     });
@@ -110,6 +116,7 @@ class NearestPlaces {
   const float* key_rest_m_;
   std::size_t k_;
   bool augmented_;
+  const std::vector<bool>* excluded_;
   std::vector<Found> found_;
 };
 
@@ -121,12 +128,12 @@ constexpr std::size_t kLeafSize = 16;
 /// tree cuts where keys differ, and most distances are known to be too great after a few terms.
 class PrincipalAxes {
  public:
-  explicit PrincipalAxes(const ContextTable& table) {
+  PrincipalAxes(const ContextTable& table, KeyScale scale) : scale_(scale) {
     const int num_rows = table.num_rows();
     Eigen::VectorXd mean = Eigen::VectorXd::Zero(num_rows);
     Eigen::MatrixXd second_moment = Eigen::MatrixXd::Zero(num_rows, num_rows);
     for (std::size_t i = 0; i < table.size(); ++i) {
-      const Eigen::VectorXd key_m = Metres(table.retrieval_key_cm(i));
+      const Eigen::VectorXd key_m = Scaled(table.retrieval_key_cm(i));
       mean += key_m;
       second_moment.selfadjointView<Eigen::Lower>().rankUpdate(key_m);
     }
@@ -138,17 +145,19 @@ class PrincipalAxes {
   }
 
   [[nodiscard]] std::vector<float> Turn(std::span<const std::int32_t> key_cm) const {
-    const Eigen::VectorXf turned = (axes_ * Metres(key_cm)).cast<float>();
+    const Eigen::VectorXf turned = (axes_ * Scaled(key_cm)).cast<float>();
     return {turned.begin(), turned.end()};
   }
 
  private:
-  static Eigen::VectorXd Metres(std::span<const std::int32_t> key_cm) {
+  [[nodiscard]] Eigen::VectorXd Scaled(std::span<const std::int32_t> key_cm) const {
     const Eigen::Map<const Eigen::VectorXi> key(key_cm.data(),
                                                 static_cast<Eigen::Index>(key_cm.size()));
-    return key.cast<double>() * 0.01;
+    const Eigen::VectorXd key_m = key.cast<double>() * 0.01;
+    return scale_ == KeyScale::kUnit ? Eigen::VectorXd(key_m.normalized()) : key_m;
   }
 
+  KeyScale scale_;
   Eigen::MatrixXd axes_;  // one a row
 };
 
@@ -168,8 +177,8 @@ struct KeyIndex::Tree {
   Index index;
 };
 
-KeyIndex::KeyIndex(const ContextTable& table) {
-  PrincipalAxes axes(table);
+KeyIndex::KeyIndex(const ContextTable& table, KeyScale scale) {
+  PrincipalAxes axes(table, scale);
   KeyRows rows;
   rows.num_lead = std::min(kMaxLead, table.num_rows());
   rows.num_rest = table.num_rows() - rows.num_lead;
@@ -184,10 +193,11 @@ KeyIndex& KeyIndex::operator=(KeyIndex&&) noexcept = default;
 KeyIndex::~KeyIndex() = default;
 
 std::vector<KeyIndex::Neighbor> KeyIndex::Search(std::span<const std::int32_t> retrieval_cm, int k,
-                                                 bool augmented) const {
+                                                 bool augmented,
+                                                 const std::vector<bool>* excluded) const {
   if (k <= 0 || tree_->rows.entries.empty()) return {};
   const std::vector<float> key_m = tree_->axes.Turn(retrieval_cm);
-  NearestPlaces nearest(tree_->rows, key_m, static_cast<std::size_t>(k), augmented);
+  NearestPlaces nearest(tree_->rows, key_m, static_cast<std::size_t>(k), augmented, excluded);
   tree_->index.findNeighbors(nearest, key_m.data(), nanoflann::SearchParams());
   return nearest.Neighbors();
 }

@@ -75,6 +75,40 @@ TEST(KeyIndex, FindsTheNearestPlacesEachOnce) {
   }
 }
 
+TEST(KeyIndex, OfUnitScaleLooksAtTheShapeOfAKeyOnly) {
+  ContextTable table(kNumRows, 2);
+  Append(table, 0, false, {100, 100, 100, 100, 100});
+  Append(table, 1, false, {500, 400, 300, 200, 100});
+  const std::vector<std::int32_t> fifth_of_place_1 = {100, 80, 60, 40, 20};
+  EXPECT_EQ(KeyIndex(table).Search(fifth_of_place_1, 1, true).front().entry, 0U);
+  const auto found = KeyIndex(table, KeyScale::kUnit).Search(fifth_of_place_1, 1, true);
+  EXPECT_EQ(found.front().entry, 1U);
+  EXPECT_NEAR(found.front().key_distance, 0.0, 1e-6);
+}
+
+TEST(KeyIndex, OfUnitScaleTakesAKeyOfZeros) {
+  ContextTable table(kNumRows, 2);
+  Append(table, 0, false, {0, 0, 0, 0, 0});
+  Append(table, 1, false, {1, 2, 3, 4, 5});
+  const auto found = KeyIndex(table, KeyScale::kUnit).Search(std::vector<std::int32_t>(5), 2, true);
+  ASSERT_EQ(found.size(), 2U);
+  EXPECT_EQ(found[0].entry, 0U);
+  EXPECT_NEAR(found[1].key_distance, 1.0, 1e-6);
+}
+
+TEST(KeyIndex, PassesOverExcludedPlaces) {
+  std::mt19937_64 random(5);
+  const ContextTable table = RandomTable(random, 50, 1000);
+  const KeyIndex index(table);
+  const std::vector<std::int32_t> key = RandomKey(random, 1000);
+  const auto all = index.Search(key, 50, true);
+  std::vector<bool> excluded(50);
+  for (std::size_t i = 0; i < all.size(); i += 2) excluded[table.entry(all[i].entry).place] = true;
+  const auto found = index.Search(key, 25, true, &excluded);
+  ASSERT_EQ(found.size(), 25U);
+  for (std::size_t i = 0; i < found.size(); ++i) EXPECT_EQ(found[i].entry, all[2 * i + 1].entry);
+}
+
 TEST(KeyIndex, GivesAllPlacesWhenFewerThanAsked) {
   std::mt19937_64 random(2);
   const KeyIndex index(RandomTable(random, 3, 100));
