@@ -79,7 +79,7 @@ Map MakeEmptyMap(const Params& params) {
   return map;
 }
 
-void Map::AppendContexts(std::int32_t place, const PlaceDescriptor& descriptor) {
+void Map::AppendDescriptor(std::int32_t place, const PlaceDescriptor& descriptor) {
   const auto append = [place](ContextTable& table, const Context& context, float root_shift_m,
                               bool augmented) {
     const Keys keys = MakeKeys(context);
@@ -90,6 +90,7 @@ void Map::AppendContexts(std::int32_t place, const PlaceDescriptor& descriptor) 
     const double shift_m = v == 0 ? 0.0 : params.polar.root_shifts_m[v - 1];
     append(polar, descriptor.polar[v], static_cast<float>(shift_m), v > 0);
   }
+  if (params.structure.enabled) structures.push_back(descriptor.structure);
   if (descriptor.cart.empty()) return;
   append(cart, descriptor.cart, 0.0F, false);
   if (params.cart.double_flip) cart.AppendFlipOfLast();

@@ -171,6 +171,14 @@ absl::Status CheckContext(const Context& context, bool enabled, int num_rows, in
   return absl::OkStatus();
 }
 
+absl::Status CheckStructure(const Structure& structure, bool enabled) {
+  if (!enabled && !structure.columns.empty()) {
+    return absl::InvalidArgumentError(absl::StrFormat(
+        "structure has %d columns; the map's parameters ask for none", structure.columns.size()));
+  }
+  return Validate(structure);
+}
+
 }  // namespace
 
 struct Describer::State {
@@ -179,13 +187,15 @@ struct Describer::State {
         sensor_height_m(static_cast<float>(p.sensor_height_m)),
         filter(p.voxel_size_m),
         polar(p.polar),
-        cart(p.cart) {}
+        cart(p.cart),
+        structure(p.sensor_height_m) {}
 
   Params params;
   float sensor_height_m;
   VoxelFilter filter;
   PolarEncoder polar;
   CartEncoder cart;
+  StructureFinder structure;
 };
 
 Describer::Describer(std::unique_ptr<State> state) : state_(std::move(state)) {}
@@ -209,6 +219,7 @@ ScanDescriptor Describer::Describe(PointView scan, ScanCounts* counts) {
   if (state_->params.cart.enabled) {
     descriptor.cart = state_->cart.Encode(voxels, state_->sensor_height_m, num_cart);
   }
+  if (state_->params.structure.enabled) descriptor.structure = state_->structure.Find(voxels);
   descriptor.num_voxels = std::max(num_polar, num_cart);
   return descriptor;
 }
@@ -217,6 +228,7 @@ PlaceDescriptor Describer::DescribePlace(PointView scan, ScanCounts* counts) {
   ScanDescriptor own = Describe(scan, counts);
   PlaceDescriptor descriptor;
   descriptor.cart = std::move(own.cart);
+  descriptor.structure = std::move(own.structure);
   descriptor.num_voxels = own.num_voxels;
   if (!state_->params.polar.enabled) return descriptor;
   descriptor.polar.push_back(std::move(own.polar));
@@ -235,8 +247,12 @@ absl::Status Validate(const ScanDescriptor& descriptor, const Params& params) {
       !status.ok()) {
     return status;
   }
-  return CheckContext(descriptor.cart, params.cart.enabled, params.cart.num_rows,
-                      params.cart.num_cols, "cart");
+  if (absl::Status status = CheckContext(descriptor.cart, params.cart.enabled, params.cart.num_rows,
+                                         params.cart.num_cols, "cart");
+      !status.ok()) {
+    return status;
+  }
+  return CheckStructure(descriptor.structure, params.structure.enabled);
 }
 
 absl::Status Validate(const PlaceDescriptor& descriptor, const Params& params) {
@@ -253,8 +269,12 @@ absl::Status Validate(const PlaceDescriptor& descriptor, const Params& params) {
       return status;
     }
   }
-  return CheckContext(descriptor.cart, params.cart.enabled, params.cart.num_rows,
-                      params.cart.num_cols, "cart");
+  if (absl::Status status = CheckContext(descriptor.cart, params.cart.enabled, params.cart.num_rows,
+                                         params.cart.num_cols, "cart");
+      !status.ok()) {
+    return status;
+  }
+  return CheckStructure(descriptor.structure, params.structure.enabled);
 }
 
 }  // namespace scanloc

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "absl/strings/str_format.h"
+#include "auto_search.hpp"
 #include "scanloc/core/limits.hpp"
 #include "scanloc/core/match.hpp"
 
@@ -103,7 +104,13 @@ AlignOptions AlignOptionsOf(const Params& params, DescriptorKind kind) {
   return {params.cart.shift_mode, params.cart.max_shift_cols, params.search.align_radius};
 }
 
-absl::Status CheckOptions(const QueryOptions& options) {
+absl::Status CheckShare(const char* name, const std::optional<double>& value) {
+  if (!value || (*value >= 0.0 && *value <= 1.0)) return absl::OkStatus();
+  return absl::InvalidArgumentError(
+      absl::StrFormat("%s is %g; it must be in [0, 1]", name, *value));
+}
+
+absl::Status CheckOptions(const QueryOptions& options, const Method& method) {
   const int k = options.num_candidates.value_or(1);
   if (k < 1 || k > limits::kMaxCandidates) {
     return absl::InvalidArgumentError(absl::StrFormat(
@@ -114,10 +121,21 @@ absl::Status CheckOptions(const QueryOptions& options) {
         absl::StrFormat("number of answers is %d; it must be in [1, %d]", options.max_answers,
                         limits::kMaxCandidates));
   }
-  const double threshold = options.threshold.value_or(0.0);
-  if (!(threshold >= 0.0 && threshold <= 1.0)) {
+  if (absl::Status status = CheckShare("threshold", options.threshold); !status.ok()) return status;
+  if (absl::Status status = CheckShare("min_confidence", options.min_confidence); !status.ok()) {
+    return status;
+  }
+  if (options.budget_ns < 0) {
     return absl::InvalidArgumentError(
-        absl::StrFormat("threshold is %g; it must be in [0, 1]", threshold));
+        absl::StrFormat("the budget is %d ns; it must not be negative", options.budget_ns));
+  }
+  if (method.automatic && options.threshold) {
+    return absl::InvalidArgumentError(
+        "a threshold is for the methods that compare descriptors; auto takes a least confidence");
+  }
+  if (!method.automatic && options.min_confidence) {
+    return absl::InvalidArgumentError(absl::StrFormat(
+        "a least confidence is for the method auto; %s takes a threshold", MethodName(method)));
   }
   return absl::OkStatus();
 }
@@ -141,10 +159,17 @@ void Decide(double threshold, Answer& answer) {
 Localizer::Localizer(std::shared_ptr<const Map> map) : map_(std::move(map)) {
   if (map_->params.polar.enabled) polar_index_.emplace(map_->polar);
   if (map_->params.cart.enabled) cart_index_.emplace(map_->cart);
+  if (map_->params.structure.enabled) auto_search_ = std::make_shared<const AutoSearch>(*map_);
 }
 
 absl::StatusOr<std::shared_ptr<const Localizer>> Localizer::Create(std::shared_ptr<const Map> map) {
   if (absl::Status status = Validate(map->params); !status.ok()) return status;
+  const std::size_t num_structures = map->params.structure.enabled ? map->places.size() : 0;
+  if (map->structures.size() != num_structures) {
+    return absl::InvalidArgumentError(
+        absl::StrFormat("the map has %d structures; its parameters ask for %d",
+                        map->structures.size(), num_structures));
+  }
   return std::shared_ptr<const Localizer>(new Localizer(std::move(map)));
 }
 
@@ -152,7 +177,7 @@ absl::StatusOr<Answer> Localizer::Localize(const ScanDescriptor& query,
                                            const QueryOptions& options) const {
   const Params& params = map_->params;
   const Method method = options.method.value_or(DefaultMethod(params));
-  if (absl::Status status = CheckOptions(options); !status.ok()) return status;
+  if (absl::Status status = CheckOptions(options, method); !status.ok()) return status;
   if (absl::Status status = CheckServes(params, method); !status.ok()) return status;
   if (absl::Status status = Validate(query, params); !status.ok()) return status;
 
@@ -164,7 +189,15 @@ absl::StatusOr<Answer> Localizer::Localize(const ScanDescriptor& query,
                                     query.num_voxels, params.search.min_voxels);
     return answer;
   }
+  if (method.automatic) return LocalizeByStructure(query, options);
+  return LocalizeByContext(query, method, options);
+}
 
+Answer Localizer::LocalizeByContext(const ScanDescriptor& query, const Method& method,
+                                    const QueryOptions& options) const {
+  const Params& params = map_->params;
+  Answer answer;
+  answer.content_id = map_->content_id;
   const bool is_polar = method.kind == DescriptorKind::kPolar;
   const Context& context = is_polar ? query.polar : query.cart;
   const Keys keys = MakeKeys(context);

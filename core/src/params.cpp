@@ -66,6 +66,7 @@ absl::Status Validate(const Params& params) {
   check.Range("search.align_radius", search.align_radius, 0, limits::kMaxDescriptorSide);
   check.Range("search.polar_threshold", search.polar_threshold, 0.0, 1.0);
   check.Range("search.cart_threshold", search.cart_threshold, 0.0, 1.0);
+  check.Range("search.min_confidence", params.search.min_confidence, 0.01, 0.999);
   check.Range("search.min_voxels", search.min_voxels, 1, limits::kMaxPointsPerScan);
   return check.status();
 }
@@ -81,6 +82,7 @@ std::string DescriptorSignature(const Params& params) {
     absl::StrAppendFormat(&signature, " cart=%dx%d/%.17g,%.17g", params.cart.num_rows,
                           params.cart.num_cols, params.cart.max_x_m, params.cart.max_y_m);
   }
+  if (params.structure.enabled) absl::StrAppend(&signature, " structure=1");
   return signature;
 }
 

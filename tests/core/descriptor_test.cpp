@@ -103,7 +103,7 @@ TEST(CartContext, OfTheReversedVehicleIsExactlyTheDoubleFlip) {
   const PlaceDescriptor forward = describer.DescribePlace(scan);
   const PlaceDescriptor reversed = describer.DescribePlace(scenes::Reversed(scan));
   Map map = MakeEmptyMap(params);
-  map.AppendContexts(0, forward);
+  map.AppendDescriptor(0, forward);
   ASSERT_EQ(map.cart.size(), 2U);
   const ContextView flip = map.cart.context(1);
   EXPECT_TRUE(std::equal(flip.cells_cm.begin(), flip.cells_cm.end(), reversed.cart.cells_cm.begin(),

@@ -28,7 +28,7 @@ struct World {
     auto describer = *Describer::Create(params);
     for (int i = 0; i < num_places; ++i) {
       scans.push_back(scenes::RandomScan(100 + i, 1'500));
-      map->AppendContexts(i, describer.DescribePlace(scans.back()));
+      map->AppendDescriptor(i, describer.DescribePlace(scans.back()));
       Pose pose = Pose::Identity();
       pose.translate(Eigen::Vector3d(100.0 * i, 5.0 * i * i, 1.0));
       pose.rotate(Eigen::AngleAxisd(0.3 * i, Eigen::Vector3d::UnitZ()));
@@ -78,7 +78,7 @@ TEST(Localizer, RecoversEveryTurnOfAWholeSector) {
   Pose T_map_place = Pose::Identity();
   T_map_place.translate(Eigen::Vector3d(10, 20, 0));
   T_map_place.rotate(Eigen::AngleAxisd(1.0, Eigen::Vector3d::UnitZ()));
-  map->AppendContexts(0, describer.DescribePlace(place_scan));
+  map->AppendDescriptor(0, describer.DescribePlace(place_scan));
   map->places.push_back({T_map_place, 0, 0});
   const auto localizer = *Localizer::Create(map);
 
@@ -116,7 +116,7 @@ TEST(Localizer, RecoversEveryShiftOfAWholeColumnAheadAndReversed) {
     }
     auto map = std::make_shared<Map>(MakeEmptyMap(params));
     map->sessions = {"s"};
-    map->AppendContexts(0, describer.DescribePlace(place_scan));
+    map->AppendDescriptor(0, describer.DescribePlace(place_scan));
     map->places.push_back({PlanarOffset(3.0, 0.5), 0, 0});
     const auto localizer = *Localizer::Create(map);
     for (int col = -10; col <= 10; ++col) {

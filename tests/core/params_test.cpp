@@ -93,13 +93,13 @@ TEST(VisitFields, NamesEveryFieldOnce) {
     names.insert(name);
     ++count;
   });
-  EXPECT_EQ(count, 20);
-  EXPECT_EQ(names.size(), 20U);
+  EXPECT_EQ(count, 22);
+  EXPECT_EQ(names.size(), 22U);
 }
 
 TEST(Method, NamesAreReadBack) {
-  for (const char* name : {"pc", "cc", "a-pc", "a-cc", "pc-naive", "a-cc-brute", "a-pc-naive-brute",
-                           "cc-naive-brute"}) {
+  for (const char* name : {"auto", "pc", "cc", "a-pc", "a-cc", "pc-naive", "a-cc-brute",
+                           "a-pc-naive-brute", "cc-naive-brute"}) {
     const auto method = ParseMethod(name);
     ASSERT_TRUE(method.ok()) << name;
     EXPECT_EQ(MethodName(*method), name);
@@ -108,16 +108,18 @@ TEST(Method, NamesAreReadBack) {
 
 TEST(Method, UnknownNamesAreRefused) {
   const std::string long_name(5000, 'x');
-  for (const char* name :
-       {"", "p", "PC", "a-", "a-a-pc", "pc-brute-naive", "pc ", "-brute", long_name.c_str()}) {
+  for (const char* name : {"", "p", "PC", "a-auto", "auto-brute", "a-", "a-a-pc", "pc-brute-naive",
+                           "pc ", "-brute", long_name.c_str()}) {
     const auto method = ParseMethod(name);
     EXPECT_EQ(method.status().code(), absl::StatusCode::kInvalidArgument) << name;
     EXPECT_LT(method.status().message().size(), 300U);
   }
 }
 
-TEST(Method, DefaultIsTheAugmentedPolarContextWhereThereIsOne) {
+TEST(Method, DefaultIsAutoWhereThereAreStructuresElseTheAugmentedPolarContext) {
   Params params;
+  EXPECT_EQ(MethodName(DefaultMethod(params)), "auto");
+  params.structure.enabled = false;
   EXPECT_EQ(MethodName(DefaultMethod(params)), "a-pc");
   params.polar.enabled = false;
   EXPECT_EQ(MethodName(DefaultMethod(params)), "a-cc");

@@ -21,6 +21,26 @@ inline PointCloud RandomScan(std::uint64_t seed, std::size_t num_points, float r
   return scan;
 }
 
+/// Flat ground 2 m below the sensor and num_posts posts 4 m high on it, within ±range_m.
+inline PointCloud PostScan(std::uint64_t seed, int num_posts, float range_m = 45.0F) {
+  std::mt19937_64 random(seed);
+  const auto uniform = [&](float low, float high) {
+    return low + (high - low) * static_cast<float>(random() >> 40) / static_cast<float>(1 << 24);
+  };
+  PointCloud scan;
+  for (int i = 0; i < 2000; ++i) {
+    scan.push_back({uniform(-range_m, range_m), uniform(-range_m, range_m), -2.0F});
+  }
+  for (int i = 0; i < num_posts; ++i) {
+    const float x_m = uniform(-range_m, range_m);
+    const float y_m = uniform(-range_m, range_m);
+    for (int k = 0; k <= 12; ++k) {
+      scan.push_back({x_m, y_m, -2.0F + 4.0F * static_cast<float>(k) / 12.0F});
+    }
+  }
+  return scan;
+}
+
 /// The scan as seen from a sensor at T_old_new in the old sensor's frame.
 inline PointCloud SeenFrom(const PointCloud& scan, const Pose& T_old_new) {
   const Eigen::Isometry3f T_new_old = T_old_new.inverse().cast<float>();

@@ -15,7 +15,7 @@ namespace scanloc::test {
 
 /// The scan that place number `place` of SmallMap(seed, ...) was made of.
 inline PointCloud PlaceScan(std::uint64_t seed, int place) {
-  return scenes::RandomScan(seed * 1000 + place, 2000);
+  return scenes::PostScan(seed * 1000 + place, 80);
 }
 
 /// A query taken near the place: the scan as seen from beside it, turned.
@@ -35,7 +35,7 @@ inline Map SmallMap(std::uint64_t seed, int num_places, const Params& params = {
         Pose(Eigen::Translation3d(7.1 * i, 0.3 * i, 0.01 * i)) * PlanarOffset(0.0, 0.37 * i);
     place.session = i % 2;
     map.places.push_back(place);
-    map.AppendContexts(i, describer.DescribePlace(PlaceScan(seed, i)));
+    map.AppendDescriptor(i, describer.DescribePlace(PlaceScan(seed, i)));
   }
   return map;
 }

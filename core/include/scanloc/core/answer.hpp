@@ -25,12 +25,15 @@ struct Candidate {
   std::int32_t session = 0;  ///< index of its session in the map
   std::string session_name;
   Pose T_map_place = Pose::Identity();
-  double distance = 1.0;  ///< of the descriptors, D in [0, 1]
-  /// Probability that the answer is right; none where the map holds no calibration.
+  /// In [0, 1]: of the descriptors, D; with `auto`, the share of the upright structure of query and
+  /// place that does not agree.
+  double distance = 1.0;
+  /// Probability that the query stands within 8 m of T_map_query; only `auto` tells one.
   std::optional<double> confidence;
   double yaw_rad = 0.0;    ///< heading of the query in the place frame, (-π, π]
   double lateral_m = 0.0;  ///< displacement of the query along the place's +y
-  /// T_map_place · Trans(0, lateral_m, 0) · RotZ(yaw_rad)
+  /// T_map_place · Trans(0, lateral_m, 0) · RotZ(yaw_rad); with `auto`, registered in all six
+  /// degrees of freedom.
   Pose T_map_query = Pose::Identity();
 };
 
@@ -39,6 +42,7 @@ struct StageTimes {
   std::int64_t describe_ns = 0;
   std::int64_t retrieve_ns = 0;
   std::int64_t match_ns = 0;
+  std::int64_t verify_ns = 0;
 };
 
 /// What is said to one query.

@@ -8,6 +8,7 @@
 #include "absl/status/statusor.h"
 #include "scanloc/core/params.hpp"
 #include "scanloc/core/point_cloud.hpp"
+#include "scanloc/core/structure.hpp"
 #include "scanloc/core/voxel_filter.hpp"
 
 namespace scanloc {
@@ -32,10 +33,12 @@ struct Context {
   friend bool operator==(const Context&, const Context&) = default;
 };
 
-/// Both contexts of one scan, as a query needs them; a kind that is not enabled is empty().
+/// What a query needs of one scan: both contexts and the structure; a kind of context that is not
+/// enabled is empty().
 struct ScanDescriptor {
   Context polar;
   Context cart;
+  Structure structure;           ///< without columns where it is not enabled
   std::uint32_t num_voxels = 0;  ///< inside the region of interest of an enabled kind
 
   friend bool operator==(const ScanDescriptor&, const ScanDescriptor&) = default;
@@ -46,6 +49,7 @@ struct ScanDescriptor {
 struct PlaceDescriptor {
   std::vector<Context> polar;  ///< the place, then one per root shift, as in PolarParams; or empty
   Context cart;                ///< or empty()
+  Structure structure;
   std::uint32_t num_voxels = 0;
 
   friend bool operator==(const PlaceDescriptor&, const PlaceDescriptor&) = default;

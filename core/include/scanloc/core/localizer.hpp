@@ -15,14 +15,22 @@ namespace scanloc {
 
 /// What one query may choose for itself; the rest are the map's parameters.
 struct QueryOptions {
-  std::optional<Method> method;        ///< none: DefaultMethod of the map
-  std::optional<int> num_candidates;   ///< k, in [1, limits::kMaxCandidates]; none: the map's
-  std::optional<double> threshold;     ///< τ, in [0, 1]; none: the map's
-  int max_answers = 1;                 ///< candidates told in the answer, best first
-  std::int64_t (*now_ns)() = nullptr;  ///< monotonic clock for StageTimes; null: not measured
+  std::optional<Method> method;  ///< none: DefaultMethod of the map
+  /// k, in [1, limits::kMaxCandidates]; none: the map's. With `auto`: places taken from each kind
+  /// of context; none: AutoSearch's own.
+  std::optional<int> num_candidates;
+  std::optional<double> threshold;       ///< τ, in [0, 1]; none: the map's. Not with `auto`
+  std::optional<double> min_confidence;  ///< in [0, 1]; none: the map's. Only with `auto`
+  int max_answers = 1;                   ///< candidates told in the answer, best first
+  std::int64_t (*now_ns)() = nullptr;    ///< monotonic clock for StageTimes; null: not measured
+  /// With `auto` and a clock: verification ends after so long, with the best answer so far; 0: when
+  /// it is done.
+  std::int64_t budget_ns = 0;
 };
 
-/// Answers wake-up queries against one map: the paper's three stages (Sec. V).
+class AutoSearch;
+
+/// Answers wake-up queries against one map: the paper's three stages (Sec. V), and `auto`.
 /// Immutable after Create; any number of threads may call Localize at once, and the same map and
 /// the same descriptor always give the same answer.
 class Localizer {
@@ -42,9 +50,15 @@ class Localizer {
  private:
   explicit Localizer(std::shared_ptr<const Map> map);
 
+  [[nodiscard]] Answer LocalizeByContext(const ScanDescriptor& query, const Method& method,
+                                         const QueryOptions& options) const;
+  [[nodiscard]] Answer LocalizeByStructure(const ScanDescriptor& query,
+                                           const QueryOptions& options) const;
+
   std::shared_ptr<const Map> map_;
   std::optional<KeyIndex> polar_index_;
   std::optional<KeyIndex> cart_index_;
+  std::shared_ptr<const AutoSearch> auto_search_;  // null where the map holds no structures
 };
 
 }  // namespace scanloc

@@ -17,8 +17,10 @@ enum class DescriptorKind : std::uint8_t {  // persisted, never renumber
 
 /// How a query is matched to a map. The paper's methods are pc, cc, a-pc and a-cc; behind any of
 /// them, "-naive" aligns over every shift (eq. minImgDist) and "-brute" compares full descriptors
-/// with every place (tab:bf). Both can stand together: "a-pc-naive-brute".
+/// with every place (tab:bf). Both can stand together: "a-pc-naive-brute". "auto" goes beyond the
+/// paper: candidates from all that the map holds, verified geometrically.
 struct Method {
+  bool automatic = false;  ///< "auto"; the rest says nothing then
   DescriptorKind kind = DescriptorKind::kPolar;
   bool augmented = true;  ///< candidates come from augmented keys, too
   bool naive_alignment =
@@ -35,7 +37,8 @@ struct Method {
 /// OK if a map of these parameters can serve the method, else FailedPrecondition that says why.
 [[nodiscard]] absl::Status CheckServes(const Params& params, const Method& method);
 
-/// The method of a query that names none: a-pc if the map has polar contexts, else a-cc.
+/// The method of a query that names none: auto if the map holds structures, else a-pc if it has
+/// polar contexts, else a-cc.
 [[nodiscard]] Method DefaultMethod(const Params& params);
 
 }  // namespace scanloc

@@ -41,6 +41,14 @@ struct CartParams {
   friend bool operator==(const CartParams&, const CartParams&) = default;
 };
 
+/// The upright structure of each scan, for geometric verification: what the method `auto` needs
+/// beside the contexts (docs/algorithm.md, "Beyond the paper").
+struct StructureParams {
+  bool enabled = true;
+
+  friend bool operator==(const StructureParams&, const StructureParams&) = default;
+};
+
 /// How a query is answered unless it asks otherwise (paper, Sec. V-A to V-C).
 struct SearchParams {
   int num_candidates = 1;  ///< k, places taken from the tree
@@ -48,6 +56,8 @@ struct SearchParams {
   /// Acceptance thresholds τ of eq. LoopFound, a distance in [0, 1].
   double polar_threshold = 0.35;
   double cart_threshold = 0.35;
+  /// Of the method `auto`: the least confidence, in (0, 1), at which an answer is `localized`.
+  double min_confidence = 0.8;
   /// A scan with fewer voxels inside the region of interest is not looked up: insufficient_scan.
   int min_voxels = 50;
 
@@ -62,6 +72,7 @@ struct Params {
   double sensor_height_m = 2.0;
   PolarParams polar;
   CartParams cart;
+  StructureParams structure;
   SearchParams search;
 
   friend bool operator==(const Params&, const Params&) = default;
@@ -94,10 +105,12 @@ void VisitFields(P& params, Visitor&& visit) {
   visit("cart.double_flip", params.cart.double_flip);
   visit("cart.shift_mode", params.cart.shift_mode);
   visit("cart.max_shift_cols", params.cart.max_shift_cols);
+  visit("structure.enabled", params.structure.enabled);
   visit("search.num_candidates", params.search.num_candidates);
   visit("search.align_radius", params.search.align_radius);
   visit("search.polar_threshold", params.search.polar_threshold);
   visit("search.cart_threshold", params.search.cart_threshold);
+  visit("search.min_confidence", params.search.min_confidence);
   visit("search.min_voxels", params.search.min_voxels);
 }
 

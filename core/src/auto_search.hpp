@@ -1,0 +1,60 @@
+#pragma once
+
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "scanloc/core/answer.hpp"
+#include "scanloc/core/descriptor.hpp"
+#include "scanloc/core/key_index.hpp"
+#include "scanloc/core/map.hpp"
+#include "scanloc/core/verify.hpp"
+
+namespace scanloc {
+
+/// The search behind the method `auto` (docs/algorithm.md, "Beyond the paper"): a shortlist from
+/// both kinds of context by keys of unit norm, then geometric verification.
+/// Immutable after construction; any number of threads may search at once.
+class AutoSearch {
+ public:
+  static constexpr int kShortlist = 300;  ///< places of each kind of context
+
+  /// Requires map.params.structure.enabled. Keeps a reference to the map.
+  explicit AutoSearch(const Map& map);
+
+  struct Options {
+    int shortlist = kShortlist;
+    std::int64_t (*now_ns)() = nullptr;
+    std::int64_t deadline_ns = 0;                 ///< 0: none
+    const std::vector<bool>* excluded = nullptr;  ///< one a place: not looked at
+  };
+
+  /// Verified hypotheses, best first; none if there is nothing to verify.
+  [[nodiscard]] std::vector<Hypothesis> Find(const ScanDescriptor& query, const Options& options,
+                                             StageTimes& times) const;
+
+  /// T_map_query of a hypothesis, in six degrees of freedom: the planar registration, and the
+  /// grounds of both scans laid on each other.
+  [[nodiscard]] Pose PoseInMap(const Structure& query, const Hypothesis& hypothesis) const;
+
+ private:
+  class Structures;
+
+  const Map& map_;
+  std::vector<Pose> T_map_level_;  ///< of the places' levelled frames
+  std::unique_ptr<const KeyIndex> polar_;
+  std::unique_ptr<const KeyIndex> cart_;
+};
+
+/// What verified hypotheses say for the best of them.
+struct Evidence {
+  double score = 0.0;  ///< of the best
+  double rival = 0.0;  ///< best score of a hypothesis elsewhere (rival_radius_m); 0 without one
+};
+[[nodiscard]] Evidence Weigh(const AutoSearch& search, const Structure& query,
+                             const std::vector<Hypothesis>& verified);
+
+/// The probability that the best hypothesis is right, by the map's calibration.
+[[nodiscard]] double Confidence(const Calibration& calibration, const Evidence& evidence);
+
+}  // namespace scanloc

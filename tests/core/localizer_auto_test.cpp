@@ -1,0 +1,188 @@
+// The method `auto`: candidates from both kinds of context, verified by the scans' structure.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <memory>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "scanloc/core/localizer.hpp"
+#include "support/same_answer.hpp"
+#include "support/scenes.hpp"
+
+namespace scanloc {
+namespace {
+
+constexpr int kNumPosts = 70;
+
+/// Places 40 m apart with nothing in common, but for those that are given the same scene.
+struct PostWorld {
+  Params params;
+  std::vector<std::uint64_t> scenes;
+  std::shared_ptr<const Localizer> localizer;
+
+  explicit PostWorld(std::vector<std::uint64_t> seeds, Params p = {})
+      : params(std::move(p)), scenes(std::move(seeds)) {
+    auto map = std::make_shared<Map>(MakeEmptyMap(params));
+    map->content_id = "posts";
+    map->sessions = {"only"};
+    auto describer = *Describer::Create(params);
+    for (std::size_t i = 0; i < scenes.size(); ++i) {
+      const auto place = static_cast<std::int32_t>(i);
+      map->AppendDescriptor(place, describer.DescribePlace(Scene(place)));
+      Pose T_map_place = Pose::Identity();
+      T_map_place.translate(Eigen::Vector3d(40.0 * place, 3.0 * place, 0.5));
+      T_map_place.rotate(Eigen::AngleAxisd(0.4 * place, Eigen::Vector3d::UnitZ()));
+      map->places.push_back({T_map_place, 0, 0});
+    }
+    localizer = *Localizer::Create(std::move(map));
+  }
+
+  [[nodiscard]] PointCloud Scene(std::int32_t place) const {
+    return scenes::PostScan(scenes[static_cast<std::size_t>(place)], kNumPosts);
+  }
+  [[nodiscard]] ScanDescriptor Seen(std::int32_t place, const Pose& T_place_query) const {
+    return Describer::Create(params)->Describe(scenes::SeenFrom(Scene(place), T_place_query));
+  }
+  [[nodiscard]] Answer Ask(const ScanDescriptor& query, const QueryOptions& options = {}) const {
+    return *localizer->Localize(query, options);
+  }
+};
+
+Pose Offset(double x_m, double y_m, double z_m, double yaw_rad, double roll_rad = 0.0) {
+  Pose pose = Pose::Identity();
+  pose.translate(Eigen::Vector3d(x_m, y_m, z_m));
+  pose.rotate(Eigen::AngleAxisd(yaw_rad, Eigen::Vector3d::UnitZ()));
+  pose.rotate(Eigen::AngleAxisd(roll_rad, Eigen::Vector3d::UnitX()));
+  return pose;
+}
+
+// Posts stand alone here: what a field's cells of 0.5 m blur evens out over walls only.
+TEST(LocalizerAuto, FindsPlaceAndPoseInSixDegreesOfFreedom) {
+  const PostWorld world({1, 2, 3, 4, 5, 6});
+  for (const Pose& T_place_query : {Offset(0.8, 1.5, 0.0, 0.1), Offset(-1.0, -2.0, 0.3, 3.1),
+                                    Offset(0.5, 2.0, 0.0, 0.0, 0.06)}) {
+    for (const std::int32_t place : {0, 3, 5}) {
+      const Answer answer = world.Ask(world.Seen(place, T_place_query));
+      ASSERT_EQ(answer.outcome, Outcome::kLocalized) << answer.reason;
+      const Candidate& best = answer.candidates.front();
+      EXPECT_EQ(best.place, place);
+      const Pose error = best.T_map_query.inverse() * best.T_map_place * T_place_query;
+      EXPECT_LT(error.translation().head<2>().norm(), 0.3);
+      EXPECT_LT(std::abs(error.translation().z()), 0.15);
+      EXPECT_LT(Eigen::AngleAxisd(error.linear()).angle(), 0.02);
+      EXPECT_GT(*best.confidence, 0.8);
+      EXPECT_NEAR(best.lateral_m, T_place_query.translation().y(), 0.3);
+    }
+  }
+}
+
+TEST(LocalizerAuto, SaysAmbiguousOfTwinsAndNamesBoth) {
+  const PostWorld world({1, 2, 3, 4, 2, 6});
+  const Answer answer = world.Ask(world.Seen(1, Offset(0.0, 0.5, 0.0, 0.2)), {.max_answers = 5});
+  EXPECT_EQ(answer.outcome, Outcome::kAmbiguous) << answer.reason;
+  ASSERT_GE(answer.candidates.size(), 2U);
+  EXPECT_EQ(answer.candidates[0].place + answer.candidates[1].place, 1 + 4);
+  EXPECT_LT(*answer.candidates[0].confidence, 0.8);
+  EXPECT_NE(answer.reason.find("two distinct"), std::string::npos) << answer.reason;
+}
+
+TEST(LocalizerAuto, SaysNotRecognizedOfASceneThatIsNotInTheMap) {
+  const PostWorld world({1, 2, 3, 4, 5, 6});
+  const PostWorld elsewhere({77});
+  const Answer answer = world.Ask(elsewhere.Seen(0, Pose::Identity()));
+  EXPECT_EQ(answer.outcome, Outcome::kNotRecognized) << answer.reason;
+  ASSERT_FALSE(answer.candidates.empty());
+  EXPECT_LT(*answer.candidates[0].confidence, 0.2);
+}
+
+TEST(LocalizerAuto, SaysInsufficientWithoutUprightStructure) {
+  const PostWorld world({1, 2});
+  auto describer = *Describer::Create(world.params);
+  const Answer answer = world.Ask(describer.Describe(scenes::PostScan(9, 3)));
+  EXPECT_EQ(answer.outcome, Outcome::kInsufficientScan);
+  EXPECT_NE(answer.reason.find("3 pieces of upright structure"), std::string::npos)
+      << answer.reason;
+}
+
+TEST(LocalizerAuto, GivesTheSameBitsOnAnyNumberOfThreads) {
+  const PostWorld world({1, 2, 3, 4, 5, 6});
+  const ScanDescriptor query = world.Seen(2, Offset(1.0, 1.0, 0.0, 2.0));
+  const Answer expected = world.Ask(query, {.max_answers = 5});
+  std::vector<Answer> answers(8);
+  std::vector<std::thread> threads;
+  for (Answer& answer : answers) {
+    threads.emplace_back([&] { answer = world.Ask(query, {.max_answers = 5}); });
+  }
+  for (std::thread& thread : threads) thread.join();
+  for (const Answer& answer : answers) test::ExpectSameAnswer(answer, expected);
+}
+
+TEST(LocalizerAuto, ServesMapsOfEitherKindOfContext) {
+  for (const bool polar : {true, false}) {
+    Params params;
+    params.polar.enabled = polar;
+    params.cart.enabled = !polar;
+    const PostWorld world({1, 2, 3}, params);
+    const Answer answer = world.Ask(world.Seen(1, Offset(0.5, 1.0, 0.0, 0.05)));
+    EXPECT_EQ(answer.outcome, Outcome::kLocalized) << answer.reason;
+    EXPECT_EQ(answer.candidates.front().place, 1);
+  }
+}
+
+std::int64_t g_now_ns = 0;
+std::int64_t SecondsPassAtEveryLook() { return g_now_ns += 1'000'000'000; }
+
+TEST(LocalizerAuto, AnswersWithTheBestSoFarWhenItsBudgetIsSpent) {
+  const PostWorld world({1, 2, 3, 4, 5, 6});
+  const ScanDescriptor query = world.Seen(3, Offset(0.3, 0.5, 0.0, 0.1));
+  const Answer answer =
+      world.Ask(query, {.now_ns = &SecondsPassAtEveryLook, .budget_ns = 8'000'000'000});
+  ASSERT_FALSE(answer.candidates.empty());
+  const Answer whole = world.Ask(query, {.max_answers = 10});
+  EXPECT_LT(answer.candidates.size(), whole.candidates.size());
+  // Spent before it began: an answer all the same.
+  EXPECT_NE(world.Ask(query, {.now_ns = &SecondsPassAtEveryLook, .budget_ns = 1}).outcome,
+            Outcome::kInsufficientScan);
+}
+
+TEST(LocalizerAuto, RefusesTheOptionsOfOtherMethods) {
+  const PostWorld world({1, 2});
+  const ScanDescriptor query = world.Seen(0, Pose::Identity());
+  const auto code = [&](const QueryOptions& options) {
+    return world.localizer->Localize(query, options).status().code();
+  };
+  EXPECT_EQ(code({.threshold = 0.3}), absl::StatusCode::kInvalidArgument);
+  EXPECT_EQ(code({.method = *ParseMethod("a-pc"), .min_confidence = 0.3}),
+            absl::StatusCode::kInvalidArgument);
+  EXPECT_EQ(code({.min_confidence = 1.5}), absl::StatusCode::kInvalidArgument);
+  EXPECT_EQ(code({.budget_ns = -1}), absl::StatusCode::kInvalidArgument);
+  EXPECT_EQ(code({.num_candidates = 1, .min_confidence = 0.99}), absl::StatusCode::kOk);
+}
+
+TEST(LocalizerAuto, NeedsStructures) {
+  Params params;
+  params.structure.enabled = false;
+  const PostWorld world({1, 2}, params);
+  EXPECT_EQ(
+      world.localizer->Localize(world.Seen(0, Pose::Identity()), {.method = *ParseMethod("auto")})
+          .status()
+          .code(),
+      absl::StatusCode::kFailedPrecondition);
+  auto map = std::make_shared<Map>(MakeEmptyMap(Params()));
+  map->sessions = {"only"};
+  map->places.emplace_back();
+  EXPECT_EQ(Localizer::Create(map).status().code(), absl::StatusCode::kInvalidArgument);
+}
+
+TEST(LocalizerAuto, AnswersFromAMapWithoutPlaces) {
+  const PostWorld empty(std::vector<std::uint64_t>{});
+  const PostWorld world({1});
+  const Answer answer = empty.Ask(world.Seen(0, Pose::Identity()));
+  EXPECT_EQ(answer.outcome, Outcome::kNotRecognized);
+  EXPECT_TRUE(answer.candidates.empty());
+}
+
+}  // namespace
+}  // namespace scanloc
