@@ -2,6 +2,8 @@
 
 #include <xxhash.h>
 
+#include <bit>
+
 namespace scanloc::mapdb {
 
 void Hasher::Free::operator()(XXH3_state_s* state) const { XXH3_freeState(state); }
@@ -27,6 +29,8 @@ Hasher& Hasher::Add(std::span<const std::byte> blob) {
   XXH3_128bits_update(state_.get(), blob.data(), blob.size());
   return *this;
 }
+
+Hasher& Hasher::Add(double value) { return Add(std::bit_cast<std::int64_t>(value)); }
 
 std::int64_t Hasher::Digest64() const {
   return static_cast<std::int64_t>(XXH3_64bits_digest(state_.get()));
@@ -77,6 +81,39 @@ std::int64_t ContextChecksum(const ContextRow& row, Hasher& scratch) {
       .Add(row.retrieval_key)
       .Add(row.aligning_key)
       .Add(row.cells)
+      .Digest64();
+}
+
+std::int64_t StructureChecksum(const StructureRow& row, Hasher& scratch) {
+  scratch.Reset();
+  return scratch.Add("structures")
+      .Add(row.place)
+      .Add(row.roll_rad)
+      .Add(row.pitch_rad)
+      .Add(row.height_m)
+      .Add(row.columns)
+      .Digest64();
+}
+
+std::int64_t CalibrationChecksum(const CalibrationRow& row) {
+  return Hasher()
+      .Add("calibration")
+      .Add(row.content_id)
+      .Add(row.calibration.bias)
+      .Add(row.calibration.score_weight)
+      .Add(row.calibration.margin_weight)
+      .Add(std::int64_t{row.calibration.num_trials})
+      .Add(row.num_confusable)
+      .Digest64();
+}
+
+std::int64_t ConfusableChecksum(std::int64_t id, const ConfusablePair& pair) {
+  return Hasher()
+      .Add("confusable")
+      .Add(id)
+      .Add(std::int64_t{pair.place})
+      .Add(std::int64_t{pair.lookalike})
+      .Add(pair.confidence)
       .Digest64();
 }
 

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "encoding.hpp"
+#include "scanloc/core/map.hpp"
 
 struct XXH3_state_s;
 
@@ -26,6 +27,7 @@ class Hasher {
   Hasher& Add(std::int64_t value);
   Hasher& Add(std::string_view text);
   Hasher& Add(std::span<const std::byte> blob);
+  Hasher& Add(double value);  ///< its bits as an integer
 
   /// Of all that was added; more may be added after it.
   [[nodiscard]] std::int64_t Digest64() const;
@@ -70,12 +72,30 @@ struct ContextRow {
   std::int64_t checksum = 0;
 };
 
+struct StructureRow {
+  std::int64_t place = 0;
+  double roll_rad = 0.0;
+  double pitch_rad = 0.0;
+  double height_m = 0.0;
+  std::span<const std::byte> columns;
+  std::int64_t checksum = 0;
+};
+struct CalibrationRow {
+  std::string content_id;  ///< of the map that it was made for
+  Calibration calibration;
+  std::int64_t num_confusable = 0;
+};
+
 /// What must stand in the rows' checksum columns.
 [[nodiscard]] std::int64_t MetaChecksum(std::string_view key, std::string_view value);
 [[nodiscard]] std::int64_t ParamChecksum(std::string_view name, std::string_view value);
 [[nodiscard]] std::int64_t SessionChecksum(std::int64_t id, const SessionRow& row);
 [[nodiscard]] std::int64_t ContextChecksum(const ContextRow& row, Hasher& scratch);
-/// That of a place covers its contexts: start with StartPlaceChecksum, add the checksum of each.
+[[nodiscard]] std::int64_t StructureChecksum(const StructureRow& row, Hasher& scratch);
+[[nodiscard]] std::int64_t CalibrationChecksum(const CalibrationRow& row);
+[[nodiscard]] std::int64_t ConfusableChecksum(std::int64_t id, const ConfusablePair& pair);
+/// That of a place covers its contexts and its structure: start with StartPlaceChecksum, add the
+/// checksum of each.
 void StartPlaceChecksum(const PlaceRow& row, Hasher& hasher);
 
 /// The content id: parameters, then each session followed by its places, in order. Neither time,

@@ -16,6 +16,7 @@ namespace scanloc::mapdb {
 namespace {
 
 constexpr double kRigidTolerance = 1e-6;
+constexpr std::size_t kColumnBytes = 2 * sizeof(std::int16_t);
 
 template <typename T>
 void PutLittleEndian(T value, std::byte* bytes) {
@@ -119,8 +120,12 @@ ParamTexts EncodeParams(const Params& params) {
   return texts;
 }
 
-absl::StatusOr<Params> DecodeParams(const ParamTexts& texts) {
-  const std::map<std::string, std::string, std::less<>> text_of(texts.begin(), texts.end());
+absl::StatusOr<Params> DecodeParams(const ParamTexts& texts, int schema_version) {
+  std::map<std::string, std::string, std::less<>> text_of(texts.begin(), texts.end());
+  if (schema_version < 2) {
+    text_of["structure.enabled"] = FieldText(false);
+    text_of["search.min_confidence"] = FieldText(SearchParams{}.min_confidence);
+  }
   Params params;
   std::string problem;
   VisitFields(params, [&](std::string_view name, auto& field) {
@@ -249,6 +254,30 @@ bool DecodeCells(std::span<const std::byte> bytes, std::span<std::uint16_t> cell
     }
   }
   return in_range && next == end;
+}
+
+void EncodeColumns(std::span<const Column> columns, Bytes& bytes) {
+  bytes.resize(columns.size() * kColumnBytes);
+  std::byte* next = bytes.data();
+  for (const Column& column : columns) {
+    PutLittleEndian(column.x_cm, next);
+    PutLittleEndian(column.y_cm, next + sizeof(column.x_cm));
+    next += kColumnBytes;
+  }
+}
+
+bool DecodeColumns(std::span<const std::byte> bytes, std::vector<Column>& columns) {
+  if (bytes.size() % kColumnBytes != 0 || bytes.size() / kColumnBytes > Structure::kMaxColumns) {
+    return false;
+  }
+  columns.resize(bytes.size() / kColumnBytes);
+  const std::byte* next = bytes.data();
+  for (Column& column : columns) {
+    column.x_cm = GetLittleEndian<std::int16_t>(next);
+    column.y_cm = GetLittleEndian<std::int16_t>(next + sizeof(column.x_cm));
+    next += kColumnBytes;
+  }
+  return true;
 }
 
 absl::Status CheckName(absl::string_view what, const std::string& name) {

@@ -14,6 +14,7 @@
 #include "scanloc/core/method.hpp"
 #include "scanloc/core/params.hpp"
 #include "scanloc/core/pose.hpp"
+#include "scanloc/core/structure.hpp"
 
 /// How values look in the columns of a map file (docs/map_format.md). Numbers are little-endian.
 namespace scanloc::mapdb {
@@ -24,8 +25,9 @@ using Bytes = std::vector<std::byte>;
 using ParamTexts = std::vector<std::pair<std::string, std::string>>;
 [[nodiscard]] ParamTexts EncodeParams(const Params& params);
 /// InvalidArgument: a parameter is missing, malformed, or out of its range. Names that this version
-/// does not know are passed over.
-[[nodiscard]] absl::StatusOr<Params> DecodeParams(const ParamTexts& texts);
+/// does not know are passed over; those that files of the schema version did not have yet are what
+/// its readers took for granted.
+[[nodiscard]] absl::StatusOr<Params> DecodeParams(const ParamTexts& texts, int schema_version);
 /// "voxel_size_m is 0.5, not 0.4" for the first field of `a` that `b` has otherwise; or empty.
 [[nodiscard]] std::string DescribeDifference(const Params& a, const Params& b);
 
@@ -49,6 +51,12 @@ void EncodeCells(std::span<const std::uint16_t> cells_cm, Bytes& bytes);
 /// Fills cells_cm. False: the bytes are not what EncodeCells gives for any cells of
 /// Context::kMaxHeight_cm or less.
 [[nodiscard]] bool DecodeCells(std::span<const std::byte> bytes, std::span<std::uint16_t> cells_cm);
+
+/// x and y of column after column, 2 bytes each, signed [cm].
+void EncodeColumns(std::span<const Column> columns, Bytes& bytes);
+/// Fills columns. False: not a whole number of columns, or more than Structure::kMaxColumns. Does
+/// not check where they lie; scanloc::Validate(Structure) does.
+[[nodiscard]] bool DecodeColumns(std::span<const std::byte> bytes, std::vector<Column>& columns);
 
 /// OK, or InvalidArgument: a name is 1 to kMaxNameBytes bytes of UTF-8 without control characters.
 [[nodiscard]] absl::Status CheckName(absl::string_view what, const std::string& name);

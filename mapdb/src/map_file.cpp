@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "calibration_rows.hpp"
 #include "checksum.hpp"
 #include "encoding.hpp"
 #include "map_rows.hpp"
@@ -48,6 +49,7 @@ void AppendContext(std::int32_t place, const ContextShape& shape, const ContextV
 
 void ReserveFor(std::size_t num_places, Map& map) {
   map.places.reserve(num_places);
+  if (map.params.structure.enabled) map.structures.reserve(num_places);
   if (map.params.polar.enabled) {
     map.polar.Reserve(num_places * (1 + map.params.polar.root_shifts_m.size()));
   }
@@ -81,21 +83,29 @@ absl::StatusOr<Map> LoadMap(const std::string& path) {
   for (const SessionRow& session : file->head.sessions) map.sessions.push_back(session.name);
   ReserveFor(static_cast<std::size_t>(file->head.num_places()), map);
 
-  absl::StatusOr<ContextCursor> contexts = ContextCursor::Open(file->connection, map.params);
-  if (!contexts.ok()) return contexts.status();
-  ContextValues values;
-  Hasher hasher;
+  absl::StatusOr<DescriptorReader> descriptors =
+      DescriptorReader::Open(file->connection, map.params);
+  if (!descriptors.ok()) return descriptors.status();
   absl::Status status = VisitPlacesOf(*file, [&](const PlaceRow& row) {
     map.places.push_back(PlaceOf(row));
-    return ReadContextsOf(row, *contexts, values, hasher, path,
-                          [&](const ContextShape& shape, const ContextValues& context) {
-                            AppendContext(static_cast<std::int32_t>(row.id), shape, context, map);
-                          });
+    absl::Status read =
+        descriptors->Read(row, [&](const ContextShape& shape, const ContextValues& context) {
+          AppendContext(static_cast<std::int32_t>(row.id), shape, context, map);
+        });
+    if (read.ok() && descriptors->has_structures()) {
+      map.structures.push_back(descriptors->structure());
+    }
+    return read;
   });
+  status.Update(status.ok() ? descriptors->CheckEnd() : absl::OkStatus());
   if (!status.ok()) return status;
-  const absl::StatusOr<bool> is_more = contexts->Step();
-  if (!is_more.ok()) return is_more.status();
-  if (*is_more) return DamagedError(path, "it has more contexts than its places need");
+  absl::StatusOr<std::optional<StoredCalibration>> stored =
+      ReadCalibration(file->connection, file->head);
+  if (!stored.ok()) return stored.status();
+  if (stored->has_value()) {
+    map.calibration = (*stored)->calibration;
+    map.confusable = std::move((*stored)->confusable);
+  }
   return map;
 }
 
@@ -119,6 +129,13 @@ absl::StatusOr<MapInfo> ReadInfo(const std::string& path) {
     info.num_places += row.num_places;
     info.num_empty += row.num_empty;
     info.num_unreadable += row.num_unreadable;
+  }
+  absl::StatusOr<std::optional<StoredCalibration>> stored =
+      ReadCalibration(file->connection, file->head);
+  if (!stored.ok()) return stored.status();
+  if (stored->has_value()) {
+    info.calibration = (*stored)->calibration;
+    info.confusable = std::move((*stored)->confusable);
   }
   std::int64_t last_session = -1;
   absl::Status status = VisitPlacesOf(*file, [&](const PlaceRow& row) {

@@ -68,7 +68,9 @@ absl::Status ReadVersions(Connection& connection, MapHead& head) {
 
 // Whatever else a database may hold (views, triggers, generated columns) never gets to run. A newer
 // version whose files we can read may have added tables and indexes.
-absl::Status CheckSchema(Connection& connection, bool is_newer) {
+absl::Status CheckSchema(Connection& connection, int version) {
+  const bool is_newer = version > schema::kVersion;
+  const auto belongs = [&](const schema::Table& table) { return table.since_version <= version; };
   absl::StatusOr<Statement> rows = connection.Prepare(schema::kSelectSchema);
   if (!rows.ok()) return rows.status();
   std::size_t num_found = 0;
@@ -76,8 +78,9 @@ absl::Status CheckSchema(Connection& connection, bool is_newer) {
     const absl::StatusOr<bool> row = rows->Step();
     if (!row.ok()) return row.status();
     if (!*row) break;
-    const auto ours = std::find_if(schema::kTables.begin(), schema::kTables.end(),
-                                   [&](const auto& table) { return table.name == rows->Text(1); });
+    const auto ours = std::find_if(
+        schema::kTables.begin(), schema::kTables.end(),
+        [&](const schema::Table& table) { return belongs(table) && table.name == rows->Text(1); });
     const std::string_view type = rows->Text(0);
     const bool is_known =
         ours != schema::kTables.end() && type == "table" && ours->create_sql == rows->Text(2);
@@ -89,7 +92,8 @@ absl::Status CheckSchema(Connection& connection, bool is_newer) {
     }
     num_found += is_known ? 1 : 0;
   }
-  if (num_found != schema::kTables.size()) {
+  if (static_cast<std::ptrdiff_t>(num_found) !=
+      std::count_if(schema::kTables.begin(), schema::kTables.end(), belongs)) {
     return DamagedError(connection.path(), "its schema is not that of a map: a table is missing");
   }
   return absl::OkStatus();
@@ -108,7 +112,7 @@ absl::Status ReadParams(Connection& connection, MapHead& head) {
       return DamagedError(connection.path(), "params: a checksum does not match");
     }
   }
-  absl::StatusOr<Params> params = DecodeParams(head.param_texts);
+  absl::StatusOr<Params> params = DecodeParams(head.param_texts, head.schema_version);
   if (!params.ok()) return DamagedError(connection.path(), params.status().message());
   head.params = *std::move(params);
   if (head.schema_version == schema::kVersion && EncodeParams(head.params) != head.param_texts) {
@@ -187,8 +191,7 @@ std::int64_t MapHead::num_places() const {
 absl::StatusOr<MapHead> ReadHead(Connection& connection) {
   MapHead head;
   if (absl::Status status = ReadVersions(connection, head); !status.ok()) return status;
-  if (absl::Status status = CheckSchema(connection, head.schema_version > schema::kVersion);
-      !status.ok()) {
+  if (absl::Status status = CheckSchema(connection, head.schema_version); !status.ok()) {
     return status;
   }
   if (absl::Status status = ReadParams(connection, head); !status.ok()) return status;

@@ -124,4 +124,63 @@ absl::Status ContextCursor::Read(ContextValues& values) {
   return absl::OkStatus();
 }
 
+StructureCursor::StructureCursor(Statement statement, std::string path)
+    : statement_(std::move(statement)), path_(std::move(path)) {}
+
+absl::StatusOr<StructureCursor> StructureCursor::Open(Connection& connection) {
+  absl::StatusOr<Statement> statement = connection.Prepare(schema::kSelectStructures);
+  if (!statement.ok()) return statement.status();
+  return StructureCursor(*std::move(statement), connection.path());
+}
+
+absl::StatusOr<bool> StructureCursor::Step() {
+  absl::StatusOr<bool> row = statement_.Step();
+  if (row.ok() && *row) ++next_place_;
+  return row;
+}
+
+absl::Status StructureCursor::Read(Structure& structure, std::int64_t& checksum) {
+  const auto damaged = [&](absl::string_view what) {
+    return DamagedError(path_, absl::StrCat("place ", next_place_ - 1, ", structure: ", what));
+  };
+  const StructureRow row{statement_.Int(0),  statement_.Real(1), statement_.Real(2),
+                         statement_.Real(3), statement_.Blob(5), statement_.Int(4)};
+  checksum = row.checksum;
+  if (StructureChecksum(row, hasher_) != row.checksum)
+    return damaged("its checksum does not match");
+  if (row.place != next_place_ - 1) {
+    return damaged(absl::StrCat("its row is that of place ", row.place));
+  }
+  structure.roll_rad = static_cast<float>(row.roll_rad);
+  structure.pitch_rad = static_cast<float>(row.pitch_rad);
+  structure.height_m = static_cast<float>(row.height_m);
+  if (!DecodeColumns(row.columns, structure.columns)) return damaged("its columns are malformed");
+  if (absl::Status status = Validate(structure); !status.ok()) return damaged(status.message());
+  return absl::OkStatus();
+}
+
+DescriptorReader::DescriptorReader(ContextCursor contexts,
+                                   std::optional<StructureCursor> structures, std::string path)
+    : contexts_(std::move(contexts)), structures_(std::move(structures)), path_(std::move(path)) {}
+
+absl::StatusOr<DescriptorReader> DescriptorReader::Open(Connection& connection,
+                                                        const Params& params) {
+  absl::StatusOr<ContextCursor> contexts = ContextCursor::Open(connection, params);
+  if (!contexts.ok()) return contexts.status();
+  std::optional<StructureCursor> structures;
+  if (params.structure.enabled) {
+    absl::StatusOr<StructureCursor> opened = StructureCursor::Open(connection);
+    if (!opened.ok()) return opened.status();
+    structures = *std::move(opened);
+  }
+  return DescriptorReader(*std::move(contexts), std::move(structures), connection.path());
+}
+
+absl::Status DescriptorReader::CheckEnd() {
+  absl::StatusOr<bool> row = contexts_.Step();
+  if (row.ok() && !*row && structures_.has_value()) row = structures_->Step();
+  if (!row.ok() || !*row) return row.status();
+  return DamagedError(path_, "it has more contexts or structures than its places need");
+}
+
 }  // namespace scanloc::mapdb

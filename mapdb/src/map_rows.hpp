@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -11,6 +12,7 @@
 #include "encoding.hpp"
 #include "map_head.hpp"
 #include "scanloc/core/params.hpp"
+#include "scanloc/core/structure.hpp"
 #include "sqlite.hpp"
 
 /// Reading a map file row by row, each row checked: what load, info, verify, append and merge
@@ -102,24 +104,78 @@ class ContextCursor {
   Hasher hasher_;
 };
 
-/// Reads the contexts of the place in order and gives visit(shape, values) each, then compares the
-/// place's checksum.
-template <typename Visitor>
-absl::Status ReadContextsOf(const PlaceRow& place, ContextCursor& cursor, ContextValues& values,
-                            Hasher& hasher, const std::string& path, Visitor&& visit) {
-  StartPlaceChecksum(place, hasher);
-  for (std::size_t i = 0; i < cursor.shapes().size(); ++i) {
+/// The structures of a map in order, one a place.
+class StructureCursor {
+ public:
+  [[nodiscard]] static absl::StatusOr<StructureCursor> Open(Connection& connection);
+
+  /// False after the last row, as PlaceCursor.
+  [[nodiscard]] absl::StatusOr<bool> Step();
+  /// Decodes the current row and checks its checksum and its values.
+  [[nodiscard]] absl::Status Read(Structure& structure, std::int64_t& checksum);
+
+ private:
+  StructureCursor(Statement statement, std::string path);
+
+  Statement statement_;
+  std::string path_;
+  std::int64_t next_place_ = 0;
+  Hasher hasher_;
+};
+
+/// All that a map holds of its places beside their poses, place by place.
+class DescriptorReader {
+ public:
+  [[nodiscard]] static absl::StatusOr<DescriptorReader> Open(Connection& connection,
+                                                             const Params& params);
+
+  /// Gives visit(shape, values) each context of the next place, in order, and fills structure();
+  /// then compares the place's checksum. DataLoss if the place has not all that it should have.
+  template <typename Visitor>
+  absl::Status Read(const PlaceRow& place, Visitor&& visit) {
+    StartPlaceChecksum(place, hasher_);
+    for (std::size_t i = 0; i < contexts_.shapes().size(); ++i) {
+      if (absl::Status status = Advance(contexts_, "contexts"); !status.ok()) return status;
+      if (absl::Status status = contexts_.Read(values_); !status.ok()) return status;
+      hasher_.Add(values_.checksum);
+      visit(contexts_.shape(), values_);
+    }
+    if (structures_.has_value()) {
+      if (absl::Status status = Advance(*structures_, "structures"); !status.ok()) return status;
+      std::int64_t checksum = 0;
+      if (absl::Status status = structures_->Read(structure_, checksum); !status.ok()) {
+        return status;
+      }
+      hasher_.Add(checksum);
+    }
+    if (hasher_.Digest64() == place.checksum) return absl::OkStatus();
+    return DamagedError(path_, absl::StrCat("place ", place.id, ": its checksum does not match"));
+  }
+
+  [[nodiscard]] bool has_structures() const { return structures_.has_value(); }
+  /// Of the place read last.
+  [[nodiscard]] const Structure& structure() const { return structure_; }
+
+  /// DataLoss unless every row was read.
+  [[nodiscard]] absl::Status CheckEnd();
+
+ private:
+  DescriptorReader(ContextCursor contexts, std::optional<StructureCursor> structures,
+                   std::string path);
+
+  template <typename Cursor>
+  absl::Status Advance(Cursor& cursor, const char* what) {
     const absl::StatusOr<bool> row = cursor.Step();
-    if (!row.ok()) return row.status();
-    if (!*row) return DamagedError(path, "contexts are missing at its end");
-    if (absl::Status status = cursor.Read(values); !status.ok()) return status;
-    hasher.Add(values.checksum);
-    visit(cursor.shape(), values);
+    if (!row.ok() || *row) return row.status();
+    return DamagedError(path_, absl::StrCat(what, " are missing at its end"));
   }
-  if (hasher.Digest64() != place.checksum) {
-    return DamagedError(path, absl::StrCat("place ", place.id, ": its checksum does not match"));
-  }
-  return absl::OkStatus();
-}
+
+  ContextCursor contexts_;
+  std::optional<StructureCursor> structures_;
+  std::string path_;
+  ContextValues values_;
+  Structure structure_;
+  Hasher hasher_;
+};
 
 }  // namespace scanloc::mapdb

@@ -130,6 +130,11 @@ absl::Status MapWriter::PrepareInserts() {
   if (!context.ok()) return context.status();
   insert_place_ = *std::move(place);
   insert_context_ = *std::move(context);
+  if (head_.params.structure.enabled) {
+    absl::StatusOr<Statement> structure = connection_.Prepare(schema::kInsertStructure);
+    if (!structure.ok()) return structure.status();
+    insert_structure_ = *std::move(structure);
+  }
   return absl::OkStatus();
 }
 
@@ -161,7 +166,7 @@ absl::Status MapWriter::StartSession(const SessionPlan& plan) {
   return Commit();
 }
 
-void MapWriter::EncodeContexts(const PlaceDescriptor& descriptor, PlaceRow& place) {
+void MapWriter::EncodeDescriptor(const PlaceDescriptor& descriptor, PlaceRow& place) {
   StartPlaceChecksum(place, place_hasher_);
   for (std::size_t i = 0; i < shapes_.size(); ++i) {
     const Context& context = shapes_[i].kind == DescriptorKind::kPolar
@@ -182,7 +187,23 @@ void MapWriter::EncodeContexts(const PlaceDescriptor& descriptor, PlaceRow& plac
     row.checksum = ContextChecksum(row, context_hasher_);
     place_hasher_.Add(row.checksum);
   }
+  if (head_.params.structure.enabled) {
+    EncodeStructure(descriptor.structure, place.id);
+    place_hasher_.Add(structure_.checksum);
+  }
   place.checksum = place_hasher_.Digest64();
+}
+
+void MapWriter::EncodeStructure(const Structure& structure, std::int64_t place) {
+  EncodeColumns(structure.columns, columns_);
+  // SQLite keeps no sign of a zero; adding 0 takes it off.
+  structure_ = {place,
+                structure.roll_rad + 0.0,
+                structure.pitch_rad + 0.0,
+                structure.height_m + 0.0,
+                columns_,
+                0};
+  structure_.checksum = StructureChecksum(structure_, context_hasher_);
 }
 
 absl::Status MapWriter::InsertPlace(const PlaceRow& place) {
@@ -208,6 +229,16 @@ absl::Status MapWriter::InsertContext(const ContextRow& context) {
   return insert_context_->Run();
 }
 
+absl::Status MapWriter::InsertStructure() {
+  insert_structure_->Bind(1, structure_.place);
+  insert_structure_->Bind(2, structure_.roll_rad);
+  insert_structure_->Bind(3, structure_.pitch_rad);
+  insert_structure_->Bind(4, structure_.height_m);
+  insert_structure_->Bind(5, structure_.checksum);
+  insert_structure_->Bind(6, structure_.columns);
+  return insert_structure_->Run();
+}
+
 absl::Status MapWriter::AddPlace(const PlannedScan& scan, const PlaceDescriptor& descriptor) {
   if (num_places_ >= limits::kMaxPlaces) {
     return absl::ResourceExhaustedError(
@@ -221,10 +252,13 @@ absl::Status MapWriter::AddPlace(const PlannedScan& scan, const PlaceDescriptor&
   place.pose = EncodePose(scan.T_map_place);
   place.scan = scan.name;
   place.num_voxels = descriptor.num_voxels;
-  EncodeContexts(descriptor, place);
+  EncodeDescriptor(descriptor, place);
   if (absl::Status status = InsertPlace(place); !status.ok()) return status;
   for (const EncodedContext& context : contexts_) {
     if (absl::Status status = InsertContext(context.row); !status.ok()) return status;
+  }
+  if (insert_structure_.has_value()) {
+    if (absl::Status status = InsertStructure(); !status.ok()) return status;
   }
   content_->AddPlace(place);
   ++num_places_;
@@ -265,6 +299,15 @@ absl::Status MapWriter::Commit() {
   if (absl::Status status = WriteCountsAndContentId(); !status.ok()) return status;
   if (absl::Status status = connection_.Execute(schema::kCommit); !status.ok()) return status;
   has_changes_ = false;
+  return TakeLock();
+}
+
+absl::Status MapWriter::ReplaceCalibration(const StoredCalibration& calibration) {
+  if (absl::Status status = WriteCalibration(calibration, head_.content_id, connection_);
+      !status.ok()) {
+    return status;
+  }
+  if (absl::Status status = connection_.Execute(schema::kCommit); !status.ok()) return status;
   return TakeLock();
 }
 

@@ -7,6 +7,7 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "calibration_rows.hpp"
 #include "checksum.hpp"
 #include "encoding.hpp"
 #include "map_rows.hpp"
@@ -43,6 +44,9 @@ class MapWriter {
   /// Counts a scan of the last session that is no place.
   void AddSkipped(SkipReason reason);
   [[nodiscard]] absl::Status Commit();
+  /// Replaces the calibration and commits. Requires a schema version of 2 at least and that
+  /// everything is committed.
+  [[nodiscard]] absl::Status ReplaceCalibration(const StoredCalibration& calibration);
   /// Lets other writers in. Requires that everything is committed; the last call.
   [[nodiscard]] absl::Status Release();
 
@@ -61,18 +65,23 @@ class MapWriter {
   absl::Status PrepareInserts();
   absl::Status InsertPairs(const char* sql, const ParamTexts& pairs,
                            std::int64_t (*checksum)(std::string_view, std::string_view));
-  void EncodeContexts(const PlaceDescriptor& descriptor, PlaceRow& place);
+  void EncodeDescriptor(const PlaceDescriptor& descriptor, PlaceRow& place);
+  void EncodeStructure(const Structure& structure, std::int64_t place);
   absl::Status InsertPlace(const PlaceRow& place);
   absl::Status InsertContext(const ContextRow& context);
+  absl::Status InsertStructure();
   absl::Status WriteCountsAndContentId();
 
   Connection connection_;
   MapHead head_;
   std::vector<ContextShape> shapes_;
   std::vector<EncodedContext> contexts_;  // of the place being added, one per shape
+  Bytes columns_;                         // of the place being added
+  StructureRow structure_;
   std::optional<ContentHasher> content_;
   std::optional<Statement> insert_place_;
   std::optional<Statement> insert_context_;
+  std::optional<Statement> insert_structure_;  // where the map has structures
   std::int64_t num_places_ = 0;
   std::optional<std::int64_t> data_version_;  // of the last own commit
   bool has_changes_ = false;

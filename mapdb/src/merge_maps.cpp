@@ -90,8 +90,9 @@ class MapCopier {
           return absl::OkStatus();
         });
     if (!content.ok()) return content.status();
-    absl::StatusOr<ContextCursor> contexts = ContextCursor::Open(*connection, head->params);
-    if (!contexts.ok()) return contexts.status();
+    absl::StatusOr<DescriptorReader> descriptors =
+        DescriptorReader::Open(*connection, head->params);
+    if (!descriptors.ok()) return descriptors.status();
 
     auto first = places.cbegin();
     for (const SessionRow& session : head->sessions) {
@@ -102,7 +103,8 @@ class MapCopier {
                      : MapBuilder::Create(output_, head->params, std::move(plan));
       if (!builder.ok()) return builder.status();
       is_started = true;
-      if (absl::Status status = CopyPlaces(first, *contexts, *builder); !status.ok()) return status;
+      if (absl::Status status = CopyPlaces(first, *descriptors, *builder); !status.ok())
+        return status;
       absl::StatusOr<std::string> id = builder->Finish();
       if (!id.ok()) return id.status();
       content_id = *std::move(id);
@@ -112,16 +114,17 @@ class MapCopier {
   }
 
  private:
-  absl::Status CopyPlaces(std::vector<PlaceRow>::const_iterator row, ContextCursor& contexts,
+  absl::Status CopyPlaces(std::vector<PlaceRow>::const_iterator row, DescriptorReader& descriptors,
                           MapBuilder& builder) {
     for (std::size_t i = 0; i < builder.plan().scans.size(); ++i, ++row) {
       PlaceDescriptor descriptor;
       descriptor.num_voxels = static_cast<std::uint32_t>(row->num_voxels);
       absl::Status status =
-          ReadContextsOf(*row, contexts, values_, hasher_, input_,
-                         [&](const ContextShape& shape, const ContextValues& values) {
-                           AddContext(shape, values, descriptor);
-                         });
+          descriptors.Read(*row, [&](const ContextShape& shape, const ContextValues& values) {
+            AddContext(shape, values, descriptor);
+          });
+      if (status.ok() && descriptors.has_structures())
+        descriptor.structure = descriptors.structure();
       if (status.ok()) status = builder.Add(descriptor);
       if (status.ok() && (i + 1) % kCommitInterval == 0) status = builder.Commit();
       if (!status.ok()) return status;
@@ -131,8 +134,6 @@ class MapCopier {
 
   std::string input_;
   std::string output_;
-  ContextValues values_;
-  Hasher hasher_;
 };
 
 absl::StatusOr<std::string> CopyAll(const std::vector<std::string>& inputs,

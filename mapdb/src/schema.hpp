@@ -7,37 +7,58 @@
 namespace scanloc::mapdb::schema {
 
 inline constexpr std::uint32_t kApplicationId = 0x534C4F43;  // "SLOC"; persisted, never change
-inline constexpr int kVersion = 1;                           ///< of the files that this code writes
-inline constexpr int kCompatibleVersion = 1;  ///< oldest version whose readers can read these files
+inline constexpr int kVersion = 2;                           ///< of the files that this code writes
+inline constexpr int kCompatibleVersion = 2;  ///< oldest version whose readers can read these files
 
 struct Table {
   const char* name;
   const char* create_sql;
+  int since_version;
 };
 
 /// The checksum in a row covers all other columns of the row.
-inline constexpr std::array<Table, 5> kTables = {{
+inline constexpr std::array<Table, 8> kTables = {{
     {"meta",
      "CREATE TABLE meta (key TEXT NOT NULL PRIMARY KEY, value TEXT NOT NULL,"
-     " checksum INTEGER NOT NULL) STRICT, WITHOUT ROWID"},
+     " checksum INTEGER NOT NULL) STRICT, WITHOUT ROWID",
+     1},
     {"params",
      "CREATE TABLE params (name TEXT NOT NULL PRIMARY KEY, value TEXT NOT NULL,"
-     " checksum INTEGER NOT NULL) STRICT, WITHOUT ROWID"},
+     " checksum INTEGER NOT NULL) STRICT, WITHOUT ROWID",
+     1},
     {"sessions",
      "CREATE TABLE sessions (id INTEGER NOT NULL PRIMARY KEY, name TEXT NOT NULL,"
      " plan_hash TEXT NOT NULL, num_scans INTEGER NOT NULL, num_places INTEGER NOT NULL,"
      " num_empty INTEGER NOT NULL, num_unreadable INTEGER NOT NULL,"
-     " checksum INTEGER NOT NULL) STRICT"},
+     " checksum INTEGER NOT NULL) STRICT",
+     1},
     {"places",
      "CREATE TABLE places (id INTEGER NOT NULL PRIMARY KEY,"
      " session INTEGER NOT NULL REFERENCES sessions (id), stamp_ns INTEGER NOT NULL,"
      " T_map_place BLOB NOT NULL, scan TEXT NOT NULL, num_voxels INTEGER NOT NULL,"
-     " checksum INTEGER NOT NULL) STRICT"},
+     " checksum INTEGER NOT NULL) STRICT",
+     1},
     {"contexts",
      "CREATE TABLE contexts (id INTEGER NOT NULL PRIMARY KEY,"
      " place INTEGER NOT NULL REFERENCES places (id), kind INTEGER NOT NULL,"
      " variant INTEGER NOT NULL, checksum INTEGER NOT NULL, retrieval_key BLOB NOT NULL,"
-     " aligning_key BLOB NOT NULL, cells BLOB NOT NULL) STRICT"},
+     " aligning_key BLOB NOT NULL, cells BLOB NOT NULL) STRICT",
+     1},
+    {"structures",
+     "CREATE TABLE structures (place INTEGER NOT NULL PRIMARY KEY REFERENCES places (id),"
+     " roll_rad REAL NOT NULL, pitch_rad REAL NOT NULL, height_m REAL NOT NULL,"
+     " checksum INTEGER NOT NULL, columns BLOB NOT NULL) STRICT",
+     2},
+    {"calibration",
+     "CREATE TABLE calibration (id INTEGER NOT NULL PRIMARY KEY, content_id TEXT NOT NULL,"
+     " bias REAL NOT NULL, score_weight REAL NOT NULL, margin_weight REAL NOT NULL,"
+     " num_trials INTEGER NOT NULL, num_confusable INTEGER NOT NULL, checksum INTEGER NOT NULL)"
+     " STRICT",
+     2},
+    {"confusable",
+     "CREATE TABLE confusable (id INTEGER NOT NULL PRIMARY KEY, place INTEGER NOT NULL,"
+     " lookalike INTEGER NOT NULL, confidence REAL NOT NULL, checksum INTEGER NOT NULL) STRICT",
+     2},
 }};
 
 // Keys of meta.
@@ -79,6 +100,14 @@ inline constexpr const char* kSelectContexts =
     "SELECT id, place, kind, variant, checksum, retrieval_key, aligning_key, cells"
     " FROM contexts ORDER BY id";
 
+inline constexpr const char* kSelectStructures =
+    "SELECT place, roll_rad, pitch_rad, height_m, checksum, columns FROM structures ORDER BY place";
+inline constexpr const char* kSelectCalibration =
+    "SELECT id, content_id, bias, score_weight, margin_weight, num_trials, num_confusable, checksum"
+    " FROM calibration ORDER BY id";
+inline constexpr const char* kSelectConfusable =
+    "SELECT id, place, lookalike, confidence, checksum FROM confusable ORDER BY id";
+
 inline constexpr const char* kInsertMeta =
     "INSERT INTO meta (key, value, checksum) VALUES (?1, ?2, ?3)";
 inline constexpr const char* kInsertParam =
@@ -92,6 +121,17 @@ inline constexpr const char* kInsertPlace =
 inline constexpr const char* kInsertContext =
     "INSERT INTO contexts (id, place, kind, variant, checksum, retrieval_key, aligning_key, cells)"
     " VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8)";
+inline constexpr const char* kInsertStructure =
+    "INSERT INTO structures (place, roll_rad, pitch_rad, height_m, checksum, columns)"
+    " VALUES (?1, ?2, ?3, ?4, ?5, ?6)";
+inline constexpr const char* kDeleteCalibration = "DELETE FROM calibration";
+inline constexpr const char* kDeleteConfusable = "DELETE FROM confusable";
+inline constexpr const char* kInsertCalibration =
+    "INSERT INTO calibration (id, content_id, bias, score_weight, margin_weight, num_trials,"
+    " num_confusable, checksum) VALUES (0, ?1, ?2, ?3, ?4, ?5, ?6, ?7)";
+inline constexpr const char* kInsertConfusable =
+    "INSERT INTO confusable (id, place, lookalike, confidence, checksum)"
+    " VALUES (?1, ?2, ?3, ?4, ?5)";
 inline constexpr const char* kUpdateMeta =
     "UPDATE meta SET value = ?2, checksum = ?3 WHERE key = ?1";
 inline constexpr const char* kUpdateSession =

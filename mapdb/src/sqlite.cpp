@@ -114,6 +114,12 @@ void Statement::Bind(int parameter, std::int64_t value) {
   }
 }
 
+void Statement::Bind(int parameter, double value) {
+  if (const int code = sqlite3_bind_double(statement_.get(), parameter, value); code != SQLITE_OK) {
+    bind_error_ = code;
+  }
+}
+
 void Statement::Bind(int parameter, std::string_view text) {
   const int code = sqlite3_bind_text64(statement_.get(), parameter, text.data(), text.size(),
                                        SQLITE_STATIC, SQLITE_UTF8);
@@ -123,8 +129,10 @@ void Statement::Bind(int parameter, std::string_view text) {
 }
 
 void Statement::Bind(int parameter, std::span<const std::byte> blob) {
+  // An empty span may have no address, which SQLite would take for NULL.
+  const void* data = blob.empty() ? "" : static_cast<const void*>(blob.data());
   const int code =
-      sqlite3_bind_blob64(statement_.get(), parameter, blob.data(), blob.size(), SQLITE_STATIC);
+      sqlite3_bind_blob64(statement_.get(), parameter, data, blob.size(), SQLITE_STATIC);
   if (code != SQLITE_OK) {
     bind_error_ = code;
   }
@@ -155,6 +163,8 @@ void Statement::Reset() {
 std::int64_t Statement::Int(int column) const {
   return sqlite3_column_int64(statement_.get(), column);
 }
+
+double Statement::Real(int column) const { return sqlite3_column_double(statement_.get(), column); }
 
 std::string_view Statement::Text(int column) const {
   const auto* text = reinterpret_cast<const char*>(sqlite3_column_text(statement_.get(), column));

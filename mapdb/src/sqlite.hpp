@@ -24,6 +24,7 @@ class Statement {
   /// Parameters are bound by position, from 1. Text and blobs must live until Reset or the next
   /// bind of the same parameter. A failed bind makes the next Step fail.
   void Bind(int parameter, std::int64_t value);
+  void Bind(int parameter, double value);
   void Bind(int parameter, std::string_view text);
   void Bind(int parameter, std::span<const std::byte> blob);
 
@@ -36,6 +37,7 @@ class Statement {
   /// Columns of the current row, from 0; valid until the next Step. What is stored with another
   /// type is read as SQLite converts it: callers check contents by checksum.
   [[nodiscard]] std::int64_t Int(int column) const;
+  [[nodiscard]] double Real(int column) const;
   [[nodiscard]] std::string_view Text(int column) const;
   [[nodiscard]] std::span<const std::byte> Blob(int column) const;
 

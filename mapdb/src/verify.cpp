@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "calibration_rows.hpp"
 #include "checksum.hpp"
 #include "map_rows.hpp"
 #include "open_map.hpp"
@@ -72,17 +73,46 @@ std::vector<std::int64_t> CheckContexts(Connection& connection, const Params& pa
   return checksums;
 }
 
+// The same of structures.
+std::vector<std::int64_t> CheckStructures(Connection& connection, Problems& problems) {
+  std::vector<std::int64_t> checksums;
+  absl::StatusOr<StructureCursor> structures = StructureCursor::Open(connection);
+  if (!problems.Add(structures.status())) return checksums;
+  Structure structure;
+  while (Next(*structures, problems)) {
+    problems.Add(structures->Read(structure, checksums.emplace_back()));
+  }
+  return checksums;
+}
+
+// Adds the checksums of what place `place` has of `checksums`, num_each a place.
+void AddChecksums(const std::vector<std::int64_t>& checksums, std::size_t place,
+                  std::size_t num_each, Hasher& hasher) {
+  for (std::size_t i = place * num_each; i < (place + 1) * num_each && i < checksums.size(); ++i) {
+    hasher.Add(checksums[i]);
+  }
+}
+
+void CheckCount(const char* what, std::size_t num_found, std::size_t num_places,
+                std::size_t num_each, Problems& problems) {
+  if (num_found == num_places * num_each) return;
+  problems.Add(absl::StrCat("it has ", num_found, " ", what, "; its ", num_places, " places need ",
+                            num_places * num_each));
+}
+
 void CheckPlaces(Connection& connection, const MapHead& head,
-                 const std::vector<std::int64_t>& checksums, Problems& problems) {
+                 const std::vector<std::int64_t>& contexts,
+                 const std::vector<std::int64_t>& structures, Problems& problems) {
   absl::StatusOr<PlaceCursor> places = PlaceCursor::Open(connection, head);
   if (!problems.Add(places.status())) return;
-  const std::size_t num_contexts = ContextShapes(head.params).size();
+  const std::size_t contexts_each = ContextShapes(head.params).size();
+  const std::size_t structures_each = head.params.structure.enabled ? 1 : 0;
   ContentHasher content(head.param_texts);
   Hasher hasher;
   PlaceRow row;
-  std::size_t next_checksum = 0;
+  std::size_t num_places = 0;
   bool all_read = true;
-  for (; Next(*places, problems); next_checksum += num_contexts) {
+  for (; Next(*places, problems); ++num_places) {
     if (!problems.Add(places->Read(row))) {
       all_read = false;
       continue;
@@ -90,18 +120,15 @@ void CheckPlaces(Connection& connection, const MapHead& head,
     content.AddSessionsBefore(static_cast<std::size_t>(row.session) + 1, head.sessions);
     content.AddPlace(row);
     StartPlaceChecksum(row, hasher);
-    for (std::size_t i = 0; i < num_contexts && next_checksum + i < checksums.size(); ++i) {
-      hasher.Add(checksums[next_checksum + i]);
-    }
+    AddChecksums(contexts, num_places, contexts_each, hasher);
+    AddChecksums(structures, num_places, structures_each, hasher);
     if (hasher.Digest64() != row.checksum) {
       problems.Add(absl::StrCat("place ", row.id, ": its checksum does not match"));
     }
   }
   problems.Add(places->CheckEnd());
-  if (checksums.size() != next_checksum) {
-    problems.Add(absl::StrCat("it has ", checksums.size(), " contexts; its ",
-                              next_checksum / num_contexts, " places need ", next_checksum));
-  }
+  CheckCount("contexts", contexts.size(), num_places, contexts_each, problems);
+  CheckCount("structures", structures.size(), num_places, structures_each, problems);
   content.AddSessionsBefore(head.sessions.size(), head.sessions);
   if (all_read && content.ContentId() != head.content_id) {
     problems.Add("its content id does not match its content");
@@ -125,7 +152,11 @@ absl::StatusOr<std::vector<std::string>> Verify(const std::string& path) {
   if (!head.ok() && !IsDamage(head.status())) return head.status();
   CheckIntegrity(*connection, problems);
   if (problems.Add(head.status()) && problems.Add(CheckRoomForPlaces(*connection, *head))) {
-    CheckPlaces(*connection, *head, CheckContexts(*connection, head->params, problems), problems);
+    const std::vector<std::int64_t> contexts = CheckContexts(*connection, head->params, problems);
+    std::vector<std::int64_t> structures;
+    if (head->schema_version >= 2) structures = CheckStructures(*connection, problems);
+    CheckPlaces(*connection, *head, contexts, structures, problems);
+    problems.Add(ReadCalibration(*connection, *head).status());
   }
   return std::move(problems).Take();
 }

@@ -7,6 +7,7 @@
 #include <random>
 
 #include "scanloc/core/descriptor.hpp"
+#include "schema.hpp"
 
 namespace scanloc::mapdb {
 namespace {
@@ -21,11 +22,11 @@ TEST(Params, ComeBackFromTheirTextsWithTheSameBits) {
   params.cart.shift_mode = ShiftMode::kCircular;
   params.cart.double_flip = false;
   params.search.min_voxels = 123456;
-  const auto decoded = DecodeParams(EncodeParams(params));
+  const auto decoded = DecodeParams(EncodeParams(params), schema::kVersion);
   ASSERT_TRUE(decoded.ok()) << decoded.status();
   EXPECT_EQ(*decoded, params);
   params.polar.root_shifts_m.clear();
-  EXPECT_EQ(*DecodeParams(EncodeParams(params)), params);
+  EXPECT_EQ(*DecodeParams(EncodeParams(params), schema::kVersion), params);
 }
 
 TEST(Params, AreRefusedWhereATextIsMissingOrMalformed) {
@@ -34,11 +35,12 @@ TEST(Params, AreRefusedWhereATextIsMissingOrMalformed) {
     ParamTexts texts = good;
     for (const std::string bad : {"x", " 1", "1 ", "0x1", "1,,2", "99999999999999999999"}) {
       texts[i].second = bad;
-      EXPECT_EQ(DecodeParams(texts).status().code(), absl::StatusCode::kInvalidArgument)
+      EXPECT_EQ(DecodeParams(texts, schema::kVersion).status().code(),
+                absl::StatusCode::kInvalidArgument)
           << texts[i].first << " = " << bad;
     }
     texts.erase(texts.begin() + static_cast<std::ptrdiff_t>(i));
-    const absl::Status status = DecodeParams(texts).status();
+    const absl::Status status = DecodeParams(texts, schema::kVersion).status();
     EXPECT_THAT(std::string(status.message()), HasSubstr(good[i].first + " is missing"));
   }
 }
@@ -49,14 +51,48 @@ TEST(Params, AreRefusedOutOfTheirRange) {
     for (auto& [name, text] : texts) {
       if (name == "voxel_size_m") text = value;
     }
-    EXPECT_FALSE(DecodeParams(texts).ok()) << value;
+    EXPECT_FALSE(DecodeParams(texts, schema::kVersion).ok()) << value;
   }
 }
 
 TEST(Params, OfUnknownNamesArePassedOver) {
   ParamTexts texts = EncodeParams(Params());
   texts.emplace_back("zeal", "7");
-  EXPECT_EQ(*DecodeParams(texts), Params());
+  EXPECT_EQ(*DecodeParams(texts, schema::kVersion), Params());
+}
+
+TEST(Params, OfSchema1KnewNoStructures) {
+  ParamTexts texts = EncodeParams(Params());
+  std::erase_if(texts, [](const auto& text) {
+    return text.first == "structure.enabled" || text.first == "search.min_confidence";
+  });
+  EXPECT_FALSE(DecodeParams(texts, 2).ok());
+  Params expected;
+  expected.structure.enabled = false;
+  const auto decoded = DecodeParams(texts, 1);
+  ASSERT_TRUE(decoded.ok()) << decoded.status();
+  EXPECT_EQ(*decoded, expected);
+}
+
+TEST(Columns, ComeBackFromTheirBytes) {
+  const std::vector<Column> columns = {{0, 0}, {-6000, 6000}, {1, -1}, {32767, -32768}};
+  Bytes bytes;
+  EncodeColumns(columns, bytes);
+  EXPECT_EQ(bytes.size(), 16U);
+  std::vector<Column> decoded;
+  ASSERT_TRUE(DecodeColumns(bytes, decoded));
+  EXPECT_EQ(decoded, columns);
+  EncodeColumns({}, bytes);
+  ASSERT_TRUE(DecodeColumns(bytes, decoded));
+  EXPECT_TRUE(decoded.empty());
+}
+
+TEST(Columns, AreRefusedInPartsAndInMasses) {
+  std::vector<Column> decoded;
+  for (const std::size_t size : {1U, 2U, 3U, 5U, 4U * 8192U + 4U}) {
+    EXPECT_FALSE(DecodeColumns(Bytes(size), decoded)) << size;
+  }
+  EXPECT_TRUE(DecodeColumns(Bytes(std::size_t{4} * 8192), decoded));
 }
 
 TEST(Cells, ComeBackFromTheirBytes) {

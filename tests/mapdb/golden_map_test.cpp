@@ -13,22 +13,43 @@
 namespace scanloc::mapdb {
 namespace {
 
-constexpr char kContentIdV1[] = "cfb06ece459fc7898dd2e31ec0f8b41b";
-const std::string kGoldenV1 = test::SourceDir() + "/tests/data/golden_map_v1.scanloc";
+struct Golden {
+  int version;
+  const char* content_id;
 
-TEST(GoldenMapV1, IsSound) {
-  const auto problems = Verify(kGoldenV1);
+  [[nodiscard]] std::string Path() const {
+    return test::SourceDir() + "/tests/data/golden_map_v" + std::to_string(version) + ".scanloc";
+  }
+  [[nodiscard]] Params ParamsOf() const {
+    Params params = test::SmallParams();
+    params.structure.enabled = version >= 2;
+    return params;
+  }
+  [[nodiscard]] PlaceDescriptor DescriptorOf(int seed) const {
+    PlaceDescriptor descriptor = test::GoldenDescriptor(seed);
+    if (version < 2) descriptor.structure = {};
+    return descriptor;
+  }
+};
+
+constexpr Golden kGoldens[] = {{1, "cfb06ece459fc7898dd2e31ec0f8b41b"},
+                               {2, "fdba44550c143156202ea809d68c04e8"}};
+
+class GoldenMap : public testing::TestWithParam<Golden> {};
+
+TEST_P(GoldenMap, IsSound) {
+  const auto problems = Verify(GetParam().Path());
   ASSERT_TRUE(problems.ok()) << problems.status();
   EXPECT_TRUE(problems->empty()) << problems->front();
 }
 
-TEST(GoldenMapV1, TellsWhatItHolds) {
-  const auto info = ReadInfo(kGoldenV1);
+TEST_P(GoldenMap, TellsWhatItHolds) {
+  const auto info = ReadInfo(GetParam().Path());
   ASSERT_TRUE(info.ok()) << info.status();
-  EXPECT_EQ(info->schema_version, 1);
-  EXPECT_EQ(info->compatible_version, 1);
+  EXPECT_EQ(info->schema_version, GetParam().version);
+  EXPECT_EQ(info->compatible_version, GetParam().version);
   EXPECT_EQ(info->built_by, "scanloc 0.1.0");
-  EXPECT_EQ(info->content_id, kContentIdV1);
+  EXPECT_EQ(info->content_id, GetParam().content_id);
   EXPECT_FALSE(info->complete);
   ASSERT_EQ(info->sessions.size(), 2U);
   EXPECT_EQ(info->sessions[0].name, "morning");
@@ -42,36 +63,41 @@ TEST(GoldenMapV1, TellsWhatItHolds) {
   EXPECT_EQ(info->last_stamp_ns, 1'500'000'001'000'000'000);
 }
 
-TEST(GoldenMapV1, LoadsWithTheContentItWasMadeOf) {
-  const auto map = LoadMap(kGoldenV1);
+TEST_P(GoldenMap, LoadsWithTheContentItWasMadeOf) {
+  const auto map = LoadMap(GetParam().Path());
   ASSERT_TRUE(map.ok()) << map.status();
-  Map expected = MakeEmptyMap(test::SmallParams());
-  expected.content_id = kContentIdV1;
+  Map expected = MakeEmptyMap(GetParam().ParamsOf());
+  expected.content_id = GetParam().content_id;
   expected.sessions = {"morning", "evening"};
   const SessionPlan morning = test::GoldenPlan("morning", 3);
   const SessionPlan evening = test::GoldenPlan("evening", 2);
   expected.places = {{morning.scans[0].T_map_place, morning.scans[0].stamp_ns, 0},
                      {morning.scans[2].T_map_place, morning.scans[2].stamp_ns, 0},
                      {evening.scans[0].T_map_place, evening.scans[0].stamp_ns, 1}};
-  for (int i = 0; i < 3; ++i) expected.AppendContexts(i, test::GoldenDescriptor(i));
+  for (int i = 0; i < 3; ++i) expected.AppendDescriptor(i, GetParam().DescriptorOf(i));
   EXPECT_TRUE(test::SameMap(*map, expected));
 }
 
-TEST(GoldenMapV1, IsResumed) {
+TEST_P(GoldenMap, IsResumed) {
   const test::TempDir dir;
-  const std::string copy = dir.Write("copy.scanloc", test::ReadFile(kGoldenV1));
-  auto builder = MapBuilder::Resume(copy, test::SmallParams(), test::GoldenPlan("evening", 2));
+  const std::string copy = dir.Write("copy.scanloc", test::ReadFile(GetParam().Path()));
+  auto builder = MapBuilder::Resume(copy, GetParam().ParamsOf(), test::GoldenPlan("evening", 2));
   ASSERT_TRUE(builder.ok()) << builder.status();
   EXPECT_EQ(builder->next_scan(), 1U);
-  ASSERT_TRUE(builder->Add(test::GoldenDescriptor(3)).ok());
+  ASSERT_TRUE(builder->Add(GetParam().DescriptorOf(3)).ok());
   EXPECT_TRUE(builder->Finish().ok());
   EXPECT_TRUE(Verify(copy)->empty());
 }
 
-TEST(GoldenMapV1, GetsTheSameContentIdWhenBuiltToday) {
+INSTANTIATE_TEST_SUITE_P(OfEverySchema, GoldenMap, testing::ValuesIn(kGoldens),
+                         [](const auto& golden) {
+                           return "V" + std::to_string(golden.param.version);
+                         });
+
+TEST(GoldenMapOfToday, GetsTheSameContentIdWhenBuiltAgain) {
   const test::TempDir dir;
   ASSERT_TRUE(test::MakeGoldenMap(dir.File("new.scanloc")).ok());
-  EXPECT_EQ(ReadInfo(dir.File("new.scanloc"))->content_id, kContentIdV1);
+  EXPECT_EQ(ReadInfo(dir.File("new.scanloc"))->content_id, std::end(kGoldens)[-1].content_id);
 }
 
 }  // namespace

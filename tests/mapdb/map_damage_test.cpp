@@ -8,6 +8,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "map_writer.hpp"
 #include "scanloc/mapdb/map_file.hpp"
 #include "support/map_equality.hpp"
 #include "support/small_maps.hpp"
@@ -28,6 +29,11 @@ class MapDamage : public testing::Test {
  protected:
   void SetUp() override {
     ASSERT_TRUE(test::BuildSmallMap(path_, 3).ok());
+    auto writer = MapWriter::Open(path_);
+    ASSERT_TRUE(writer.ok()) << writer.status();
+    ASSERT_TRUE(
+        writer->ReplaceCalibration({{-8.5, 12.25, 30.125, 77}, {{0, 2, 0.75}, {1, 2, 0.5}}}).ok());
+    ASSERT_TRUE(writer->Release().ok());
     bytes_ = test::ReadFile(path_);
     const auto map = LoadMap(path_);
     const auto info = ReadInfo(path_);

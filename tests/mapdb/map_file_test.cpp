@@ -27,7 +27,7 @@ Map MapInMemory(const Params& params, const SessionPlan& plan, const ScanLoader&
   auto describer = Describer::Create(params);
   for (std::size_t i = 0; i < plan.scans.size(); ++i) {
     map.places.push_back({plan.scans[i].T_map_place, plan.scans[i].stamp_ns, 0});
-    map.AppendContexts(static_cast<std::int32_t>(i), describer->DescribePlace(*load_scan(i)));
+    map.AppendDescriptor(static_cast<std::int32_t>(i), describer->DescribePlace(*load_scan(i)));
   }
   return map;
 }
@@ -72,8 +72,8 @@ TEST(ReadInfo, TellsWhatTheMapHolds) {
   ASSERT_TRUE(summary.ok()) << summary.status();
   const auto info = ReadInfo(path);
   ASSERT_TRUE(info.ok()) << info.status();
-  EXPECT_EQ(info->schema_version, 1);
-  EXPECT_EQ(info->compatible_version, 1);
+  EXPECT_EQ(info->schema_version, 2);
+  EXPECT_EQ(info->compatible_version, 2);
   EXPECT_THAT(info->built_by, HasSubstr("scanloc "));
   EXPECT_EQ(info->content_id, summary->content_id);
   EXPECT_EQ(info->content_id.size(), 32U);

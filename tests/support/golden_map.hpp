@@ -8,7 +8,8 @@
 #include "scanloc/mapdb/map_builder.hpp"
 #include "support/small_maps.hpp"
 
-/// What the golden map files in tests/data hold. Never change it: the files are compared with it.
+/// What the golden map files in tests/data hold; that of schema 1 without the structures. Never
+/// change it: the files are compared with it.
 namespace scanloc::test {
 
 inline mapdb::SessionPlan GoldenPlan(const std::string& name, std::int64_t num_scans) {
@@ -42,6 +43,14 @@ inline PlaceDescriptor GoldenDescriptor(int seed) {
         GoldenContext(params.polar.num_rings, params.polar.num_sectors, 3 * seed + v));
   }
   descriptor.cart = GoldenContext(params.cart.num_rows, params.cart.num_cols, 100 + seed);
+  for (int i = 0; i < 10 * seed; ++i) {
+    const auto x_cm = static_cast<std::int16_t>((seed * 7919 + i * 613) % 11999 - 5999);
+    const auto y_cm = static_cast<std::int16_t>((seed * 104729 + i * 389) % 11999 - 5999);
+    descriptor.structure.columns.push_back({x_cm, y_cm});
+  }
+  descriptor.structure.roll_rad = 0.0078125F * static_cast<float>(seed);
+  descriptor.structure.pitch_rad = -0.015625F * static_cast<float>(seed);
+  descriptor.structure.height_m = 1.75F;
   descriptor.num_voxels = 1000 + static_cast<std::uint32_t>(seed);
   return descriptor;
 }

@@ -41,6 +41,10 @@ inline testing::AssertionResult SameMap(const Map& a, const Map& b) {
   if (!std::ranges::equal(a.places, b.places, SamePlace)) {
     return testing::AssertionFailure() << "places differ";
   }
+  if (a.structures != b.structures) return testing::AssertionFailure() << "structures differ";
+  if (a.calibration != b.calibration || a.confusable != b.confusable) {
+    return testing::AssertionFailure() << "calibrations differ";
+  }
   if (!SameEntries(a.polar, b.polar)) return testing::AssertionFailure() << "polar contexts differ";
   if (!SameEntries(a.cart, b.cart)) return testing::AssertionFailure() << "cart contexts differ";
   return testing::AssertionSuccess();
@@ -58,7 +62,8 @@ inline bool SameInfo(const mapdb::MapInfo& a, const mapdb::MapInfo& b) {
          a.params == b.params && std::ranges::equal(a.sessions, b.sessions, SameSession) &&
          a.num_scans == b.num_scans && a.num_places == b.num_places && a.num_empty == b.num_empty &&
          a.num_unreadable == b.num_unreadable && a.first_stamp_ns == b.first_stamp_ns &&
-         a.last_stamp_ns == b.last_stamp_ns && a.extent_m.min() == b.extent_m.min() &&
+         a.last_stamp_ns == b.last_stamp_ns && a.calibration == b.calibration &&
+         a.confusable == b.confusable && a.extent_m.min() == b.extent_m.min() &&
          a.extent_m.max() == b.extent_m.max();
 }
 

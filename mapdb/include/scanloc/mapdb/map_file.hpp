@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -60,6 +61,8 @@ struct MapInfo {
   Eigen::AlignedBox3d
       extent_m;  ///< of the positions of the places, map frame; isEmpty() without any
   std::int64_t file_bytes = 0;
+  std::optional<Calibration> calibration;  ///< none: not calibrated since it last grew
+  std::vector<ConfusablePair> confusable;  ///< worst first; empty where it is not calibrated
 };
 
 /// One place as the file holds it, without its contexts.
