@@ -9,6 +9,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "cli/calibrate.hpp"
 #include "cli/command.hpp"
 #include "cli/drive_options.hpp"
 #include "cli/interrupt.hpp"
@@ -57,6 +58,7 @@ class BuildCommand : public Command {
   ParamOptions params_;
   bool append_ = false;
   bool resume_ = false;
+  bool calibrate_ = true;
   bool skip_bad_scans_ = false;
   int commit_interval_ = mapdb::BuildOptions().commit_interval;
   int num_threads_ = 0;
@@ -80,6 +82,9 @@ void BuildCommand::Declare(CLI::App& app) {
   app.add_flag("--append", append_, "Add the drive to a map as a further session");
   app.add_flag("--resume", resume_,
                "Go on with a build that was stopped; give it the same options");
+  app.add_flag("--calibrate,!--no-calibrate", calibrate_,
+               "Find out at the end how far answers can be trusted, which takes some seconds "
+               "[yes]; without, confidences are by the defaults");
   app.add_flag("--skip-bad-scans", skip_bad_scans_,
                "Pass over scans that cannot be read, instead of stopping");
   app.add_option("--commit-interval", commit_interval_,
@@ -206,7 +211,10 @@ absl::Status BuildCommand::Run() {
   if (summary->num_unreadable > 0) {
     absl::StrAppend(&text, "  the first that could not be read: ", summary->first_unreadable, "\n");
   }
-  return WriteText("-", text);
+  if (!calibrate_) return WriteText("-", text);
+  const absl::StatusOr<std::string> calibration = CalibrateAndTell(map_, num_threads_, quiet_);
+  if (!calibration.ok()) return calibration.status();
+  return WriteText("-", text + *calibration);
 }
 
 }  // namespace

@@ -1,4 +1,5 @@
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <type_traits>
@@ -63,6 +64,18 @@ std::string InfoAsJson(const mapdb::MapInfo& info) {
                       {"max_m", PointToJson(info.extent_m.max())}};
   }
   json["file_bytes"] = info.file_bytes;
+  json["calibration"] = nullptr;
+  if (info.calibration.has_value()) {
+    json["calibration"] = {{"bias", info.calibration->bias},
+                           {"score_weight", info.calibration->score_weight},
+                           {"margin_weight", info.calibration->margin_weight},
+                           {"num_trials", info.calibration->num_trials}};
+  }
+  json["confusable"] = Json::array();
+  for (const ConfusablePair& pair : info.confusable) {
+    json["confusable"].push_back(
+        {{"place", pair.place}, {"lookalike", pair.lookalike}, {"confidence", pair.confidence}});
+  }
   return ToText(json);
 }
 
@@ -75,6 +88,35 @@ struct FieldText {
     return field.empty() ? "none" : absl::StrJoin(field, ", ");
   }
 };
+
+constexpr std::size_t kMaxPairsInText = 10;
+
+std::string CalibrationAsText(const mapdb::MapInfo& info) {
+  if (!info.params.structure.enabled) return "";
+  if (!info.calibration.has_value()) {
+    return "confidence\n  not calibrated: by the defaults; scanloc build --resume calibrates\n";
+  }
+  std::string text = absl::StrFormat(
+      "confidence\n  %s\n",
+      info.calibration->num_trials > 0
+          ? absl::StrCat("fitted on ", info.calibration->num_trials, " trials on its own places")
+          : "by the defaults: there was too little to fit it on");
+  if (info.confusable.empty()) return text + "  no two distant places are taken for each other\n";
+  absl::StrAppendFormat(&text, "  %d pairs of distant places look alike, worst first:\n",
+                        info.confusable.size());
+  for (std::size_t i = 0; i < std::min(info.confusable.size(), kMaxPairsInText); ++i) {
+    const ConfusablePair& pair = info.confusable[i];
+    absl::StrAppendFormat(&text,
+                          "    without place %d its scan would be taken for place %d with "
+                          "confidence %.2f\n",
+                          pair.place, pair.lookalike, pair.confidence);
+  }
+  if (info.confusable.size() > kMaxPairsInText) {
+    absl::StrAppendFormat(&text, "    and %d more: --json tells all\n",
+                          info.confusable.size() - kMaxPairsInText);
+  }
+  return text;
+}
 
 std::string InfoAsText(const std::string& path, const mapdb::MapInfo& info) {
   std::string text = absl::StrFormat(
@@ -101,6 +143,7 @@ std::string InfoAsText(const std::string& path, const mapdb::MapInfo& info) {
                           session.name, session.num_places, session.num_scans, session.num_empty,
                           session.num_unreadable, session.complete() ? "" : "; unfinished");
   }
+  absl::StrAppend(&text, CalibrationAsText(info));
   absl::StrAppend(&text, "parameters\n");
   VisitFields(info.params, [&](const char* name, const auto& field) {
     absl::StrAppendFormat(&text, "  %-22s  %s\n", name, FieldText()(field));

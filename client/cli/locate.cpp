@@ -67,6 +67,8 @@ class LocateCommand : public Command {
   std::string method_;
   std::optional<int> num_candidates_;
   std::optional<double> threshold_;
+  std::optional<double> min_confidence_;
+  std::optional<int> budget_ms_;
   int top_ = 1;
 
   std::string csv_;
@@ -119,19 +121,29 @@ void LocateCommand::DeclareQuery(CLI::App& app) {
   const char* group = "How the map is searched";
   app.add_option(
          "--method", method_,
-         "pc, cc, a-pc or a-cc; -naive and -brute behind it are slow references [the map's: "
-         "a-pc, or a-cc where it has no pc]")
+         "auto, or the paper's pc, cc, a-pc or a-cc; -naive and -brute behind these are slow "
+         "references [auto; where the map has no structures a-pc, or a-cc where it has no pc]")
       ->check([](const std::string& name) {
         return absl::StrCat(ParseMethod(name).status().message());
       })
       ->group(group);
   app.add_option("--candidates", num_candidates_,
-                 "Places taken from the k-d tree [the map's, but at least --top]")
+                 "Places taken from the k-d tree [the map's, but at least --top; with auto 100 of "
+                 "each kind of context]")
       ->check(InRange(1, limits::kMaxCandidates))
       ->group(group);
   app.add_option("--threshold", threshold_,
-                 "Distance up to which a place is recognised, in [0, 1] [the map's]")
+                 "Distance up to which a place is recognised, in [0, 1]; not for auto [the map's]")
       ->check(InRange(0.0, 1.0))
+      ->group(group);
+  app.add_option("--min-confidence", min_confidence_,
+                 "Least confidence that is localized, in [0, 1]; for auto [the map's]")
+      ->check(InRange(0.0, 1.0))
+      ->group(group);
+  app.add_option("--budget-ms", budget_ms_,
+                 "Longest time for verifying candidates, the best so far is the answer; for auto "
+                 "[none]")
+      ->check(InRange(1, 1e6))
       ->group(group);
   app.add_option("--top", top_, "Candidates told for each query, best first")
       ->check(InRange(1, limits::kMaxCandidates))
@@ -194,10 +206,13 @@ QueryOptions LocateCommand::MakeQueryOptions(const Params& params) const {
   QueryOptions options;
   if (!method_.empty()) options.method = *ParseMethod(method_);
   options.num_candidates = num_candidates_;
-  if (!num_candidates_.has_value() && top_ > params.search.num_candidates) {
+  const bool is_auto = options.method.value_or(DefaultMethod(params)).automatic;
+  if (!is_auto && !num_candidates_.has_value() && top_ > params.search.num_candidates) {
     options.num_candidates = top_;
   }
   options.threshold = threshold_;
+  options.min_confidence = min_confidence_;
+  if (budget_ms_.has_value()) options.budget_ns = std::int64_t{*budget_ms_} * 1'000'000;
   options.max_answers = top_;
   return options;
 }

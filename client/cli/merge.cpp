@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "absl/strings/str_format.h"
+#include "cli/calibrate.hpp"
 #include "cli/command.hpp"
 #include "cli/output.hpp"
 #include "scanloc/mapdb/map_file.hpp"
@@ -21,6 +22,8 @@ class MergeCommand : public Command {
     app.add_option("OUT", out_, "Map file to make")->required();
     app.add_option("MAPS", inputs_, "Map files, of equal parameters and in one map frame")
         ->required();
+    AddThreadsOption(app, &num_threads_, "calibrate");
+    AddQuietOption(app, &quiet_);
     app.footer(
         "Poses are taken over as they are: the maps must share one map frame. Session names must\n"
         "be unique.\n"
@@ -32,16 +35,20 @@ class MergeCommand : public Command {
     if (!content_id.ok()) return content_id.status();
     const absl::StatusOr<mapdb::MapInfo> info = mapdb::ReadInfo(out_);
     if (!info.ok()) return info.status();
+    const absl::StatusOr<std::string> calibration = CalibrateAndTell(out_, num_threads_, quiet_);
+    if (!calibration.ok()) return calibration.status();
     return WriteText("-", absl::StrFormat("merged %d maps into %s\n"
                                           "  places      %d in %d sessions\n"
-                                          "  content id  %s\n",
+                                          "  content id  %s\n%s",
                                           inputs_.size(), out_, info->num_places,
-                                          info->sessions.size(), *content_id));
+                                          info->sessions.size(), *content_id, *calibration));
   }
 
  private:
   std::string out_;
   std::vector<std::string> inputs_;
+  int num_threads_ = 0;
+  bool quiet_ = false;
 };
 
 }  // namespace

@@ -55,6 +55,11 @@ void ParamOptions::Declare(CLI::App& app) {
       app.add_flag("--no-augment", no_augment_,
                    "No augmentation: neither root shifts (a-pc) nor the double flip (a-cc)")
           ->group("Parameters of the map (fixed when it is made)"));
+  options_.push_back(
+      app.add_flag("--keep-scans,!--no-keep-scans", params_.structure.enabled,
+                   "Keep the upright structure of every scan, 1 to 5 kB each, which auto needs "
+                   "[yes]")
+          ->group("Parameters of the map (fixed when it is made)"));
   add("--voxel-size-m", params_.voxel_size_m, "Edge of the voxels that thin a scan [m]");
   add("--sensor-height-m", params_.sensor_height_m, "Height of the sensor above the ground [m]");
   add("--polar-rings", params_.polar.num_rings, "Rows of the polar context");
@@ -79,6 +84,8 @@ void ParamOptions::Declare(CLI::App& app) {
       "Distance up to which pc and a-pc recognise a place, in [0, 1]");
   add("--cart-threshold", params_.search.cart_threshold,
       "Distance up to which cc and a-cc recognise a place, in [0, 1]");
+  add("--min-confidence", params_.search.min_confidence,
+      "Least confidence at which auto answers localized, in [0.01, 0.999]");
   add("--min-voxels", params_.search.min_voxels,
       "A query with fewer voxels in range is answered insufficient_scan");
 }

@@ -74,12 +74,14 @@ std::string TimesText(const std::vector<QueryResult>& results) {
   };
   return absl::StrFormat(
       "  time a query      %.2f ms, median; reading its file took %.2f ms more\n"
-      "    of which        describe %.2f ms, retrieve %.2f ms, match %.2f ms\n",
+      "    of which        describe %.2f ms, retrieve %.2f ms, match %.2f ms, verify "
+      "%.2f ms\n",
       median_ms([](const QueryResult& r) { return r.ask_ns; }),
       median_ms([](const QueryResult& r) { return r.read_ns; }),
       median_ms([](const QueryResult& r) { return r.answer.times.describe_ns; }),
       median_ms([](const QueryResult& r) { return r.answer.times.retrieve_ns; }),
-      median_ms([](const QueryResult& r) { return r.answer.times.match_ns; }));
+      median_ms([](const QueryResult& r) { return r.answer.times.match_ns; }),
+      median_ms([](const QueryResult& r) { return r.answer.times.verify_ns; }));
 }
 
 std::string TruthText(const Summary& summary, bool all_candidates) {

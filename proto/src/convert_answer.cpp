@@ -136,7 +136,8 @@ absl::StatusOr<LocalizeReply> FromProto(const v1::LocalizeResponse& message) {
   reply.decode_ns = message.times().decode_ns();
   reply.answer.times = {.describe_ns = message.times().describe_ns(),
                         .retrieve_ns = message.times().retrieve_ns(),
-                        .match_ns = message.times().match_ns()};
+                        .match_ns = message.times().match_ns(),
+                        .verify_ns = message.times().verify_ns()};
   if (message.has_scan_counts()) reply.scan_counts = FromProto(message.scan_counts());
   return reply;
 }
@@ -156,6 +157,7 @@ v1::LocalizeResponse ToProto(const LocalizeReply& reply) {
   times.set_describe_ns(reply.answer.times.describe_ns);
   times.set_retrieve_ns(reply.answer.times.retrieve_ns);
   times.set_match_ns(reply.answer.times.match_ns);
+  times.set_verify_ns(reply.answer.times.verify_ns);
   if (reply.scan_counts) *message.mutable_scan_counts() = ToProto(*reply.scan_counts);
   return message;
 }

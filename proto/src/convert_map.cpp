@@ -74,8 +74,9 @@ v1::Extent ToProto(const Extent& extent) {
 }  // namespace
 
 absl::StatusOr<Params> FromProto(const v1::Params& message) {
-  if (!message.has_polar() || !message.has_cart() || !message.has_search()) {
-    return absl::InvalidArgumentError("params lack polar, cart or search");
+  if (!message.has_polar() || !message.has_cart() || !message.has_search() ||
+      !message.has_structure()) {
+    return absl::InvalidArgumentError("params lack polar, cart, search or structure");
   }
   const auto shift_mode = FromProto(message.cart().shift_mode());
   if (!shift_mode.ok()) return shift_mode.status();
@@ -99,10 +100,12 @@ absl::StatusOr<Params> FromProto(const v1::Params& message) {
                .double_flip = cart.double_flip(),
                .shift_mode = *shift_mode,
                .max_shift_cols = cart.max_shift_cols()},
+      .structure = {.enabled = message.structure().enabled()},
       .search = {.num_candidates = search.num_candidates(),
                  .align_radius = search.align_radius(),
                  .polar_threshold = search.polar_threshold(),
                  .cart_threshold = search.cart_threshold(),
+                 .min_confidence = search.min_confidence(),
                  .min_voxels = search.min_voxels()}};
   if (auto status = Validate(params); !status.ok()) return status;
   return params;
@@ -136,7 +139,10 @@ v1::Params ToProto(const Params& params) {
   search.set_align_radius(params.search.align_radius);
   search.set_polar_threshold(params.search.polar_threshold);
   search.set_cart_threshold(params.search.cart_threshold);
+  search.set_min_confidence(params.search.min_confidence);
   search.set_min_voxels(params.search.min_voxels);
+
+  message.mutable_structure()->set_enabled(params.structure.enabled);
   return message;
 }
 

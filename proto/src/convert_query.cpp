@@ -1,9 +1,12 @@
+#include <algorithm>
 #include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <limits>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/string_view.h"
@@ -47,6 +50,42 @@ v1::Context ToProto(const Context& context) {
   message.set_cells_u16le(context.cells_cm.data(), context.cells_cm.size() * sizeof(std::uint16_t));
   return message;
 }
+
+absl::StatusOr<Structure> FromProto(const v1::Structure& message) {
+  const std::string& bytes = message.columns_i16le();
+  if (bytes.size() % sizeof(Column) != 0 ||
+      bytes.size() / sizeof(Column) > Structure::kMaxColumns) {
+    return absl::InvalidArgumentError(absl::StrCat("descriptors.structure.columns_i16le has ",
+                                                   bytes.size(), " bytes; it must be x and y of at",
+                                                   " most ", Structure::kMaxColumns,
+                                                   " columns, 2 bytes each"));
+  }
+  Structure structure{.roll_rad = message.roll_rad(),
+                      .pitch_rad = message.pitch_rad(),
+                      .height_m = message.height_m(),
+                      .columns = std::vector<Column>(bytes.size() / sizeof(Column))};
+  if (!bytes.empty()) std::memcpy(structure.columns.data(), bytes.data(), bytes.size());
+  if (auto status = Validate(structure); !status.ok()) {
+    return absl::InvalidArgumentError(absl::StrCat("descriptors.structure: ", status.message()));
+  }
+  return structure;
+}
+
+v1::Structure ToProto(const Structure& structure) {
+  v1::Structure message;
+  message.set_roll_rad(structure.roll_rad);
+  message.set_pitch_rad(structure.pitch_rad);
+  message.set_height_m(structure.height_m);
+  message.set_columns_i16le(structure.columns.data(), structure.columns.size() * sizeof(Column));
+  return message;
+}
+
+// Absent, or in [0, 1].
+absl::Status CheckShare(const char* field, bool is_set, double value) {
+  return is_set ? CheckRange(field, value, 0.0, 1.0) : absl::OkStatus();
+}
+
+constexpr std::int64_t kNanosecondsPerMillisecond = 1'000'000;
 
 }  // namespace
 
@@ -96,6 +135,11 @@ absl::StatusOr<SignedDescriptor> FromProto(const v1::Descriptors& message) {
     if (!cart.ok()) return cart.status();
     result.descriptor.cart = *std::move(cart);
   }
+  if (message.has_structure()) {
+    auto structure = FromProto(message.structure());
+    if (!structure.ok()) return structure.status();
+    result.descriptor.structure = *std::move(structure);
+  }
   result.descriptor.num_voxels = message.num_voxels();
   return result;
 }
@@ -108,6 +152,9 @@ v1::Descriptors ToProto(const SignedDescriptor& descriptor) {
   }
   if (!descriptor.descriptor.cart.empty()) {
     *message.mutable_cart() = ToProto(descriptor.descriptor.cart);
+  }
+  if (!(descriptor.descriptor.structure == Structure{})) {
+    *message.mutable_structure() = ToProto(descriptor.descriptor.structure);
   }
   message.set_num_voxels(descriptor.descriptor.num_voxels);
   return message;
@@ -134,19 +181,21 @@ absl::StatusOr<QueryOptions> FromProto(const v1::LocalizeOptions& message) {
     }
     options.num_candidates = message.num_candidates();
   }
-  if (message.has_threshold()) {
-    if (auto status = CheckRange("options.threshold", message.threshold(), 0.0, 1.0);
-        !status.ok()) {
-      return status;
-    }
-    options.threshold = message.threshold();
+  absl::Status status =
+      CheckShare("options.threshold", message.has_threshold(), message.threshold());
+  status.Update(
+      CheckShare("options.min_confidence", message.has_min_confidence(), message.min_confidence()));
+  if (message.has_budget_ms()) {
+    status.Update(CheckRange("options.budget_ms", message.budget_ms(), 1,
+                             std::numeric_limits<std::int32_t>::max()));
   }
+  if (!status.ok()) return status;
+  if (message.has_threshold()) options.threshold = message.threshold();
+  if (message.has_min_confidence()) options.min_confidence = message.min_confidence();
+  options.budget_ns = message.budget_ms() * kNanosecondsPerMillisecond;
   if (message.has_max_answers()) {
-    if (auto status =
-            CheckRange("options.max_answers", message.max_answers(), 1, limits::kMaxCandidates);
-        !status.ok()) {
-      return status;
-    }
+    status = CheckRange("options.max_answers", message.max_answers(), 1, limits::kMaxCandidates);
+    if (!status.ok()) return status;
     options.max_answers = message.max_answers();
   }
   return options;
@@ -157,6 +206,12 @@ v1::LocalizeOptions ToProto(const QueryOptions& options) {
   if (options.method) message.set_method(MethodName(*options.method));
   if (options.num_candidates) message.set_num_candidates(*options.num_candidates);
   if (options.threshold) message.set_threshold(*options.threshold);
+  if (options.min_confidence) message.set_min_confidence(*options.min_confidence);
+  if (options.budget_ns > 0) {
+    message.set_budget_ms(static_cast<std::int32_t>(std::min<std::int64_t>(
+        (options.budget_ns + kNanosecondsPerMillisecond - 1) / kNanosecondsPerMillisecond,
+        std::numeric_limits<std::int32_t>::max())));
+  }
   message.set_max_answers(options.max_answers);
   return message;
 }

@@ -44,7 +44,7 @@ TEST(FirstPath, SimulateGivesTheSameBytesAgain) {
 TEST(FirstPath, InfoTellsWhatBuildDid) {
   const json info = json::parse(MustScanloc({"info", Town().map1, "--json"}));
   EXPECT_EQ(info.at("num_places"), TinyTown::kNumScans);
-  EXPECT_EQ(info.at("schema_version"), 1);
+  EXPECT_EQ(info.at("schema_version"), 2);
   EXPECT_EQ(info.at("complete"), true);
   ASSERT_EQ(info.at("sessions").size(), 1);
   EXPECT_EQ(info.at("sessions")[0].at("name"), "one");
@@ -96,6 +96,8 @@ TEST(FirstPath, BuildSetsEveryParameter) {
                      "0.4",
                      "--cart-threshold",
                      "0.2",
+                     "--min-confidence",
+                     "0.6",
                      "--min-voxels",
                      "9"};
   args.insert(args.end(), more.begin(), more.end());
@@ -115,6 +117,8 @@ TEST(FirstPath, BuildSetsEveryParameter) {
                          {"cart.double_flip", true},
                          {"cart.shift_mode", "circular"},
                          {"cart.max_shift_cols", 5},
+                         {"structure.enabled", true},
+                         {"search.min_confidence", 0.6},
                          {"search.num_candidates", 7},
                          {"search.align_radius", 2},
                          {"search.polar_threshold", 0.4},
@@ -126,7 +130,7 @@ TEST(FirstPath, BuildSetsEveryParameter) {
 TEST(FirstPath, MapWithOneKindServesOnlyItsMethods) {
   const TempDir dir;
   Args args = BuildArgs(dir.File("map"));
-  args.insert(args.end(), {"--descriptors", "cc", "--no-augment"});
+  args.insert(args.end(), {"--descriptors", "cc", "--no-augment", "--no-keep-scans"});
   MustScanloc(args);
   const json params = json::parse(MustScanloc({"info", dir.File("map"), "--json"})).at("params");
   EXPECT_EQ(params.at("polar.enabled"), false);
@@ -138,6 +142,11 @@ TEST(FirstPath, MapWithOneKindServesOnlyItsMethods) {
   const ProcessResult refused = Scanloc(polar);
   EXPECT_EQ(refused.status, 1);
   EXPECT_NE(refused.err.find("--descriptors pc"), std::string::npos) << refused.err;
+  Args automatic = locate;
+  automatic.insert(automatic.end(), {"--method", "auto"});
+  const ProcessResult refused_auto = Scanloc(automatic);
+  EXPECT_EQ(refused_auto.status, 1);
+  EXPECT_NE(refused_auto.err.find("--keep-scans"), std::string::npos) << refused_auto.err;
 }
 
 TEST(FirstPath, VerifyFindsSoundMapSound) {
@@ -157,7 +166,7 @@ TEST(FirstPath, VerifyListsDamage) {
 TEST(FirstPath, MappedScansAreFoundWhereTheyWereTaken) {
   const CsvTable table =
       ParseCsv(MustScanloc({"locate", Town().map1, "--scans", Town().drive1, "--truth",
-                            Town().Poses1(), "--csv", "-", "--quiet"}));
+                            Town().Poses1(), "--method", "a-pc", "--csv", "-", "--quiet"}));
   ASSERT_EQ(table.num_rows(), TinyTown::kNumScans);
   for (std::size_t row = 0; row < table.num_rows(); ++row) {
     EXPECT_EQ(table.Text(row, "outcome"), "localized");
@@ -171,8 +180,21 @@ TEST(FirstPath, MappedScansAreFoundWhereTheyWereTaken) {
   }
 }
 
+TEST(FirstPath, OtherSessionIsLocatedByDefaultWithConfidence) {
+  const CsvTable table =
+      ParseCsv(MustScanloc({"locate", Town().map1, "--scans", Town().drive2, "--truth",
+                            Town().Poses2(), "--csv", "-", "--quiet"}));
+  ASSERT_EQ(table.num_rows(), TinyTown::kNumScans);
+  for (std::size_t row = 0; row < table.num_rows(); ++row) {
+    EXPECT_EQ(table.Text(row, "outcome"), "localized");
+    EXPECT_GE(NumberAt(table, row, "confidence"), 0.8);
+    EXPECT_LT(NumberAt(table, row, "error_m"), 0.6);
+    EXPECT_LT(NumberAt(table, row, "yaw_error_deg"), 1.0);
+  }
+}
+
 TEST(FirstPath, OtherSessionIsRecalledByEveryMethod) {
-  for (const char* method : {"pc", "cc", "a-pc", "a-cc"}) {
+  for (const char* method : {"auto", "pc", "cc", "a-pc", "a-cc"}) {
     const json answers =
         json::parse(MustScanloc({"locate", Town().map1, "--scans", Town().drive2, "--truth",
                                  Town().Poses2(), "--method", method, "--json", "--quiet"}));
@@ -284,7 +306,7 @@ TEST(FirstPath, ExportWritesEveryPlace) {
 
 TEST(FirstPath, PlotDrawsEveryAnswer) {
   const TempDir dir;
-  MustScanloc({"locate", Town().map1, "--scans", Town().drive2, "--threshold", "1", "--csv",
+  MustScanloc({"locate", Town().map1, "--scans", Town().drive2, "--min-confidence", "0", "--csv",
                dir.File("answers.csv"), "--quiet"});
   const auto circles = [](const std::string& svg, const std::string& color) {
     int count = 0;

@@ -46,7 +46,7 @@ Args LocateArgs(const Args& where, const Args& more) {
 
 TEST(ServedAnswers, AreThoseOfTheMapFileByteForByte) {
   RunningServer server({"one=" + Town().map1});
-  for (const char* method : {"pc", "cc", "a-pc", "a-cc"}) {
+  for (const char* method : {"auto", "pc", "cc", "a-pc", "a-cc"}) {
     for (const char* form : {"--csv=-", "--json"}) {
       const Args what = {"--method", method, form, "--top", "3", "--truth", Town().Poses2()};
       const std::string local = MustScanloc(LocateArgs({Town().map1}, what));
@@ -62,7 +62,9 @@ TEST(ServedAnswers, AreThoseOfTheMapFileByteForByte) {
 
 TEST(ServedAnswers, HoldToTheMapsDefaultsAndTheQuerysChoices) {
   RunningServer server({"one=" + Town().map1});
-  for (const Args& choice : {Args{}, Args{"--candidates", "5", "--threshold", "0.1"}}) {
+  for (const Args& choice :
+       {Args{}, Args{"--candidates", "5", "--method", "a-pc", "--threshold", "0.1"},
+        Args{"--candidates", "5", "--min-confidence", "0.99", "--budget-ms", "60000"}}) {
     Args what = {"--csv", "-"};
     what.insert(what.end(), choice.begin(), choice.end());
     EXPECT_EQ(MustScanloc(LocateArgs({"--server", server.address()}, what)),

@@ -34,6 +34,7 @@ Params DistinctParams() {
   params.cart.max_shift_cols = 3;
   params.search.polar_threshold = 1.0 / 3.0;
   params.search.cart_threshold = 2.0 / 3.0;
+  params.search.min_confidence = 0.7;
   return params;
 }
 

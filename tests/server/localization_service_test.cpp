@@ -140,6 +140,7 @@ TEST_F(LocalizationServiceTest, TellsTimesAndCounts) {
   EXPECT_GT(response_.times().describe_ns(), 0);
   EXPECT_GT(response_.times().retrieve_ns(), 0);
   EXPECT_GT(response_.times().match_ns(), 0);
+  EXPECT_GT(response_.times().verify_ns(), 0);
 }
 
 TEST_F(LocalizationServiceTest, AnswersAnEmptyScanAndOneOfNansWithInsufficientScan) {

@@ -1,0 +1,42 @@
+#include "cli/calibrate.hpp"
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "cli/interrupt.hpp"
+#include "cli/progress.hpp"
+#include "scanloc/mapdb/calibrate_map.hpp"
+#include "scanloc/mapdb/map_file.hpp"
+
+namespace scanloc::cli {
+
+absl::StatusOr<std::string> CalibrateAndTell(const std::string& path, int num_threads, bool quiet) {
+  const absl::StatusOr<mapdb::MapInfo> info = mapdb::ReadInfo(path);
+  if (!info.ok()) return info.status();
+  if (!info->params.structure.enabled) {
+    return "  confidence  none: the map holds no structures (--no-keep-scans)\n";
+  }
+  Progress progress("calibration trials", quiet);
+  const absl::StatusOr<mapdb::CalibrateSummary> summary =
+      mapdb::CalibrateMap({.path = path,
+                           .num_threads = num_threads,
+                           .progress =
+                               [&](const mapdb::CalibrateProgress& now) {
+                                 progress.Update(now.num_done, now.num_trials);
+                               },
+                           .is_cancelled = &Interrupted});
+  progress.Clear();
+  if (absl::IsCancelled(summary.status())) {
+    return absl::CancelledError(
+        absl::StrCat("interrupted while calibrating; map ", path,
+                     " holds all its places: give the same command with --resume to calibrate it"));
+  }
+  if (!summary.ok()) return summary.status();
+  const std::string trials =
+      summary->calibration.num_trials > 0
+          ? absl::StrFormat("fitted on %d trials", summary->calibration.num_trials)
+          : "by the defaults: too few of the trials failed, or the map is too small, to fit it";
+  return absl::StrFormat("  confidence  %s\n  confusable  %d pairs of places (scanloc info)\n",
+                         trials, summary->num_confusable);
+}
+
+}  // namespace scanloc::cli
