@@ -13,23 +13,24 @@ namespace {
 
 constexpr int kNumRows = 5;
 
-std::vector<std::int32_t> RandomKey(std::mt19937_64& random, int spread) {
+std::vector<std::int32_t> RandomKey(std::mt19937_64& random, int spread, int num_rows = kNumRows) {
   std::vector<std::int32_t> key;
-  for (int r = 0; r < kNumRows; ++r) key.push_back(static_cast<std::int32_t>(random() % spread));
+  for (int r = 0; r < num_rows; ++r) key.push_back(static_cast<std::int32_t>(random() % spread));
   return key;
 }
 
 void Append(ContextTable& table, std::int32_t place, bool augmented,
             const std::vector<std::int32_t>& key) {
-  table.Append({.place = place, .augmented = augmented}, std::vector<std::uint16_t>(kNumRows * 2),
+  table.Append({.place = place, .augmented = augmented}, std::vector<std::uint16_t>(key.size() * 2),
                key, std::vector<std::int32_t>(2));
 }
 
-ContextTable RandomTable(std::mt19937_64& random, int num_places, int spread) {
-  ContextTable table(kNumRows, 2);
+ContextTable RandomTable(std::mt19937_64& random, int num_places, int spread,
+                         int num_rows = kNumRows) {
+  ContextTable table(num_rows, 2);
   for (int place = 0; place < num_places; ++place) {
     for (int variant = 0; variant < 3; ++variant) {
-      Append(table, place, variant > 0, RandomKey(random, spread));
+      Append(table, place, variant > 0, RandomKey(random, spread, num_rows));
     }
   }
   return table;
@@ -42,7 +43,7 @@ std::vector<double> DistancesByHand(const ContextTable& table, const std::vector
   for (std::size_t i = 0; i < table.size(); ++i) {
     if (table.entry(i).augmented && !augmented) continue;
     double sum = 0.0;
-    for (int r = 0; r < kNumRows; ++r) {
+    for (int r = 0; r < table.num_rows(); ++r) {
       sum += std::pow((table.retrieval_key_cm(i)[r] - key[r]) * 0.01, 2);
     }
     const auto [it, is_new] = best.try_emplace(table.entry(i).place, std::sqrt(sum));
@@ -56,21 +57,25 @@ std::vector<double> DistancesByHand(const ContextTable& table, const std::vector
 
 TEST(KeyIndex, FindsTheNearestPlacesEachOnce) {
   std::mt19937_64 random(1);
-  const ContextTable table = RandomTable(random, 400, 5000);
-  const KeyIndex index(table);
-  for (int i = 0; i < 200; ++i) {
-    const std::vector<std::int32_t> key = RandomKey(random, 5000);
-    for (const bool augmented : {false, true}) {
-      const std::vector<double> expected = DistancesByHand(table, key, augmented);
-      const auto found = index.Search(key, 10, augmented);
-      ASSERT_EQ(found.size(), 10U);
-      std::set<int> places;
-      for (std::size_t n = 0; n < found.size(); ++n) {
-        EXPECT_NEAR(found[n].key_distance, expected[n], 1e-4);
-        EXPECT_TRUE(augmented || !table.entry(found[n].entry).augmented);
-        places.insert(table.entry(found[n].entry).place);
+  // Shorter than what the tree looks at, just that, and longer by whole blocks of SIMD and not.
+  for (const int num_rows : {1, 5, 8, 9, 20, 23}) {
+    SCOPED_TRACE(num_rows);
+    const ContextTable table = RandomTable(random, 400, 5000, num_rows);
+    const KeyIndex index(table);
+    for (int i = 0; i < 50; ++i) {
+      const std::vector<std::int32_t> key = RandomKey(random, 5000, num_rows);
+      for (const bool augmented : {false, true}) {
+        const std::vector<double> expected = DistancesByHand(table, key, augmented);
+        const auto found = index.Search(key, 10, augmented);
+        ASSERT_EQ(found.size(), 10U);
+        std::set<int> places;
+        for (std::size_t n = 0; n < found.size(); ++n) {
+          EXPECT_NEAR(found[n].key_distance, expected[n], 1e-4);
+          EXPECT_TRUE(augmented || !table.entry(found[n].entry).augmented);
+          places.insert(table.entry(found[n].entry).place);
+        }
+        EXPECT_EQ(places.size(), found.size());
       }
-      EXPECT_EQ(places.size(), found.size());
     }
   }
 }

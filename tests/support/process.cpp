@@ -17,8 +17,13 @@ namespace scanloc::test {
 Process::Process(const std::vector<std::string>& command, const ProcessOptions& options) {
   std::array<int, 2> out{};
   std::array<int, 2> err{};
-  if (pipe2(out.data(), O_CLOEXEC) != 0 || pipe2(err.data(), O_CLOEXEC) != 0) {
+  // In packet mode each write takes up a page, and the pipe of `in_step` has a single one.
+  const int out_flags = options.in_step ? O_CLOEXEC | O_DIRECT : O_CLOEXEC;
+  if (pipe2(out.data(), out_flags) != 0 || pipe2(err.data(), O_CLOEXEC) != 0) {
     throw std::runtime_error("no pipe");
+  }
+  if (options.in_step && fcntl(out[1], F_SETPIPE_SZ, getpagesize()) != getpagesize()) {
+    throw std::runtime_error("no pipe of a single page");
   }
   posix_spawn_file_actions_t actions;
   posix_spawn_file_actions_init(&actions);

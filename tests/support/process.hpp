@@ -14,6 +14,9 @@ struct ProcessOptions {
   std::string stdout_path;    ///< a file that stdout goes to, instead of being taken in
   bool close_stdout = false;  ///< the program starts without a stdout
   bool merge_stderr = false;  ///< stderr goes where stdout goes
+  /// Its stdout holds one write: the program waits with the next until the test has read that one,
+  /// and so cannot run ahead of it by more.
+  bool in_step = false;
 };
 
 /// A program that runs beside the test; killed at the end if it still does.
