@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <numbers>
 #include <utility>
@@ -132,10 +133,32 @@ std::vector<Hypothesis> AutoSearch::Find(const ScanDescriptor& query, const Opti
   std::vector<Hypothesis> verified =
       Verify(query.structure.columns, proposals.Take(), structures,
              {.now_ns = options.now_ns, .deadline_ns = options.deadline_ns});
+  if (!options.predicted.empty()) {
+    std::vector<Hypothesis> predicted;
+    for (const Pose& T_map_query : options.predicted) {
+      predicted.push_back(HypothesisAt(query.structure, T_map_query));
+    }
+    const int num_predicted = static_cast<int>(predicted.size());
+    for (const Hypothesis& hypothesis :
+         Verify(query.structure.columns, std::move(predicted), structures,
+                {.num_fine = num_predicted, .max_fine_per_spot = num_predicted})) {
+      verified.push_back(hypothesis);
+    }
+    std::stable_sort(verified.begin(), verified.end(),
+                     [](const Hypothesis& a, const Hypothesis& b) { return a.score > b.score; });
+  }
   times.retrieve_ns = retrieved_ns - start_ns;
   times.match_ns = matched_ns - retrieved_ns;
   times.verify_ns = now_ns() - matched_ns;
   return verified;
+}
+
+Hypothesis AutoSearch::HypothesisAt(const Structure& query, const Pose& T_map_query) const {
+  const std::size_t place = NearestPlace(map_, T_map_query.translation());
+  const Pose T_place_query =
+      T_map_level_[place].inverse() * T_map_query * LevelFromSensor(query).inverse();
+  return {static_cast<std::int32_t>(place),
+          {T_place_query.translation().x(), T_place_query.translation().y(), Yaw(T_place_query)}};
 }
 
 Pose AutoSearch::PoseInMap(const Structure& query, const Hypothesis& hypothesis) const {
@@ -143,6 +166,36 @@ Pose AutoSearch::PoseInMap(const Structure& query, const Hypothesis& hypothesis)
   const double z_m = static_cast<double>(query.height_m) - map_.structures[place].height_m;
   return T_map_level_[place] * PlanarTransform(hypothesis.T_place_query, z_m) *
          LevelFromSensor(query);
+}
+
+std::size_t NearestPlace(const Map& map, const Eigen::Vector3d& position_m) {
+  std::size_t nearest = 0;
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < map.places.size(); ++i) {
+    const double distance = (map.places[i].T_map_place.translation() - position_m).squaredNorm();
+    if (distance < least) {
+      least = distance;
+      nearest = i;
+    }
+  }
+  return nearest;
+}
+
+Candidate CandidateAt(const Map& map, const Pose& T_map_query, double score, double confidence) {
+  Candidate candidate;
+  const std::size_t index = NearestPlace(map, T_map_query.translation());
+  const Place& place = map.places[index];
+  const Pose T_place_query = place.T_map_place.inverse() * T_map_query;
+  candidate.place = static_cast<std::int32_t>(index);
+  candidate.session = place.session;
+  candidate.session_name = map.sessions[static_cast<std::size_t>(place.session)];
+  candidate.T_map_place = place.T_map_place;
+  candidate.distance = 1.0 - score;
+  candidate.confidence = confidence;
+  candidate.yaw_rad = Yaw(T_place_query);
+  candidate.lateral_m = T_place_query.translation().y();
+  candidate.T_map_query = T_map_query;
+  return candidate;
 }
 
 Evidence Weigh(const AutoSearch& search, const Structure& query,
@@ -161,10 +214,13 @@ Evidence Weigh(const AutoSearch& search, const Structure& query,
   return evidence;
 }
 
+double LogOdds(const Calibration& calibration, const Evidence& evidence) {
+  return calibration.bias + calibration.score_weight * evidence.score +
+         calibration.margin_weight * (evidence.score - evidence.rival);
+}
+
 double Confidence(const Calibration& calibration, const Evidence& evidence) {
-  const double logit = calibration.bias + calibration.score_weight * evidence.score +
-                       calibration.margin_weight * (evidence.score - evidence.rival);
-  return 1.0 / (1.0 + std::exp(-logit));
+  return 1.0 / (1.0 + std::exp(-LogOdds(calibration, evidence)));
 }
 
 }  // namespace scanloc

@@ -27,6 +27,7 @@ class AutoSearch {
     std::int64_t (*now_ns)() = nullptr;
     std::int64_t deadline_ns = 0;                 ///< 0: none
     const std::vector<bool>* excluded = nullptr;  ///< one a place: not looked at
+    std::vector<Pose> predicted;                  ///< T_map_query to be verified, too
   };
 
   /// Verified hypotheses, best first; none if there is nothing to verify.
@@ -40,11 +41,26 @@ class AutoSearch {
  private:
   class Structures;
 
+  /// How a query at a pose lies on the place nearest to it.
+  [[nodiscard]] Hypothesis HypothesisAt(const Structure& query, const Pose& T_map_query) const;
+
   const Map& map_;
   std::vector<Pose> T_map_level_;  ///< of the places' levelled frames
   std::unique_ptr<const KeyIndex> polar_;
   std::unique_ptr<const KeyIndex> cart_;
 };
+
+/// Fewer columns than this fit on almost anything.
+inline constexpr std::size_t kMinColumns = 20;
+/// What an unrelated place usually scores.
+inline constexpr double kUnrelatedScore = 0.2;
+
+/// The place nearest to a position. Requires a map with places.
+[[nodiscard]] std::size_t NearestPlace(const Map& map, const Eigen::Vector3d& position_m);
+
+/// The candidate that stands at a pose, told relative to the place nearest to it.
+[[nodiscard]] Candidate CandidateAt(const Map& map, const Pose& T_map_query, double score,
+                                    double confidence);
 
 /// What verified hypotheses say for the best of them.
 struct Evidence {
@@ -54,7 +70,9 @@ struct Evidence {
 [[nodiscard]] Evidence Weigh(const AutoSearch& search, const Structure& query,
                              const std::vector<Hypothesis>& verified);
 
-/// The probability that the best hypothesis is right, by the map's calibration.
+/// The log-odds that the best hypothesis is right, by the map's calibration.
+[[nodiscard]] double LogOdds(const Calibration& calibration, const Evidence& evidence);
+/// The same as a probability.
 [[nodiscard]] double Confidence(const Calibration& calibration, const Evidence& evidence);
 
 }  // namespace scanloc

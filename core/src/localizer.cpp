@@ -173,13 +173,18 @@ absl::StatusOr<std::shared_ptr<const Localizer>> Localizer::Create(std::shared_p
   return std::shared_ptr<const Localizer>(new Localizer(std::move(map)));
 }
 
+absl::Status Localizer::CheckQuery(const ScanDescriptor& query, const Method& method,
+                                   const QueryOptions& options) const {
+  if (absl::Status status = CheckOptions(options, method); !status.ok()) return status;
+  if (absl::Status status = CheckServes(map_->params, method); !status.ok()) return status;
+  return Validate(query, map_->params);
+}
+
 absl::StatusOr<Answer> Localizer::Localize(const ScanDescriptor& query,
                                            const QueryOptions& options) const {
   const Params& params = map_->params;
   const Method method = options.method.value_or(DefaultMethod(params));
-  if (absl::Status status = CheckOptions(options, method); !status.ok()) return status;
-  if (absl::Status status = CheckServes(params, method); !status.ok()) return status;
-  if (absl::Status status = Validate(query, params); !status.ok()) return status;
+  if (absl::Status status = CheckQuery(query, method, options); !status.ok()) return status;
 
   Answer answer;
   answer.content_id = map_->content_id;

@@ -10,42 +10,6 @@
 namespace scanloc {
 namespace {
 
-/// Fewer columns than this fit on almost anything.
-constexpr std::size_t kMinColumns = 20;
-/// What an unrelated place usually scores: with no better rival than that, a scan is not ambiguous.
-constexpr double kUnrelatedScore = 0.2;
-
-std::size_t NearestPlace(const Map& map, const Eigen::Vector3d& position) {
-  std::size_t nearest = 0;
-  double least = std::numeric_limits<double>::infinity();
-  for (std::size_t i = 0; i < map.places.size(); ++i) {
-    const double distance = (map.places[i].T_map_place.translation() - position).squaredNorm();
-    if (distance < least) {
-      least = distance;
-      nearest = i;
-    }
-  }
-  return nearest;
-}
-
-/// The candidate that stands at a pose, told relative to the place nearest to it.
-Candidate CandidateAt(const Map& map, const Pose& T_map_query, double score, double confidence) {
-  Candidate candidate;
-  const std::size_t index = NearestPlace(map, T_map_query.translation());
-  const Place& place = map.places[index];
-  const Pose T_place_query = place.T_map_place.inverse() * T_map_query;
-  candidate.place = static_cast<std::int32_t>(index);
-  candidate.session = place.session;
-  candidate.session_name = map.sessions[static_cast<std::size_t>(place.session)];
-  candidate.T_map_place = place.T_map_place;
-  candidate.distance = 1.0 - score;
-  candidate.confidence = confidence;
-  candidate.yaw_rad = Yaw(T_place_query);
-  candidate.lateral_m = T_place_query.translation().y();
-  candidate.T_map_query = T_map_query;
-  return candidate;
-}
-
 void Decide(const Map& map, const Evidence& evidence, double min_confidence, Answer& answer) {
   const double confidence = *answer.candidates.front().confidence;
   const double unrivalled =

@@ -29,6 +29,7 @@ struct QueryOptions {
 };
 
 class AutoSearch;
+class Tracker;
 
 /// Answers wake-up queries against one map: the paper's three stages (Sec. V), and `auto`.
 /// Immutable after Create; any number of threads may call Localize at once, and the same map and
@@ -48,8 +49,13 @@ class Localizer {
   [[nodiscard]] const Map& map() const { return *map_; }
 
  private:
+  friend class Tracker;
+
   explicit Localizer(std::shared_ptr<const Map> map);
 
+  /// What is to be refused, whatever the method; or an answer that needs no search.
+  [[nodiscard]] absl::Status CheckQuery(const ScanDescriptor& query, const Method& method,
+                                        const QueryOptions& options) const;
   [[nodiscard]] Answer LocalizeByContext(const ScanDescriptor& query, const Method& method,
                                          const QueryOptions& options) const;
   [[nodiscard]] Answer LocalizeByStructure(const ScanDescriptor& query,
