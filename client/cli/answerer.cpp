@@ -31,9 +31,28 @@ class FileAnswerer : public Answerer {
     return answer;
   }
 
+  [[nodiscard]] absl::StatusOr<TrackedAnswer> AskNext(PointView scan,
+                                                      const std::optional<Pose>& T_last_scan,
+                                                      const TrackerOptions& options) override {
+    if (!tracker_.has_value()) {
+      TrackerOptions timed = options;
+      timed.query.now_ns = &NowNs;
+      absl::StatusOr<Tracker> tracker = Tracker::Create(localizer_, timed);
+      if (!tracker.ok()) return tracker.status();
+      tracker_ = *std::move(tracker);
+    }
+    const std::int64_t start_ns = NowNs();
+    const ScanDescriptor descriptor = describer_.Describe(scan);
+    const std::int64_t describe_ns = NowNs() - start_ns;
+    absl::StatusOr<TrackedAnswer> told = tracker_->Update(descriptor, T_last_scan);
+    if (told.ok()) told->answer.times.describe_ns = describe_ns;
+    return told;
+  }
+
  private:
   std::shared_ptr<const Localizer> localizer_;
   Describer describer_;
+  std::optional<Tracker> tracker_;
 };
 
 class ServerAnswerer : public Answerer {
@@ -55,11 +74,29 @@ class ServerAnswerer : public Answerer {
     return std::move(reply->answer);
   }
 
+  [[nodiscard]] absl::StatusOr<TrackedAnswer> AskNext(PointView scan,
+                                                      const std::optional<Pose>& T_last_scan,
+                                                      const TrackerOptions& options) override {
+    if (!stream_.has_value()) {
+      absl::StatusOr<client::RobotStream> stream =
+          client_.OpenStream({.map = map_,
+                              .query = options.query,
+                              .max_step_m = options.max_step_m,
+                              .send_descriptor = send_descriptor_});
+      if (!stream.ok()) return stream.status();
+      stream_ = *std::move(stream);
+    }
+    absl::StatusOr<TrackedReply> told = stream_->Locate(scan, T_last_scan);
+    if (!told.ok()) return told.status();
+    return TrackedAnswer{std::move(told->reply.answer), told->num_scans, told->is_relocated};
+  }
+
  private:
   client::Client client_;
   Params params_;
   std::string map_;
   bool send_descriptor_;
+  std::optional<client::RobotStream> stream_;
 };
 
 }  // namespace

@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "absl/status/statusor.h"
@@ -9,6 +10,7 @@
 #include "scanloc/core/localizer.hpp"
 #include "scanloc/core/params.hpp"
 #include "scanloc/core/point_cloud.hpp"
+#include "scanloc/core/tracker.hpp"
 
 namespace scanloc::cli {
 
@@ -26,6 +28,11 @@ class Answerer {
 
   /// Times in the answer are measured, as far as the answerer measures them.
   [[nodiscard]] virtual absl::StatusOr<Answer> Ask(PointView scan, const QueryOptions& options) = 0;
+
+  /// The next scan of one robot that keeps moving; T_last_scan as in core's Tracker. The options
+  /// are those of the first call.
+  [[nodiscard]] virtual absl::StatusOr<TrackedAnswer> AskNext(
+      PointView scan, const std::optional<Pose>& T_last_scan, const TrackerOptions& options) = 0;
 };
 
 /// Loads the map file. Errors as of mapdb::LoadMap.

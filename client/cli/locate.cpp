@@ -46,14 +46,18 @@ class LocateCommand : public Command {
   void DeclareQuery(CLI::App& app);
   void DeclareServer(CLI::App& app);
   void DeclareTruth(CLI::App& app);
+  void DeclareSequence(CLI::App& app);
 
   [[nodiscard]] absl::StatusOr<std::unique_ptr<Answerer>> OpenAnswerer() const;
   [[nodiscard]] QueryOptions MakeQueryOptions(const Params& params) const;
   [[nodiscard]] absl::StatusOr<std::vector<dataset::ScanFile>> ChooseScans() const;
   /// By file name; empty without --truth.
   [[nodiscard]] absl::StatusOr<std::map<std::string, Pose>> ReadTruth() const;
+  /// By file name; empty without --odometry.
+  [[nodiscard]] absl::StatusOr<std::map<std::string, Pose>> ReadOdometry() const;
   [[nodiscard]] absl::StatusOr<std::vector<QueryResult>> AskAll(
-      const std::vector<dataset::ScanFile>& scans, Answerer* answerer);
+      const std::vector<dataset::ScanFile>& scans, const std::map<std::string, Pose>& odometry,
+      Answerer* answerer);
   [[nodiscard]] absl::Status Print(const std::vector<QueryResult>& results,
                                    const Params& params) const;
 
@@ -81,6 +85,10 @@ class LocateCommand : public Command {
   PoseOptions truth_;
   double within_m_ = 8.0;
 
+  bool sequence_ = false;
+  std::string odometry_;
+  double max_step_m_ = TrackerOptions().max_step_m;
+
   std::size_t num_skipped_ = 0;
   std::string first_skipped_;
 };
@@ -102,18 +110,21 @@ void LocateCommand::Declare(CLI::App& app) {
   DeclareQuery(app);
   selection_.Declare(app);
   DeclareServer(app);
+  DeclareSequence(app);
   DeclareTruth(app);
   app.footer(
       "CSV columns: query,outcome,place,session,distance,confidence,yaw_deg,lateral_m,x,y,z,qx,qy,"
       "qz,qw;\n"
       "with --top above 1 then rank, with --truth then true_place_error_m,error_m,yaw_error_deg,"
-      "true_x,true_y.\n"
+      "true_x,true_y,\n"
+      "with --sequence then num_scans,relocated.\n"
       "\"Not recognised\" is an answer: the exit status is 0.\n"
       "Examples:\n"
       "  scanloc locate town.scanloc --scan wakeup.pcd\n"
       "  scanloc locate town.scanloc --scans drive2 --method a-cc --csv answers.csv\n"
       "  scanloc locate town.scanloc --scans drive2 --truth drive2/poses.txt\n"
       "  scanloc locate town.scanloc --scans drive1 --every 2 --offset 1 --truth drive1/poses.txt\n"
+      "  scanloc locate town.scanloc --scans drive2 --sequence --odometry wheels.txt\n"
       "  scanloc locate --server 127.0.0.1:50061 --map town --send descriptor --scans drive2");
 }
 
@@ -171,6 +182,28 @@ void LocateCommand::DeclareServer(CLI::App& app) {
       ->group(group);
 }
 
+void LocateCommand::DeclareSequence(CLI::App& app) {
+  const char* group = "A robot that keeps moving";
+  auto* sequence =
+      app.add_flag("--sequence", sequence_,
+                   "The scans are of one drive, in order: each is answered in the light of those "
+                   "before it, by auto")
+          ->group(group);
+  auto* odometry = app.add_option("--odometry", odometry_,
+                                  "Poses of the folder's scans in any frame, as the robot reckons "
+                                  "them; of the same formats as --truth, recognised")
+                       ->type_name("FILE")
+                       ->needs(sequence)
+                       ->group(group);
+  app.add_option("--max-step-m", max_step_m_,
+                 "Without odometry: farthest the robot goes from one scan to the next [m]")
+      ->check(InRange(0.001, 1000.0))
+      ->capture_default_str()
+      ->needs(sequence)
+      ->excludes(odometry)
+      ->group(group);
+}
+
 void LocateCommand::DeclareTruth(CLI::App& app) {
   truth_.Declare(app, "--truth",
                  "True poses of the folder's scans, all of them: adds errors and a summary");
@@ -187,6 +220,12 @@ absl::Status LocateCommand::CheckUsage() const {
   if (scan_.empty() == scans_dir_.empty()) return wrong("give --scan FILE or --scans DIR");
   if (!truth_.poses_file().empty() && scans_dir_.empty()) {
     return wrong("--truth needs --scans: its rows are paired with the scans of the folder");
+  }
+  if (sequence_ && scans_dir_.empty()) {
+    return wrong("--sequence needs --scans: a drive is a folder of scans");
+  }
+  if (sequence_ && !method_.empty() && method_ != "auto") {
+    return wrong("--sequence goes with the method auto only");
   }
   if (num_candidates_.has_value() && *num_candidates_ < top_) {
     return wrong("--candidates is less than --top; no more can be told than are found");
@@ -236,9 +275,21 @@ absl::StatusOr<std::map<std::string, Pose>> LocateCommand::ReadTruth() const {
   return truth;
 }
 
+absl::StatusOr<std::map<std::string, Pose>> LocateCommand::ReadOdometry() const {
+  std::map<std::string, Pose> odometry;
+  if (odometry_.empty()) return odometry;
+  const absl::StatusOr<dataset::Drive> drive =
+      dataset::OpenDrive({.scans_dir = scans_dir_, .poses_file = odometry_});
+  if (!drive.ok()) return drive.status();
+  for (const dataset::Frame& frame : drive->frames) odometry[frame.name] = frame.T_map_sensor;
+  return odometry;
+}
+
 absl::StatusOr<std::vector<QueryResult>> LocateCommand::AskAll(
-    const std::vector<dataset::ScanFile>& scans, Answerer* answerer) {
+    const std::vector<dataset::ScanFile>& scans, const std::map<std::string, Pose>& odometry,
+    Answerer* answerer) {
   const QueryOptions options = MakeQueryOptions(answerer->params());
+  std::optional<Pose> T_odometry_last;
   Progress progress("scans located", quiet_);
   std::vector<QueryResult> results;
   for (std::size_t i = 0; i < scans.size(); ++i) {
@@ -253,10 +304,25 @@ absl::StatusOr<std::vector<QueryResult>> LocateCommand::AskAll(
       continue;
     }
     const Clock::time_point ask_start = Clock::now();
-    absl::StatusOr<Answer> answer = answerer->Ask(scan->points, options);
-    if (!answer.ok()) return answer.status();
+    if (sequence_) {
+      const auto reckoned = odometry.find(scans[i].name);
+      std::optional<Pose> T_last_scan;
+      if (reckoned != odometry.end()) {
+        if (T_odometry_last) T_last_scan = T_odometry_last->inverse() * reckoned->second;
+        T_odometry_last = reckoned->second;
+      }
+      absl::StatusOr<TrackedAnswer> told = answerer->AskNext(
+          scan->points, T_last_scan, {.query = options, .max_step_m = max_step_m_});
+      if (!told.ok()) return told.status();
+      result.answer = std::move(told->answer);
+      result.num_scans = told->num_scans;
+      result.is_relocated = told->is_relocated;
+    } else {
+      absl::StatusOr<Answer> answer = answerer->Ask(scan->points, options);
+      if (!answer.ok()) return answer.status();
+      result.answer = *std::move(answer);
+    }
     result.ask_ns = NsSince(ask_start);
-    result.answer = *std::move(answer);
     results.push_back(std::move(result));
     if (scans.size() > 1) progress.Update(i + 1, scans.size());
   }
@@ -265,8 +331,10 @@ absl::StatusOr<std::vector<QueryResult>> LocateCommand::AskAll(
 
 absl::Status LocateCommand::Print(const std::vector<QueryResult>& results,
                                   const Params& params) const {
-  const ResultFormat format{
-      .all_candidates = top_ > 1, .truth = !truth_.poses_file().empty(), .within_m = within_m_};
+  const ResultFormat format{.all_candidates = top_ > 1,
+                            .truth = !truth_.poses_file().empty(),
+                            .sequence = sequence_,
+                            .within_m = within_m_};
   const std::string summary = SummaryText(results, format);
   if (json_ || csv_ == "-") {
     const std::string method = method_.empty() ? MethodName(DefaultMethod(params)) : method_;
@@ -289,7 +357,9 @@ absl::Status LocateCommand::Run() {
   const absl::StatusOr<std::unique_ptr<Answerer>> answerer = OpenAnswerer();
   if (!answerer.ok()) return answerer.status();
 
-  absl::StatusOr<std::vector<QueryResult>> results = AskAll(*scans, answerer->get());
+  const absl::StatusOr<std::map<std::string, Pose>> odometry = ReadOdometry();
+  if (!odometry.ok()) return odometry.status();
+  absl::StatusOr<std::vector<QueryResult>> results = AskAll(*scans, *odometry, answerer->get());
   if (!results.ok()) return results.status();
   for (QueryResult& result : *results) {
     const auto found = truth->find(result.query);

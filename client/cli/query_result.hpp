@@ -15,6 +15,8 @@ namespace scanloc::cli {
 struct QueryResult {
   std::string query;  ///< the scan's file name
   Answer answer;
+  int num_scans = 0;               ///< of a sequence: that the best candidate rests on
+  bool is_relocated = false;       ///< of a sequence: as in TrackedAnswer
   std::optional<Pose> T_map_true;  ///< of the query; none where it is not known
   std::int64_t read_ns = 0;        ///< time to read the scan's file
   std::int64_t ask_ns = 0;         ///< time from the scan in memory to the answer

@@ -52,6 +52,7 @@ std::string ResultsAsCsv(const std::vector<QueryResult>& results, const ResultFo
     fields.insert(fields.end(),
                   {"true_place_error_m", "error_m", "yaw_error_deg", "true_x", "true_y"});
   }
+  if (format.sequence) fields.insert(fields.end(), {"num_scans", "relocated"});
   std::string csv = CsvRow(fields);
   for (const QueryResult& result : results) {
     const std::vector<Candidate>& candidates = result.answer.candidates;
@@ -70,6 +71,10 @@ std::string ResultsAsCsv(const std::vector<QueryResult>& results, const ResultFo
         fields.push_back(candidate != nullptr ? std::to_string(i + 1) : "");
       }
       if (format.truth) AppendTruth(result, candidate, &fields);
+      if (format.sequence) {
+        fields.push_back(std::to_string(result.num_scans));
+        fields.emplace_back(result.is_relocated ? "1" : "0");
+      }
       csv += CsvRow(fields);
     }
   }

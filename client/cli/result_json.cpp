@@ -76,6 +76,10 @@ std::string ResultsAsJson(const std::vector<QueryResult>& results, const std::st
     query["query"] = result.query;
     query["outcome"] = OutcomeName(result.answer.outcome);
     query["reason"] = result.answer.reason;
+    if (format.sequence) {
+      query["num_scans"] = result.num_scans;
+      query["relocated"] = result.is_relocated;
+    }
     query["candidates"] = Json::array();
     for (const Candidate& candidate : result.answer.candidates) {
       query["candidates"].push_back(CandidateToJson(candidate, result.T_map_true));

@@ -31,16 +31,19 @@ std::string Align(const std::vector<Row>& rows) {
   return text;
 }
 
-Row RowOf(const QueryResult& result, const Candidate* candidate, bool truth) {
+Row RowOf(const QueryResult& result, const Candidate* candidate, const ResultFormat& format) {
   Row row = {result.query, OutcomeName(result.answer.outcome)};
+  const bool truth = format.truth;
+  if (format.sequence) row.push_back(std::to_string(result.num_scans));
   if (candidate == nullptr) {
-    row.insert(row.end(), truth ? 10 : 7, "-");
+    row.insert(row.end(), truth ? 11 : 8, "-");
     return row;
   }
   const Eigen::Vector3d& position = candidate->T_map_query.translation();
   row.push_back(std::to_string(candidate->place));
   row.push_back(candidate->session_name);
   row.push_back(FixedText(candidate->distance, 3));
+  row.push_back(candidate->confidence ? FixedText(*candidate->confidence, 3) : "-");
   row.push_back(FixedText(candidate->yaw_rad * 180.0 / std::numbers::pi, 1));
   row.push_back(FixedText(candidate->lateral_m, 1));
   row.push_back(FixedText(position.x(), 2));
@@ -106,16 +109,17 @@ std::string TruthText(const Summary& summary, bool all_candidates) {
 }  // namespace
 
 std::string ResultsAsTable(const std::vector<QueryResult>& results, const ResultFormat& format) {
-  std::vector<Row> rows = {
-      {"query", "outcome", "place", "session", "distance", "yaw_deg", "lateral_m", "x", "y"}};
+  std::vector<Row> rows = {{"query", "outcome", "place", "session", "distance", "confidence",
+                            "yaw_deg", "lateral_m", "x", "y"}};
+  if (format.sequence) rows.front().insert(rows.front().begin() + 2, "num_scans");
   if (format.truth) {
     rows.front().insert(rows.front().end(), {"true_place_error_m", "error_m", "yaw_error_deg"});
   }
   for (const QueryResult& result : results) {
     const std::vector<Candidate>& candidates = result.answer.candidates;
-    if (candidates.empty()) rows.push_back(RowOf(result, nullptr, format.truth));
+    if (candidates.empty()) rows.push_back(RowOf(result, nullptr, format));
     for (const Candidate& candidate : candidates) {
-      rows.push_back(RowOf(result, &candidate, format.truth));
+      rows.push_back(RowOf(result, &candidate, format));
       if (!format.all_candidates) break;
     }
   }

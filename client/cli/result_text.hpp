@@ -11,11 +11,12 @@ namespace scanloc::cli {
 struct ResultFormat {
   bool all_candidates = false;  ///< CSV: a row a candidate, with its rank from 1, not only the best
   bool truth = false;           ///< errors and true positions
+  bool sequence = false;        ///< how many scans the answers rest on
   double within_m = 8.0;        ///< as in Summary
 };
 
-/// A row a query, in order: the columns of docs and help, then `rank` and those of the truth as the
-/// format asks. Equal answers give equal bytes.
+/// A row a query, in order: the columns of docs and help, then `rank`, those of the truth and those
+/// of a sequence as the format asks. Equal answers give equal bytes.
 [[nodiscard]] std::string ResultsAsCsv(const std::vector<QueryResult>& results,
                                        const ResultFormat& format);
 

@@ -13,6 +13,7 @@
 #include "scanloc/proto/convert.hpp"
 #include "scanloc/proto/status.hpp"
 #include "scanloc/v1/localization.grpc.pb.h"
+#include "stream_call.hpp"
 
 namespace scanloc::client {
 namespace {
@@ -27,6 +28,12 @@ absl::Status CheckTimeout(const char* field, milliseconds timeout, milliseconds 
   return absl::InvalidArgumentError(absl::StrCat(field, " is ", timeout.count(),
                                                  " ms; it must lie in [", low.count(), ", ",
                                                  kMaxTimeout.count(), "] ms"));
+}
+
+absl::Status CheckScanSize(PointView scan) {
+  if (scan.size() <= limits::kMaxPointsPerScan) return absl::OkStatus();
+  return absl::InvalidArgumentError(absl::StrCat("the scan has ", scan.size(), " points; at most ",
+                                                 limits::kMaxPointsPerScan, " make a scan"));
 }
 
 std::shared_ptr<grpc::Channel> MakeChannel(const std::string& address) {
@@ -146,7 +153,7 @@ struct Client::State {
 
 absl::StatusOr<Client> Client::Connect(const ClientOptions& options) {
   if (auto status = Validate(options); !status.ok()) return status;
-  auto state = std::make_unique<State>(options);
+  auto state = std::make_shared<State>(options);
   if (options.connect_timeout.count() > 0 &&
       !AwaitReady(*state->channel, Clock::now() + options.connect_timeout)) {
     return state->WithAddress(
@@ -155,7 +162,7 @@ absl::StatusOr<Client> Client::Connect(const ClientOptions& options) {
   return Client(std::move(state));
 }
 
-Client::Client(std::unique_ptr<State> state) : state_(std::move(state)) {}
+Client::Client(std::shared_ptr<State> state) : state_(std::move(state)) {}
 Client::Client(Client&&) noexcept = default;
 Client& Client::operator=(Client&&) noexcept = default;
 Client::~Client() = default;
@@ -177,11 +184,7 @@ absl::StatusOr<LocalizeReply> Client::LocalizeScan(PointView scan,
                                                    const RequestOptions& options) const {
   const auto deadline = state_->DeadlineOf(options.timeout);
   if (!deadline.ok()) return deadline.status();
-  if (scan.size() > limits::kMaxPointsPerScan) {
-    return absl::InvalidArgumentError(absl::StrCat("the scan has ", scan.size(),
-                                                   " points; at most ", limits::kMaxPointsPerScan,
-                                                   " make a scan"));
-  }
+  if (auto status = CheckScanSize(scan); !status.ok()) return status;
   v1::LocalizeRequest request;
   *request.mutable_scan() = proto::ToProto(scan);
   return state_->Localize(std::move(request), options, *deadline);
@@ -222,6 +225,79 @@ absl::StatusOr<LocalizeReply> Client::LocalizeByDescriptor(PointView scan,
     state_->cache.Forget(options.map, *map);
   }
   return reply;
+}
+
+struct RobotStream::State {
+  State(std::shared_ptr<Client::State> client_state, const StreamOptions& stream_options,
+        milliseconds scan_timeout)
+      : client(std::move(client_state)),
+        options(stream_options),
+        timeout(scan_timeout),
+        call(*client->stub) {}
+
+  [[nodiscard]] absl::StatusOr<v1::LocalizeStreamRequest> RequestFor(PointView scan) const {
+    v1::LocalizeStreamRequest request;
+    v1::LocalizeRequest& query = *request.mutable_query();
+    if (map == nullptr) {
+      *query.mutable_scan() = proto::ToProto(scan);
+      return request;
+    }
+    const auto descriptor = map->Describe(scan);
+    if (!descriptor.ok()) return descriptor.status();
+    *query.mutable_descriptors() = proto::ToProto(*descriptor);
+    return request;
+  }
+
+  const std::shared_ptr<Client::State> client;
+  const StreamOptions options;
+  const milliseconds timeout;
+  std::shared_ptr<CachedMap> map;  // null where scans are sent as they are
+  bool has_begun = false;
+  StreamCall call;
+};
+
+RobotStream::RobotStream(std::unique_ptr<State> state) : state_(std::move(state)) {}
+RobotStream::RobotStream(RobotStream&&) noexcept = default;
+RobotStream& RobotStream::operator=(RobotStream&&) noexcept = default;
+RobotStream::~RobotStream() {
+  if (state_ != nullptr) (void)Close();
+}
+
+absl::StatusOr<RobotStream> Client::OpenStream(const StreamOptions& options) const {
+  const auto deadline = state_->DeadlineOf(options.timeout);
+  if (!deadline.ok()) return deadline.status();
+  auto stream = std::make_unique<RobotStream::State>(
+      state_, options, options.timeout.value_or(state_->options.timeout));
+  if (options.send_descriptor) {
+    const auto info = state_->FetchInfo(options.map, *deadline);
+    if (!info.ok()) return info.status();
+    stream->map = state_->cache.Put(options.map, *info);
+  }
+  return RobotStream(std::move(stream));
+}
+
+absl::StatusOr<TrackedReply> RobotStream::Locate(PointView scan,
+                                                 const std::optional<Pose>& T_last_scan) {
+  if (auto status = CheckScanSize(scan); !status.ok()) return status;
+  auto request = state_->RequestFor(scan);
+  if (!request.ok()) return request.status();
+  if (!std::exchange(state_->has_begun, true)) {
+    request->mutable_query()->set_map(state_->options.map);
+    *request->mutable_query()->mutable_options() = proto::ToProto(state_->options.query);
+    request->set_max_step_m(state_->options.max_step_m);
+  }
+  proto::SetOdometry(T_last_scan, &*request);
+  v1::LocalizeStreamResponse response;
+  if (auto status = state_->call.Ask(*request, state_->timeout, &response); !status.ok()) {
+    return state_->client->WithAddress(status);
+  }
+  auto reply = proto::FromProto(response);
+  if (!reply.ok()) return state_->client->BadReply(reply.status());
+  return reply;
+}
+
+absl::Status RobotStream::Close() {
+  return state_->client->WithAddress(state_->call.Close(state_->timeout));
 }
 
 }  // namespace scanloc::client

@@ -7,6 +7,7 @@
 #include "absl/strings/escaping.h"
 #include "absl/strings/str_cat.h"
 #include "scanloc/core/method.hpp"
+#include "scanloc/core/tracker.hpp"
 #include "scanloc/proto/convert.hpp"
 #include "scanloc/proto/status.hpp"
 #include "unary_call.hpp"
@@ -66,8 +67,20 @@ absl::StatusOr<Describer*> DescriberFor(const ServedMap& map,
 
 }  // namespace
 
-LocalizationService::LocalizationService(const MapRegistry& maps, WorkerPool& workers)
-    : maps_(maps), workers_(workers), scratch_(workers.num_threads()) {}
+struct LocalizationService::Robot {
+  bool has_begun = false;
+  std::string map_name;
+  TrackerOptions options;
+  std::shared_ptr<const ServedMap> map;
+  std::optional<Tracker> tracker;
+};
+
+LocalizationService::LocalizationService(const MapRegistry& maps, WorkerPool& workers,
+                                         int max_streams)
+    : maps_(maps),
+      workers_(workers),
+      scratch_(workers.num_threads()),
+      streams_(workers, max_streams) {}
 
 grpc::ServerUnaryReactor* LocalizationService::Localize(grpc::CallbackServerContext* context,
                                                         const grpc::ByteBuffer* request,
@@ -149,6 +162,58 @@ absl::StatusOr<LocalizationService::Described> LocalizationService::Describe(
       return absl::InvalidArgumentError(
           "the request has neither scan nor descriptors; send one of them");
   }
+}
+
+RobotStreams::Reactor* LocalizationService::LocalizeStream(grpc::CallbackServerContext*) {
+  return streams_.Open(
+      [this, robot = std::make_shared<Robot>()](const v1::LocalizeStreamRequest& request,
+                                                std::int64_t arrived_ns, int worker) {
+        return Track(request, Arrival{arrived_ns, NowNs()}, scratch_[worker], *robot);
+      });
+}
+
+absl::StatusOr<v1::LocalizeStreamResponse> LocalizationService::Track(
+    const v1::LocalizeStreamRequest& request, const Arrival& arrival, Scratch& scratch,
+    Robot& robot) const {
+  const v1::LocalizeRequest& query = request.query();
+  if (!robot.has_begun) {
+    if (auto status = proto::CheckMapName(query.map()); !status.ok()) return status;
+    auto options = proto::FromProto(query.options());
+    if (!options.ok()) return options.status();
+    options->now_ns = NowNs;
+    robot.options.query = *options;
+    if (request.has_max_step_m()) robot.options.max_step_m = request.max_step_m();
+    robot.map_name = query.map();
+    robot.has_begun = true;
+  } else if (!query.map().empty() || query.has_options() || request.has_max_step_m()) {
+    return absl::InvalidArgumentError(
+        "map, options and max_step_m are those of a stream's first request; leave them out of the "
+        "others, or open another stream");
+  }
+
+  const auto map = maps_.Find(robot.map_name);
+  if (!map.ok()) return map.status();
+  if (*map != robot.map) {
+    auto tracker = Tracker::Create((*map)->localizer, robot.options);
+    if (!tracker.ok()) return tracker.status();
+    robot.tracker = *std::move(tracker);
+    robot.map = *map;
+  }
+  const auto T_last_scan = proto::OdometryFromProto(request);
+  if (!T_last_scan.ok()) return T_last_scan.status();
+  auto described = Describe(query, **map, scratch);
+  if (!described.ok()) return described.status();
+  const std::int64_t decode_ns = NowNs() - arrival.started_ns - described->describe_ns;
+  auto told = robot.tracker->Update(described->descriptor, *T_last_scan);
+  if (!told.ok()) return told.status();
+  told->answer.times.describe_ns = described->describe_ns;
+  return proto::ToProto(TrackedReply{.reply = {.answer = std::move(told->answer),
+                                               .map = (*map)->info.name,
+                                               .queue_ns = arrival.started_ns - arrival.arrived_ns,
+                                               .decode_ns = decode_ns,
+                                               .scan_counts = described->scan_counts},
+                                     .num_scans = told->num_scans,
+                                     .is_relocated = told->is_relocated});
 }
 
 grpc::ServerUnaryReactor* LocalizationService::ListMaps(grpc::CallbackServerContext* context,

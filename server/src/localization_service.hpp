@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "robot_streams.hpp"
 #include "scanloc/core/descriptor.hpp"
 #include "scanloc/core/point_cloud.hpp"
 #include "scanloc/proto/messages.hpp"
@@ -16,18 +17,23 @@
 
 namespace scanloc::server {
 
-/// scanloc.v1.Localization: Localize runs on the workers, the others where they arrive.
+/// scanloc.v1.Localization: queries run on the workers, the others where they arrive.
 class LocalizationService final
     : public v1::Localization::WithRawCallbackMethod_Localize<
-          v1::Localization::WithRawCallbackMethod_ListMaps<
-              v1::Localization::WithRawCallbackMethod_GetMapInfo<v1::Localization::Service>>> {
+          v1::Localization::WithRawCallbackMethod_LocalizeStream<
+              v1::Localization::WithRawCallbackMethod_ListMaps<
+                  v1::Localization::WithRawCallbackMethod_GetMapInfo<v1::Localization::Service>>>> {
  public:
-  /// Both must outlive the service.
-  LocalizationService(const MapRegistry& maps, WorkerPool& workers);
+  /// Maps and workers must outlive the service.
+  LocalizationService(const MapRegistry& maps, WorkerPool& workers, int max_streams);
+
+  /// Ends the streams, which would else last as long as their robots like.
+  void Drain() { streams_.Drain(); }
 
   grpc::ServerUnaryReactor* Localize(grpc::CallbackServerContext* context,
                                      const grpc::ByteBuffer* request,
                                      grpc::ByteBuffer* response) override;
+  RobotStreams::Reactor* LocalizeStream(grpc::CallbackServerContext* context) override;
   grpc::ServerUnaryReactor* ListMaps(grpc::CallbackServerContext* context,
                                      const grpc::ByteBuffer* request,
                                      grpc::ByteBuffer* response) override;
@@ -59,9 +65,16 @@ class LocalizationService final
   [[nodiscard]] static absl::StatusOr<Described> Describe(const v1::LocalizeRequest& request,
                                                           const ServedMap& map, Scratch& scratch);
 
+  /// What is known of the robot of one stream. Its requests come one after the other.
+  struct Robot;
+  [[nodiscard]] absl::StatusOr<v1::LocalizeStreamResponse> Track(
+      const v1::LocalizeStreamRequest& request, const Arrival& arrival, Scratch& scratch,
+      Robot& robot) const;
+
   const MapRegistry& maps_;
   WorkerPool& workers_;
   std::vector<Scratch> scratch_;  // by worker
+  RobotStreams streams_;
 };
 
 }  // namespace scanloc::server

@@ -49,6 +49,9 @@ void Declare(CLI::App& app, CommandLine& line) {
   app.add_option("--max-inflight", options.max_inflight,
                  "queries that run or wait; one more is refused at once")
       ->capture_default_str();
+  app.add_option("--max-streams", options.max_streams,
+                 "robots on a stream at once; one more is refused at once")
+      ->capture_default_str();
   app.add_option("--max-message-bytes", options.max_message_bytes, "largest request [bytes]")
       ->capture_default_str();
   app.add_option("--drain-seconds", options.drain_s,

@@ -47,7 +47,7 @@ struct Server::State {
         load_map(std::move(loader)),
         maps(NamesOf(server_options.maps)),
         workers(NumThreads(server_options), server_options.max_inflight),
-        localization(maps, workers) {}
+        localization(maps, workers, server_options.max_streams) {}
 
   absl::Status Listen();
 
@@ -133,6 +133,7 @@ void Server::Shutdown() {
   std::call_once(state_->shutdown, [this] {
     state_->stopping = true;
     state_->health.StartDraining();
+    state_->localization.Drain();
     const auto drain = std::chrono::duration_cast<std::chrono::system_clock::duration>(
         std::chrono::duration<double>(state_->options.drain_s));
     state_->grpc_server->Shutdown(std::chrono::system_clock::now() + drain);

@@ -13,6 +13,7 @@ namespace {
 
 constexpr int kMaxThreads = 1024;
 constexpr int kMaxInflight = 100'000;
+constexpr int kMaxStreams = 1'000'000;
 constexpr int kMinMessageBytes = 1 << 10;
 constexpr double kMaxDrain_s = 3600.0;
 
@@ -77,6 +78,7 @@ absl::Status Validate(const ServerOptions& options) {
   status.Update(CheckListen(options.listen));
   status.Update(CheckRange("num_threads", options.num_threads, 0, kMaxThreads));
   status.Update(CheckRange("max_inflight", options.max_inflight, 1, kMaxInflight));
+  status.Update(CheckRange("max_streams", options.max_streams, 0, kMaxStreams));
   status.Update(CheckRange("max_message_bytes", options.max_message_bytes, kMinMessageBytes,
                            limits::kMaxMessageBytes));
   status.Update(CheckRange("drain_s", options.drain_s, 0.0, kMaxDrain_s));

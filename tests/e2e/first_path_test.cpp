@@ -16,12 +16,6 @@ using nlohmann::json;
 constexpr const char* kHeader =
     "query,outcome,place,session,distance,confidence,yaw_deg,lateral_m,x,y,z,qx,qy,qz,qw";
 
-CsvTable ParseCsv(const std::string& text) {
-  const auto table = CsvTable::Parse(text);
-  EXPECT_TRUE(table.ok()) << table.status() << "\n" << text;
-  return *table;
-}
-
 double NumberAt(const CsvTable& table, std::size_t row, const std::string& column) {
   const auto value = table.Number(row, column);
   EXPECT_TRUE(value.ok()) << value.status();

@@ -75,4 +75,10 @@ int CountLines(const std::string& text) {
   return static_cast<int>(std::count(text.begin(), text.end(), '\n'));
 }
 
+cli::CsvTable ParseCsv(const std::string& text) {
+  const auto table = cli::CsvTable::Parse(text);
+  if (!table.ok()) throw std::runtime_error(table.status().ToString() + "\n" + text);
+  return *table;
+}
+
 }  // namespace scanloc::test

@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "cli/csv.hpp"
 #include "support/paths.hpp"
 #include "support/process.hpp"
 #include "support/temp_dir.hpp"
@@ -22,6 +23,9 @@ ProcessResult Scanloc(const Args& args, const ProcessOptions& options = {});
 
 /// Runs `scanloc`, which must succeed, and returns what it wrote to stdout. Throws if it fails.
 std::string MustScanloc(const Args& args);
+
+/// Throws if the text is no table.
+cli::CsvTable ParseCsv(const std::string& text);
 
 /// Two sessions of one tiny town.
 struct TinyTown {

@@ -60,6 +60,25 @@ TEST(ServedAnswers, AreThoseOfTheMapFileByteForByte) {
   EXPECT_EQ(server.Stop(), 0);
 }
 
+TEST(ServedAnswers, OfASequenceAreThoseOfTheMapFileByteForByte) {
+  RunningServer server({"one=" + Town().map1});
+  for (const Args& odometry : {Args{}, Args{"--odometry", Town().Poses2()}}) {
+    Args what = {"--sequence", "--csv", "-", "--truth", Town().Poses2()};
+    what.insert(what.end(), odometry.begin(), odometry.end());
+    const std::string local = MustScanloc(LocateArgs({Town().map1}, what));
+    const cli::CsvTable table = ParseCsv(local);
+    for (std::size_t row = 0; row < table.num_rows(); ++row) {
+      EXPECT_EQ(table.Text(row, "outcome"), "localized");
+      EXPECT_EQ(table.Text(row, "num_scans"), std::to_string(row + 1));
+      EXPECT_EQ(table.Text(row, "relocated"), "0");
+    }
+    for (const char* send : {"scan", "descriptor"}) {
+      EXPECT_EQ(MustScanloc(LocateArgs({"--server", server.address(), "--send", send}, what)),
+                local);
+    }
+  }
+}
+
 TEST(ServedAnswers, HoldToTheMapsDefaultsAndTheQuerysChoices) {
   RunningServer server({"one=" + Town().map1});
   for (const Args& choice :

@@ -8,6 +8,7 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "scanloc/client/robot_stream.hpp"
 #include "scanloc/core/localizer.hpp"
 #include "scanloc/core/point_cloud.hpp"
 #include "scanloc/proto/messages.hpp"
@@ -68,10 +69,14 @@ class Client {
   [[nodiscard]] absl::StatusOr<LocalizeReply> LocalizeByDescriptor(
       PointView scan, const RequestOptions& options = {}) const;
 
+  /// For a robot that keeps moving. What is wrong with map or options is told with the first scan.
+  [[nodiscard]] absl::StatusOr<RobotStream> OpenStream(const StreamOptions& options = {}) const;
+
  private:
+  friend class RobotStream;
   struct State;
-  explicit Client(std::unique_ptr<State> state);
-  std::unique_ptr<State> state_;
+  explicit Client(std::shared_ptr<State> state);
+  std::shared_ptr<State> state_;  // streams share it
 };
 
 }  // namespace scanloc::client

@@ -1,11 +1,13 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "absl/status/statusor.h"
 #include "scanloc/core/localizer.hpp"
 #include "scanloc/core/point_cloud.hpp"
+#include "scanloc/core/pose.hpp"
 #include "scanloc/proto/messages.hpp"
 #include "scanloc/v1/localization.pb.h"
 
@@ -35,6 +37,14 @@ namespace scanloc::proto {
 
 [[nodiscard]] absl::StatusOr<LocalizeReply> FromProto(const v1::LocalizeResponse& message);
 [[nodiscard]] v1::LocalizeResponse ToProto(const LocalizeReply& reply);
+
+/// T_last_scan; none if it is not set.
+[[nodiscard]] absl::StatusOr<std::optional<Pose>> OdometryFromProto(
+    const v1::LocalizeStreamRequest& message);
+void SetOdometry(const std::optional<Pose>& T_last_scan, v1::LocalizeStreamRequest* message);
+
+[[nodiscard]] absl::StatusOr<TrackedReply> FromProto(const v1::LocalizeStreamResponse& message);
+[[nodiscard]] v1::LocalizeStreamResponse ToProto(const TrackedReply& reply);
 
 /// The parameters pass Validate(params), too.
 [[nodiscard]] absl::StatusOr<Params> FromProto(const v1::Params& message);

@@ -66,4 +66,11 @@ struct LocalizeReply {
   std::optional<ScanCounts> scan_counts;  ///< if the query was a scan
 };
 
+/// What a server says to one scan of a moving robot.
+struct TrackedReply {
+  LocalizeReply reply;
+  int num_scans = 0;          ///< that the best candidate rests on
+  bool is_relocated = false;  ///< as in TrackedAnswer
+};
+
 }  // namespace scanloc

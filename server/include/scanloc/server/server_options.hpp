@@ -37,6 +37,10 @@ struct ServerOptions {
   /// is answered while the robot still waits.
   int max_inflight = 64;
 
+  /// Robots on a stream at once; one more is refused at once with ResourceExhausted. Each holds a
+  /// connection and some kilobytes.
+  int max_streams = 1000;
+
   /// Largest request [bytes]; a larger one is refused unread. The default fits the largest scan.
   int max_message_bytes = limits::kMaxMessageBytes;
 

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <chrono>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "scanloc/core/localizer.hpp"
+#include "scanloc/core/point_cloud.hpp"
+#include "scanloc/core/pose.hpp"
+#include "scanloc/proto/messages.hpp"
+
+namespace scanloc::client {
+
+struct StreamOptions {
+  std::string map;           ///< empty: the server's only map
+  QueryOptions query;        ///< of every scan; now_ns is not used
+  double max_step_m = 20.0;  ///< without odometry: farthest the robot goes between two scans
+  /// Describe scans here and send some kilobytes; else send them as they are, 12 bytes a point.
+  bool send_descriptor = true;
+  std::optional<std::chrono::milliseconds> timeout;  ///< of each scan; none: the client's
+};
+
+/// One robot that keeps moving: the server weighs its scans together (core's Tracker). From
+/// Client::OpenStream, and outlives the client. Blocking; one thread at a time.
+class RobotStream {
+ public:
+  RobotStream(RobotStream&&) noexcept;
+  RobotStream& operator=(RobotStream&&) noexcept;
+  ~RobotStream();  ///< Close
+
+  /// Where the robot is, by this scan and those before it. T_last_scan: the pose of this scan in
+  /// the sensor frame of the one before, if the robot knows.
+  ///
+  /// After an error, DeadlineExceeded among them, the stream is over: open another.
+  [[nodiscard]] absl::StatusOr<TrackedReply> Locate(
+      PointView scan, const std::optional<Pose>& T_last_scan = std::nullopt);
+
+  /// Says that no further scan comes; OK if the stream ended well.
+  absl::Status Close();
+
+ private:
+  friend class Client;
+  struct State;
+  explicit RobotStream(std::unique_ptr<State> state);
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace scanloc::client

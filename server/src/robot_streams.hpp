@@ -1,0 +1,49 @@
+#pragma once
+
+#include <grpcpp/server_context.h>
+#include <grpcpp/support/byte_buffer.h>
+#include <grpcpp/support/server_callback.h>
+
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <set>
+
+#include "absl/status/statusor.h"
+#include "scanloc/server/worker_pool.hpp"
+#include "scanloc/v1/localization.pb.h"
+
+namespace scanloc::server {
+
+/// What answers the requests of one stream, one after the other, on whatever worker is free.
+/// Dropped when the stream ends.
+using StreamAnswerer = std::function<absl::StatusOr<v1::LocalizeStreamResponse>(
+    const v1::LocalizeStreamRequest& request, std::int64_t arrived_ns, int worker)>;
+
+/// The open streams of a server, at most so many. Of each stream one request at a time is read,
+/// answered and its answer written, so that a robot that sends faster than it is answered is held
+/// up by the flow control of its own connection. Thread-safe.
+class RobotStreams {
+ public:
+  using Reactor = grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>;
+
+  /// The pool must outlive the streams.
+  RobotStreams(WorkerPool& workers, int max_streams);
+  ~RobotStreams();
+
+  /// Begins a stream; one too many ends with ResourceExhausted at once.
+  [[nodiscard]] Reactor* Open(StreamAnswerer answerer);
+
+  /// Ends every stream, with Unavailable: at once those that wait for their robot, the others after
+  /// the answer under way. Further ones end so, too.
+  void Drain();
+
+  [[nodiscard]] int num_open() const;
+
+ private:
+  class Stream;
+  struct Registry;
+  std::shared_ptr<Registry> registry_;  // streams that end after the server hold it
+};
+
+}  // namespace scanloc::server

@@ -1,0 +1,255 @@
+// Streams of moving robots: the client library against a real server.
+#include "scanloc/client/robot_stream.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <optional>
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "scanloc/client/client.hpp"
+#include "scanloc/core/tracker.hpp"
+#include "support/raw_call.hpp"
+#include "support/same_answer.hpp"
+#include "support/small_map.hpp"
+#include "support/test_server.hpp"
+
+namespace scanloc::server {
+namespace {
+
+using ::testing::HasSubstr;
+
+constexpr int kNumPlaces = 6;
+
+client::Client ConnectTo(const Server& server) {
+  auto client = client::Client::Connect({.address = server.address()});
+  if (!client.ok()) throw std::runtime_error(client.status().ToString());
+  return *std::move(client);
+}
+
+/// How the robot gets from one query's pose to the next, if it drives along the places.
+std::optional<Pose> Odometry(const Map& map, int place) {
+  if (place == 0) return std::nullopt;
+  const auto pose = [&](int i) {
+    return map.places[static_cast<std::size_t>(i)].T_map_place * PlanarOffset(0.3, 0.5 + 0.1 * i);
+  };
+  return pose(place - 1).inverse() * pose(place);
+}
+
+/// A stream of hand-made messages.
+class RawStream {
+ public:
+  explicit RawStream(const Server& server)
+      : stub_(v1::Localization::NewStub(test::ChannelTo(server.address()))) {
+    test::SetPatience(context_);
+    stream_ = stub_->LocalizeStream(&context_);
+  }
+  [[nodiscard]] bool Say(const v1::LocalizeStreamRequest& request) {
+    return stream_->Write(request) && stream_->Read(&response_);
+  }
+  [[nodiscard]] grpc::Status End() {
+    stream_->WritesDone();
+    return stream_->Finish();
+  }
+  void HangUp() { context_.TryCancel(); }
+  [[nodiscard]] const v1::LocalizeStreamResponse& response() const { return response_; }
+
+ private:
+  std::unique_ptr<v1::Localization::Stub> stub_;
+  grpc::ClientContext context_;
+  std::unique_ptr<grpc::ClientReaderWriter<v1::LocalizeStreamRequest, v1::LocalizeStreamResponse>>
+      stream_;
+  v1::LocalizeStreamResponse response_;
+};
+
+v1::LocalizeStreamRequest StreamRequest(int place, const std::string& map = "") {
+  v1::LocalizeStreamRequest request;
+  *request.mutable_query() = test::ScanRequest(test::QueryScan(1, place), map);
+  return request;
+}
+
+TEST(RobotStream, AnswersAsATrackerDoesToTheLastBit) {
+  const Map map = test::SmallMap(1, kNumPlaces);
+  const auto server = test::StartServer({{"town", map}});
+  const client::Client client = ConnectTo(*server);
+  for (const bool send_descriptor : {true, false}) {
+    auto stream = client.OpenStream(
+        {.map = "town", .query = {.max_answers = 3}, .send_descriptor = send_descriptor});
+    ASSERT_TRUE(stream.ok()) << stream.status();
+    auto tracker = *Tracker::Create(test::LocalizerOf(map), {.query = {.max_answers = 3}});
+    auto describer = *Describer::Create(map.params);
+    for (int place = 0; place < kNumPlaces; ++place) {
+      const PointCloud scan = test::QueryScan(1, place);
+      const auto told = stream->Locate(scan, Odometry(map, place));
+      ASSERT_TRUE(told.ok()) << told.status();
+      const auto expected = tracker.Update(describer.Describe(scan), Odometry(map, place));
+      test::ExpectSameAnswer(told->reply.answer, expected->answer);
+      EXPECT_EQ(told->num_scans, expected->num_scans);
+      EXPECT_EQ(told->num_scans, place + 1);
+      EXPECT_EQ(told->is_relocated, expected->is_relocated);
+      EXPECT_EQ(told->reply.map, "town");
+    }
+    EXPECT_TRUE(stream->Close().ok());
+    EXPECT_EQ(stream->Locate(test::QueryScan(1, 0)).status().code(),
+              absl::StatusCode::kFailedPrecondition);
+  }
+}
+
+TEST(RobotStream, KeepsRobotsApart) {
+  const Map map = test::SmallMap(1, kNumPlaces);
+  const auto server = test::StartServer({{"town", map}});
+  const client::Client client = ConnectTo(*server);
+  std::vector<std::thread> robots;
+  for (int first = 0; first < 4; ++first) {
+    robots.emplace_back([&, first] {
+      auto stream = client.OpenStream();
+      ASSERT_TRUE(stream.ok()) << stream.status();
+      for (int i = 0; i < 8; ++i) {
+        const auto told = stream->Locate(test::QueryScan(1, first),
+                                         i == 0 ? std::nullopt : std::optional(Pose::Identity()));
+        ASSERT_TRUE(told.ok()) << told.status();
+        EXPECT_EQ(told->reply.answer.candidates.front().place, first);
+        EXPECT_EQ(told->num_scans, i + 1);
+      }
+    });
+  }
+  for (std::thread& robot : robots) robot.join();
+}
+
+TEST(RobotStream, BeginsAnewWhenTheMapIsReplaced) {
+  const auto server = test::StartServer({{"town", test::SmallMap(1, kNumPlaces)}});
+  const client::Client client = ConnectTo(*server);
+  auto stream = client.OpenStream();
+  EXPECT_EQ(stream->Locate(test::QueryScan(1, 0))->num_scans, 1);
+  EXPECT_EQ(stream->Locate(test::QueryScan(1, 0), Pose::Identity())->num_scans, 2);
+  Map other = test::SmallMap(1, kNumPlaces);
+  other.content_id = "newer";
+  ASSERT_TRUE(server->maps().Serve("town", "file", std::move(other)).ok());
+  const auto told = stream->Locate(test::QueryScan(1, 0), Pose::Identity());
+  ASSERT_TRUE(told.ok()) << told.status();
+  EXPECT_EQ(told->num_scans, 1);
+  EXPECT_EQ(told->reply.answer.content_id, "newer");
+}
+
+TEST(RobotStream, EndsWithAnErrorThatSaysWhy) {
+  const auto server = test::StartServer({{"town", test::SmallMap(1, kNumPlaces)}});
+  struct Case {
+    v1::LocalizeStreamRequest request;
+    grpc::StatusCode code;
+    const char* why;
+  };
+  std::vector<Case> cases;
+  cases.push_back({StreamRequest(0, "village"), grpc::StatusCode::NOT_FOUND, "village"});
+  cases.push_back({{}, grpc::StatusCode::INVALID_ARGUMENT, "neither scan nor descriptors"});
+  v1::LocalizeStreamRequest request = StreamRequest(0);
+  request.mutable_query()->mutable_options()->set_method("a-pc");
+  cases.push_back({request, grpc::StatusCode::INVALID_ARGUMENT, "auto, not a-pc"});
+  request = StreamRequest(0);
+  request.set_max_step_m(-1.0);
+  cases.push_back({request, grpc::StatusCode::INVALID_ARGUMENT, "max_step_m"});
+  request = StreamRequest(0);
+  request.mutable_t_last_scan()->add_matrix(1.0);
+  cases.push_back({request, grpc::StatusCode::INVALID_ARGUMENT, "T_last_scan"});
+  request = StreamRequest(0);
+  for (int i = 0; i < 12; ++i) request.mutable_t_last_scan()->add_matrix(i);
+  cases.push_back({request, grpc::StatusCode::INVALID_ARGUMENT, "T_last_scan"});
+  for (const Case& c : cases) {
+    RawStream stream(*server);
+    EXPECT_FALSE(stream.Say(c.request));
+    const grpc::Status status = stream.End();
+    EXPECT_EQ(status.error_code(), c.code) << status.error_message();
+    EXPECT_THAT(status.error_message(), HasSubstr(c.why));
+  }
+}
+
+TEST(RobotStream, TakesMapAndOptionsOnce) {
+  const auto server = test::StartServer({{"town", test::SmallMap(1, kNumPlaces)}});
+  RawStream stream(*server);
+  EXPECT_TRUE(stream.Say(StreamRequest(0, "town")));
+  EXPECT_EQ(stream.response().num_scans(), 1);
+  EXPECT_TRUE(stream.Say(StreamRequest(0)));
+  EXPECT_EQ(stream.response().num_scans(), 2);
+  EXPECT_FALSE(stream.Say(StreamRequest(0, "town")));
+  EXPECT_THAT(stream.End().error_message(), HasSubstr("first request"));
+}
+
+TEST(RobotStream, OfBytesThatAreNoMessageIsRefused) {
+  const auto server = test::StartServer({{"town", test::SmallMap(1, kNumPlaces)}});
+  EXPECT_EQ(test::CallWithBytes(test::ChannelTo(server->address()),
+                                "/scanloc.v1.Localization/LocalizeStream", "\xff\xff\xff\xff")
+                .error_code(),
+            grpc::StatusCode::INVALID_ARGUMENT);
+}
+
+TEST(RobotStream, IsRefusedAtOnceWhenTooManyAreOpen) {
+  const test::Maps maps = {{"town", test::SmallMap(1, kNumPlaces)}};
+  ServerOptions options = test::OptionsFor(maps);
+  options.max_streams = 2;
+  const auto server = test::StartServer(maps, options);
+  RawStream one(*server);
+  std::optional<RawStream> two(*server);
+  ASSERT_TRUE(one.Say(StreamRequest(0)));
+  ASSERT_TRUE(two->Say(StreamRequest(0)));
+  {
+    RawStream three(*server);
+    EXPECT_FALSE(three.Say(StreamRequest(0)));
+    EXPECT_EQ(three.End().error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED);
+  }
+  // A robot that vanishes makes room; when the server learns of it is not ours to say.
+  two->HangUp();
+  EXPECT_EQ(two->End().error_code(), grpc::StatusCode::CANCELLED);
+  two.reset();
+  for (bool is_open = false; !is_open;) {
+    RawStream next(*server);
+    is_open = next.Say(StreamRequest(0));
+    EXPECT_EQ(next.End().error_code(),
+              is_open ? grpc::StatusCode::OK : grpc::StatusCode::RESOURCE_EXHAUSTED);
+  }
+  EXPECT_TRUE(one.Say(StreamRequest(0)));
+}
+
+TEST(RobotStream, ThatWaitsForItsRobotDoesNotHoldUpTheEnd) {
+  const test::Maps maps = {{"town", test::SmallMap(1, kNumPlaces)}};
+  ServerOptions options = test::OptionsFor(maps);
+  options.drain_s = 3600.0;
+  const auto server = test::StartServer(maps, options);
+  const client::Client client = ConnectTo(*server);
+  auto stream = client.OpenStream();
+  ASSERT_TRUE(stream->Locate(test::QueryScan(1, 0)).ok());
+  server->Shutdown();
+  const absl::Status status = stream->Locate(test::QueryScan(1, 0)).status();
+  EXPECT_EQ(status.code(), absl::StatusCode::kUnavailable) << status;
+  EXPECT_THAT(std::string(status.message()), HasSubstr("draining"));
+}
+
+TEST(RobotStream, EndsWhenAnAnswerIsLate) {
+  const auto server = test::StartServer({{"town", test::SmallMap(1, kNumPlaces)}});
+  test::Gate gate;
+  for (int i = 0; i < server->workers().num_threads(); ++i) {
+    ASSERT_TRUE(server->workers().Submit([&](int) { gate.Wait(); }).ok());
+  }
+  const client::Client client = ConnectTo(*server);
+  auto stream = client.OpenStream({.timeout = std::chrono::milliseconds(50)});
+  ASSERT_TRUE(stream.ok()) << stream.status();
+  EXPECT_EQ(stream->Locate(test::QueryScan(1, 0)).status().code(),
+            absl::StatusCode::kDeadlineExceeded);
+  EXPECT_EQ(stream->Locate(test::QueryScan(1, 0)).status().code(),
+            absl::StatusCode::kFailedPrecondition);
+  gate.Open();
+  EXPECT_TRUE(client.OpenStream()->Locate(test::QueryScan(1, 0)).ok());
+}
+
+TEST(RobotStream, MayOutliveItsClient) {
+  const auto server = test::StartServer({{"town", test::SmallMap(1, kNumPlaces)}});
+  std::optional<client::Client> client(ConnectTo(*server));
+  auto stream = client->OpenStream();
+  client.reset();
+  EXPECT_TRUE(stream->Locate(test::QueryScan(1, 0)).ok());
+}
+
+}  // namespace
+}  // namespace scanloc::server
