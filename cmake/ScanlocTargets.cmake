@@ -74,5 +74,11 @@ function(scanloc_add_test name)
     GTest::gtest GTest::gmock
     GTest::gtest_main)
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY "${CMAKE_BINARY_DIR}/tests")
-  gtest_discover_tests(${name} PROPERTIES TIMEOUT ${ARG_TIMEOUT} DISCOVERY_TIMEOUT 60)
+  # Sanitizers get their options from the test preset, so that no test may run while building.
+  set(discovery POST_BUILD)
+  if(SCANLOC_SANITIZE)
+    set(discovery PRE_TEST)
+  endif()
+  gtest_discover_tests(${name} PROPERTIES TIMEOUT ${ARG_TIMEOUT} DISCOVERY_TIMEOUT 60
+    DISCOVERY_MODE ${discovery})
 endfunction()

@@ -28,8 +28,9 @@ Eigen::VectorXf PrincipalAxes::Turn(std::span<const std::int32_t> key_cm) const 
 Eigen::VectorXd PrincipalAxes::Scaled(std::span<const std::int32_t> key_cm) const {
   const Eigen::Map<const Eigen::VectorXi> key(key_cm.data(),
                                               static_cast<Eigen::Index>(key_cm.size()));
-  const Eigen::VectorXd key_m = key.cast<double>() * 0.01;
-  return scale_ == KeyScale::kUnit ? Eigen::VectorXd(key_m.normalized()) : key_m;
+  Eigen::VectorXd key_m = key.cast<double>() * 0.01;
+  if (scale_ == KeyScale::kUnit) key_m.normalize();
+  return key_m;
 }
 
 }  // namespace scanloc

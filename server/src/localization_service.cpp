@@ -86,6 +86,11 @@ grpc::ServerUnaryReactor* LocalizationService::Localize(grpc::CallbackServerCont
                                                         const grpc::ByteBuffer* request,
                                                         grpc::ByteBuffer* response) {
   grpc::ServerUnaryReactor* reactor = context->DefaultReactor();
+  if (!request->Valid()) {
+    // As many clients as hang up at once must not fill the queue.
+    reactor->Finish(proto::ToGrpc(absl::InvalidArgumentError("the call ended without a request")));
+    return reactor;
+  }
   const std::int64_t arrived_ns = NowNs();
   const absl::Status taken = Guard([&] {
     return workers_.Submit([=, this](int worker) {

@@ -40,7 +40,6 @@ std::string HealthName(const std::string& map_name) {
   return absl::StrCat("scanloc.map/", map_name);
 }
 
-// Members are destroyed in reverse: gRPC first, which ends every call, then what calls use.
 struct Server::State {
   State(const ServerOptions& server_options, MapLoader loader)
       : options(server_options),
@@ -48,6 +47,14 @@ struct Server::State {
         maps(NamesOf(server_options.maps)),
         workers(NumThreads(server_options), server_options.max_inflight),
         localization(maps, workers, server_options.max_streams) {}
+
+  // gRPC ends every call, then the workers what they were at; only then goes what both use.
+  ~State() {
+    grpc_server.reset();
+    workers.Finish();
+  }
+  State(const State&) = delete;
+  State& operator=(const State&) = delete;
 
   absl::Status Listen();
 

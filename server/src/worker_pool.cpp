@@ -13,13 +13,17 @@ WorkerPool::WorkerPool(int num_threads, int max_inflight) : max_inflight_(max_in
   }
 }
 
-WorkerPool::~WorkerPool() {
+WorkerPool::~WorkerPool() { Finish(); }
+
+void WorkerPool::Finish() {
   {
     const std::lock_guard lock(mutex_);
     stopping_ = true;
   }
   has_work_.notify_all();
-  for (std::thread& thread : threads_) thread.join();
+  for (std::thread& thread : threads_) {
+    if (thread.joinable()) thread.join();
+  }
 }
 
 absl::Status WorkerPool::Submit(Task task) {

@@ -24,6 +24,16 @@ TEST(WorkerPool, RunsEveryTaskItTakes) {
   EXPECT_EQ(num_run, 1000);
 }
 
+TEST(WorkerPool, HasRunEveryTaskWhenItIsFinished) {
+  std::atomic<int> num_run = 0;
+  WorkerPool pool(4, 1000);
+  for (int i = 0; i < 1000; ++i) {
+    ASSERT_TRUE(pool.Submit([&](int) { ++num_run; }).ok());
+  }
+  pool.Finish();
+  EXPECT_EQ(num_run, 1000);
+}
+
 TEST(WorkerPool, RefusesTheTaskThatIsOneTooMany) {
   test::Gate gate;
   std::atomic<int> num_run = 0;

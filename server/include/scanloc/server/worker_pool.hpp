@@ -20,7 +20,7 @@ class WorkerPool {
   /// Requires num_threads ≥ 1 and max_inflight ≥ 1.
   WorkerPool(int num_threads, int max_inflight);
 
-  /// Runs every task that was taken, then ends the threads.
+  /// Finish.
   ~WorkerPool();
 
   WorkerPool(const WorkerPool&) = delete;
@@ -29,6 +29,10 @@ class WorkerPool {
   /// Takes a task, which is then certain to run; tasks start in the order taken and must not throw.
   /// ResourceExhausted at once if max_inflight tasks run or wait: the task is dropped.
   [[nodiscard]] absl::Status Submit(Task task);
+
+  /// Runs every task that was taken, then ends the threads. No task may be submitted from then on;
+  /// to be called by one thread.
+  void Finish();
 
   [[nodiscard]] int num_threads() const { return static_cast<int>(threads_.size()); }
 
