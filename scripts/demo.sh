@@ -69,9 +69,8 @@ address=${ready##* }
 
 say "4. Ask the server, over the network, where each scan was taken"
 "$bin/scanloc" locate --server "$address" --map town "${query_drive[@]}" "${truth[@]}" \
-  --method a-pc --candidates 10 --csv "$out/answers.csv" --quiet
-"$bin/scanloc" locate --server "$address" --map town "${query_drive[@]}" "${truth[@]}" \
-  --method a-pc --candidates 10
+  --csv "$out/answers.csv" --quiet
+"$bin/scanloc" locate --server "$address" --map town "${query_drive[@]}" "${truth[@]}"
 
 say "5. Draw map and answers"
 "$bin/scanloc" plot "$out/town.scanloc" --answers "$out/answers.csv" "${truth[@]}" \

@@ -19,23 +19,22 @@ simulate "$work/map" --session-seed 1
   >/dev/null
 echo "Town seed $town, $length m; map: session 1; queries: session 2, every 6 m; correct within 8 m."
 echo
-echo "| revisit | pc k=1 | cc k=1 | a-pc k=1 | a-cc k=1 | pc k=10 | cc k=10 | a-pc k=10 | a-cc k=10 |"
-echo "|---|---|---|---|---|---|---|---|---|"
+echo "| revisit | pc k=1 | cc k=1 | a-pc k=1 | a-cc k=1 | pc k=10 | cc k=10 | a-pc k=10 | a-cc k=10 | auto |"
+echo "|---|---|---|---|---|---|---|---|---|---|"
 row() {
   local name=$1
   shift
   rm -rf "$work/query"
   simulate "$work/query" --session-seed 2 --spacing-m 6 "$@"
   printf '| %s ' "$name"
-  for k in 1 10; do
-    for method in pc cc a-pc a-cc; do
-      "$scanloc" locate "$work/town.scanloc" --scans "$work/query" --method "$method" \
-        --candidates "$k" --truth "$work/query/poses.txt" --csv "$work/answers.csv" --quiet \
-        2>/dev/null >/dev/null
-      awk -F, 'NR == 1 { for (i = 1; i <= NF; ++i) if ($i == "true_place_error_m") column = i }
-               NR > 1 { ++n; if ($column != "" && $column < 8) ++right }
-               END { printf "| %.2f ", right / n }' "$work/answers.csv"
-    done
+  for how in "pc 1" "cc 1" "a-pc 1" "a-cc 1" "pc 10" "cc 10" "a-pc 10" "a-cc 10" "auto 300"; do
+    read -r method k <<<"$how"
+    "$scanloc" locate "$work/town.scanloc" --scans "$work/query" --method "$method" \
+      --candidates "$k" --truth "$work/query/poses.txt" --csv "$work/answers.csv" --quiet \
+      2>/dev/null >/dev/null
+    awk -F, 'NR == 1 { for (i = 1; i <= NF; ++i) if ($i == "true_place_error_m") column = i }
+             NR > 1 { ++n; if ($column != "" && $column < 8) ++right }
+             END { printf "| %.2f ", right / n }' "$work/answers.csv"
   done
   echo "|"
 }
