@@ -21,6 +21,17 @@ class Proposals {
     groups_[it->second].push_back({place, {0.0, lateral_m, yaw_rad}, 0.0});
   }
 
+  /// As a place's groups have them, further headings.
+  template <typename HeadingsOf>
+  void AddHeadings(HeadingsOf&& headings_of) {
+    for (std::vector<Hypothesis>& group : groups_) {
+      const std::int32_t place = group.front().place;
+      for (const double yaw_rad : headings_of(place)) {
+        group.push_back({place, {0.0, 0.0, yaw_rad}, 0.0});
+      }
+    }
+  }
+
   [[nodiscard]] std::vector<Hypothesis> Take() const {
     std::vector<Hypothesis> all;
     for (const std::vector<Hypothesis>& group : groups_) {
@@ -35,6 +46,8 @@ class Proposals {
 };
 
 constexpr int kAlignRadius = 2;
+/// Headings of a place that are tried beside those that the descriptors say.
+constexpr int kNumHeadings = 2;
 
 /// One retrieved entry's relative pose by its aligning key: a polar column is a turn, a cart column
 /// a lateral displacement.
@@ -85,9 +98,11 @@ class AutoSearch::Structures : public PlaceStructures {
 
 AutoSearch::AutoSearch(const Map& map) : map_(map) {
   T_map_level_.reserve(map.places.size());
+  bearings_.reserve(map.places.size());
   for (std::size_t i = 0; i < map.places.size(); ++i) {
     T_map_level_.push_back(map.places[i].T_map_place *
                            LevelFromSensor(map.structures[i]).inverse());
+    bearings_.push_back(BearingGrid(map.structures[i].columns).Widened());
   }
   if (map.params.polar.enabled) {
     polar_ = std::make_unique<const KeyIndex>(map.polar, KeyScale::kUnit);
@@ -127,6 +142,10 @@ std::vector<Hypothesis> AutoSearch::Find(const ScanDescriptor& query, const Opti
                   proposals);
     }
   }
+  const BearingGrid bearings(query.structure.columns);
+  proposals.AddHeadings([&](std::int32_t place) {
+    return bearings_[static_cast<std::size_t>(place)].BestHeadings(bearings, kNumHeadings);
+  });
   const std::int64_t matched_ns = now_ns();
 
   Structures structures(*this);

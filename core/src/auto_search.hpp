@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "bearing_grid.hpp"
 #include "scanloc/core/answer.hpp"
 #include "scanloc/core/descriptor.hpp"
 #include "scanloc/core/key_index.hpp"
@@ -17,7 +18,7 @@ namespace scanloc {
 /// Immutable after construction; any number of threads may search at once.
 class AutoSearch {
  public:
-  static constexpr int kShortlist = 300;  ///< places of each kind of context
+  static constexpr int kShortlist = 100;  ///< places of each kind of context
 
   /// Requires map.params.structure.enabled. Keeps a reference to the map.
   explicit AutoSearch(const Map& map);
@@ -45,7 +46,8 @@ class AutoSearch {
   [[nodiscard]] Hypothesis HypothesisAt(const Structure& query, const Pose& T_map_query) const;
 
   const Map& map_;
-  std::vector<Pose> T_map_level_;  ///< of the places' levelled frames
+  std::vector<Pose> T_map_level_;      ///< of the places' levelled frames
+  std::vector<BearingGrid> bearings_;  // of the places, widened
   std::unique_ptr<const KeyIndex> polar_;
   std::unique_ptr<const KeyIndex> cart_;
 };

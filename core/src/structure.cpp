@@ -28,9 +28,9 @@ std::vector<Eigen::Vector3d> LowestPoints(const PointCloud& voxels) {
   std::array<const Point*, kGroundSide * kGroundSide> lowest{};
   for (const Point& p : voxels) {
     if (std::fabs(p.x) >= kGroundReach_m || std::fabs(p.y) >= kGroundReach_m) continue;
-    const int column = static_cast<int>((p.x + kGroundReach_m) / kGroundCell_m);
-    const int row = static_cast<int>((p.y + kGroundReach_m) / kGroundCell_m);
-    const Point*& cell = lowest[static_cast<std::size_t>(row * kGroundSide + column)];
+    const auto column = static_cast<std::size_t>((p.x + kGroundReach_m) / kGroundCell_m);
+    const auto row = static_cast<std::size_t>((p.y + kGroundReach_m) / kGroundCell_m);
+    const Point*& cell = lowest[row * kGroundSide + column];
     if (cell == nullptr || p.z < cell->z) cell = &p;
   }
   std::vector<Eigen::Vector3d> points;
@@ -42,6 +42,7 @@ std::vector<Eigen::Vector3d> LowestPoints(const PointCloud& voxels) {
 
 Plane FitGround(const std::vector<Eigen::Vector3d>& points) {
   std::vector<double> heights;
+  heights.reserve(points.size());
   for (const Eigen::Vector3d& p : points) heights.push_back(p.z());
   const auto low = heights.begin() + static_cast<std::ptrdiff_t>(heights.size() / 3);
   std::nth_element(heights.begin(), low, heights.end());

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <string>
 #include <utility>
 
+#include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "auto_search.hpp"
 
@@ -186,8 +186,8 @@ absl::StatusOr<TrackedAnswer> Tracker::Update(const ScanDescriptor& scan,
   if (T_last_scan) {
     absl::StatusOr<Pose> pose = PoseFromMatrix(T_last_scan->matrix().topRows<3>());
     if (!pose.ok()) {
-      return absl::InvalidArgumentError(absl::StrFormat("the pose since the last scan: %s",
-                                                        std::string(pose.status().message())));
+      return absl::InvalidArgumentError(
+          absl::StrCat("the pose since the last scan: ", pose.status().message()));
     }
     T_last = *pose;
   }

@@ -55,7 +55,7 @@ class Tracker {
  private:
   struct Track {
     Pose T_map_scan = Pose::Identity();
-    double score = 0.0;  // of its last scan that was found again
+    double score = 0.0;       // of its last scan that was found again
     double unrivalled = 0.0;  // probability by that scan alone, were there no other spot
     double log_odds = 0.0;
     int num_scans = 0;
