@@ -24,12 +24,18 @@ constexpr double kMaxHeight_m = 100.0;
 /// z = slope_x · x + slope_y · y + offset.
 using Plane = Eigen::Vector3d;
 
+/// The cell of a coordinate within ±reach_m; the sum may round up to the end of the last.
+std::size_t CellOf(float coordinate_m, float reach_m, float cell_m, int num_cells) {
+  const auto cell = static_cast<int>((coordinate_m + reach_m) / cell_m);
+  return static_cast<std::size_t>(std::min(cell, num_cells - 1));
+}
+
 std::vector<Eigen::Vector3d> LowestPoints(const PointCloud& voxels) {
   std::array<const Point*, kGroundSide * kGroundSide> lowest{};
   for (const Point& p : voxels) {
     if (std::fabs(p.x) >= kGroundReach_m || std::fabs(p.y) >= kGroundReach_m) continue;
-    const auto column = static_cast<std::size_t>((p.x + kGroundReach_m) / kGroundCell_m);
-    const auto row = static_cast<std::size_t>((p.y + kGroundReach_m) / kGroundCell_m);
+    const std::size_t column = CellOf(p.x, kGroundReach_m, kGroundCell_m, kGroundSide);
+    const std::size_t row = CellOf(p.y, kGroundReach_m, kGroundCell_m, kGroundSide);
     const Point*& cell = lowest[row * kGroundSide + column];
     if (cell == nullptr || p.z < cell->z) cell = &p;
   }
@@ -130,10 +136,9 @@ Structure StructureFinder::Find(const PointCloud& voxels) {
     if (!(std::fabs(p.x()) < Structure::kReach_m && std::fabs(p.y()) < Structure::kReach_m)) {
       continue;
     }
-    const int column = static_cast<int>((p.x() + Structure::kReach_m) / kCell_m);
-    const int row = static_cast<int>((p.y() + Structure::kReach_m) / kCell_m);
-    const auto index =
-        static_cast<std::uint32_t>(std::min(row, kSide - 1) * kSide + std::min(column, kSide - 1));
+    const std::size_t column = CellOf(p.x(), Structure::kReach_m, kCell_m, kSide);
+    const std::size_t row = CellOf(p.y(), Structure::kReach_m, kCell_m, kSide);
+    const auto index = static_cast<std::uint32_t>(row * kSide + column);
     Cell& cell = cells_[index];
     if (cell.num_voxels == 0.0F) {
       touched_.push_back(index);

@@ -94,6 +94,23 @@ TEST(StructureFinder, StaysWithinItsBoundsWhateverTheScan) {
   }
 }
 
+// The last coordinates inside, whose sums with the reach round up to its end.
+TEST(StructureFinder, TakesPointsAtTheVeryEndOfItsGrids) {
+  PointCloud scan = scenes::PostScan(6, 40);
+  for (const float end_m : {25.0F, 60.0F}) {
+    const float last_m = std::nextafter(end_m, 0.0F);
+    for (const float x_m : {last_m, -last_m}) {
+      for (const float y_m : {last_m, -last_m}) {
+        for (const float z_m : {-2.0F, 0.0F}) scan.push_back({x_m, y_m, z_m});
+      }
+    }
+  }
+  StructureFinder finder(2.0);
+  const Structure structure = finder.Find(scan);
+  EXPECT_TRUE(Validate(structure).ok());
+  EXPECT_EQ(finder.Find(scan), structure);
+}
+
 TEST(ValidateStructure, RefusesWhatNoScanGives) {
   const Structure good{.height_m = 2.0F, .columns = {{5999, -5999}}};
   EXPECT_TRUE(Validate(good).ok());
