@@ -36,6 +36,7 @@ std::unique_ptr<Command> MakeBuildCommand();
 std::unique_ptr<Command> MakeInfoCommand();
 std::unique_ptr<Command> MakeVerifyCommand();
 std::unique_ptr<Command> MakeLocateCommand();
+std::unique_ptr<Command> MakeEvalCommand();
 std::unique_ptr<Command> MakeMergeCommand();
 std::unique_ptr<Command> MakeExportCommand();
 std::unique_ptr<Command> MakePlotCommand();

@@ -320,5 +320,54 @@ TEST(FirstPath, PlotDrawsEveryAnswer) {
   EXPECT_EQ(checked.substr(checked.size() - 7), "</svg>\n");
 }
 
+TEST(FirstPath, EvalMeasuresEveryMethodAndWritesAReport) {
+  const TempDir dir;
+  const Args args = {"eval",          Town().map1, "--scans",          Town().drive2, "--poses",
+                     Town().Poses2(), "--report",  dir.File("report"), "--json",      "--quiet"};
+  const json document = json::parse(MustScanloc(args));
+  EXPECT_EQ(document.at("content_id"), ContentId(Town().map1));
+  EXPECT_EQ(document.at("num_queries"), TinyTown::kNumScans);
+  EXPECT_EQ(document.at("num_revisits"), TinyTown::kNumScans);
+  ASSERT_EQ(document.at("results").size(), 5);
+  const json& best = document.at("results")[0];
+  EXPECT_EQ(best.at("method"), "auto");
+  EXPECT_EQ(best.at("recall_at_1"), 1.0);
+  EXPECT_EQ(best.at("f1_max"), 1.0);
+  EXPECT_LT(best.at("expected_calibration_error"), 0.1);
+  EXPECT_LT(best.at("median_position_error_m"), 0.5);
+  EXPECT_EQ(best.at("kinds").at("easy").at("num_revisits"), TinyTown::kNumScans);
+  EXPECT_TRUE(document.at("results")[1].at("expected_calibration_error").is_null());
+  EXPECT_EQ(json::parse(ReadFile(dir.path() / "report" / "results.json")), document);
+  const std::string html = ReadFile(dir.path() / "report" / "report.html");
+  EXPECT_NE(html.find("<svg"), std::string::npos);
+  EXPECT_EQ(html.find("http://") == std::string::npos || html.find("src=") == std::string::npos,
+            true);
+  EXPECT_EQ(CountLines(ReadFile(dir.path() / "report" / "matches.csv")),
+            1 + 5 * TinyTown::kNumScans);
+}
+
+TEST(FirstPath, EvalCountsScansOfElsewhereAsNoRevisits) {
+  const json document = json::parse(MustScanloc(
+      {"eval", Town().map1, "--scans", Town().drive2, "--poses", Town().Poses2(), "--negatives",
+       Town().drive1, "--method", "a-pc:5,auto", "--threads", "1", "--json", "--quiet"}));
+  EXPECT_EQ(document.at("num_elsewhere"), TinyTown::kNumScans);
+  ASSERT_EQ(document.at("results").size(), 2);
+  EXPECT_EQ(document.at("results")[0].at("method"), "a-pc:5");
+  // They are the mapped scans themselves: taken for right by the method, wrong by definition.
+  EXPECT_LT(document.at("results")[0].at("f1_max"), 0.8);
+}
+
+TEST(FirstPath, EvalRefusesWhatItCannotMeasure) {
+  for (const Args& wrong : {Args{"--method", "a-pc:0"}, Args{"--method", "orb"}}) {
+    Args args = {"eval", Town().map1, "--scans", Town().drive2, "--poses", Town().Poses2()};
+    args.insert(args.end(), wrong.begin(), wrong.end());
+    EXPECT_EQ(Scanloc(args).status, 2);
+  }
+  const ProcessResult missing = Scanloc({"eval", Town().map1, "--scans", Town().drive2, "--poses",
+                                         Town().Poses2(), "--negatives", "nowhere", "--quiet"});
+  EXPECT_EQ(missing.status, 1);
+  EXPECT_EQ(CountLines(missing.err), 1) << missing.err;
+}
+
 }  // namespace
 }  // namespace scanloc::test

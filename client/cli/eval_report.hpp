@@ -1,0 +1,34 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "cli/evaluation.hpp"
+#include "cli/map_picture.hpp"
+
+namespace scanloc::cli {
+
+/// What the texts below tell of.
+struct EvalReport {
+  std::string map;  ///< file
+  std::string content_id;
+  double within_m = 8.0;
+  std::vector<EvalQuery> queries;
+  std::vector<MethodResult> results;
+  std::vector<PicturedPlace> places;  ///< of the map
+};
+
+/// The columns of the table, and a method's row.
+[[nodiscard]] std::vector<std::string> EvalColumns();
+[[nodiscard]] std::vector<std::string> EvalRow(const MethodResult& result);
+
+/// A table for people.
+[[nodiscard]] std::string EvalAsTable(const EvalReport& report);
+/// One JSON document: counts, measures and curves of every method.
+[[nodiscard]] std::string EvalAsJson(const EvalReport& report);
+/// One HTML page that needs no other file: table, curves, distribution of revisits, matches.
+[[nodiscard]] std::string EvalAsHtml(const EvalReport& report);
+/// One row a query and method: query, method, is_revisit, has_match, is_right, score.
+[[nodiscard]] std::string EvalAsCsv(const EvalReport& report);
+
+}  // namespace scanloc::cli
