@@ -45,9 +45,9 @@ class Frame {
       const double y = y_.low + share * (y_.high - y_.low);
       svg->Line(Px({x, y_.low}), Px({x, y_.high}), kGridColor, 1.0);
       svg->Line(Px({x_.low, y}), Px({x_.high, y}), kGridColor, 1.0);
-      svg->Text(Px({x, y_.low}) + Vector2d(0.0, 18.0), absl::StrFormat("%g", x), kTextSize_px,
+      svg->Text(Px({x, y_.low}) + Vector2d(0.0, 18.0), absl::StrFormat("%.3g", x), kTextSize_px,
                 Svg::Anchor::kMiddle);
-      svg->Text(Px({x_.low, y}) + Vector2d(-8.0, 4.0), absl::StrFormat("%g", y), kTextSize_px,
+      svg->Text(Px({x_.low, y}) + Vector2d(-8.0, 4.0), absl::StrFormat("%.3g", y), kTextSize_px,
                 Svg::Anchor::kEnd);
     }
     svg->Text({(kLeft_px + kWidth_px - kRight_px) / 2.0, kHeight_px - 14.0}, x_.title, 13.0,
@@ -69,16 +69,25 @@ std::string DrawChart(const std::string& title, const ChartAxis& x, const ChartA
   frame.Draw(title, &svg);
   const double legend_px =
       kHeight_px - kBottom_px - 12.0 - 17.0 * static_cast<double>(lines.size());
+  const auto color_of = [](std::size_t i) { return kColors[i % kColors.size()]; };
+  std::size_t longest = 0;
   for (std::size_t i = 0; i < lines.size(); ++i) {
-    const char* color = kColors[i % kColors.size()];
+    const char* color = color_of(i);
+    longest = std::max(longest, lines[i].name.size());
     std::vector<Vector2d> points_px;
     for (const Vector2d& point : lines[i].points) points_px.push_back(frame.Px(point));
     if (points_px.size() > 1) svg.Polyline(points_px, color, 2.0);
     if (lines[i].has_dots || points_px.size() == 1) {
       for (const Vector2d& point : points_px) svg.Circle(point, 3.5, color);
     }
+  }
+  svg.Rect(
+      {kLeft_px + 6.0, legend_px - 12.0},
+      {44.0 + 7.0 * static_cast<double>(longest), 17.0 * static_cast<double>(lines.size()) + 6.0},
+      "white", kGridColor);
+  for (std::size_t i = 0; i < lines.size(); ++i) {
     const double y_px = legend_px + 17.0 * static_cast<double>(i);
-    svg.Line({kLeft_px + 12.0, y_px}, {kLeft_px + 36.0, y_px}, color, 2.0);
+    svg.Line({kLeft_px + 12.0, y_px}, {kLeft_px + 36.0, y_px}, color_of(i), 2.0);
     svg.Text({kLeft_px + 42.0, y_px + 4.0}, lines[i].name, kTextSize_px);
   }
   return svg.Finish();

@@ -49,7 +49,7 @@ std::string F1Chart(const EvalReport& report) {
 
 std::string DivergenceChart(const EvalReport& report) {
   std::vector<ChartLine> lines;
-  double greatest = 0.1;
+  double greatest = 0.0;
   for (const MethodResult& result : report.results) {
     const auto& points = result.precision_recall.points;
     for (const double divergence : result.divergences) greatest = std::max(greatest, divergence);
@@ -58,7 +58,7 @@ std::string DivergenceChart(const EvalReport& report) {
     }));
   }
   return DrawChart("Distribution of what was found (DR)", {"recall (of all revisits)"},
-                   {"KL divergence from all revisits [nats]", 0.0, greatest}, lines);
+                   {"KL divergence from all [nats]", 0.0, greatest > 0.5 ? 1.0 : 0.5}, lines);
 }
 
 std::string ReliabilityChart(const EvalReport& report) {
