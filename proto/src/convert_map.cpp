@@ -32,12 +32,26 @@ absl::StatusOr<ShiftMode> FromProto(v1::ShiftMode mode) {
   }
 }
 
+v1::MapState ToProto(MapState state) {
+  switch (state) {
+    case MapState::kLoading:
+      return v1::MAP_STATE_LOADING;
+    case MapState::kServing:
+      return v1::MAP_STATE_SERVING;
+    case MapState::kFailed:
+      return v1::MAP_STATE_FAILED;
+  }
+  return v1::MAP_STATE_UNSPECIFIED;
+}
+
 absl::StatusOr<MapState> FromProto(v1::MapState state) {
   switch (state) {
     case v1::MAP_STATE_LOADING:
       return MapState::kLoading;
     case v1::MAP_STATE_SERVING:
       return MapState::kServing;
+    case v1::MAP_STATE_FAILED:
+      return MapState::kFailed;
     default:
       return absl::InvalidArgumentError(
           absl::StrCat("maps.state is ", static_cast<int>(state), ", which is none"));
@@ -210,7 +224,7 @@ v1::ListMapsResponse ToProto(const std::vector<MapSummary>& maps) {
   for (const MapSummary& map : maps) {
     v1::MapSummary& line = *message.add_maps();
     line.set_name(map.name);
-    line.set_state(map.state == MapState::kServing ? v1::MAP_STATE_SERVING : v1::MAP_STATE_LOADING);
+    line.set_state(ToProto(map.state));
     line.set_content_id(map.content_id);
     line.set_num_places(map.num_places);
     line.set_generation(map.generation);

@@ -20,11 +20,12 @@ namespace {
 /// Beyond the drain time, for cancelled queries to notice.
 constexpr std::chrono::seconds kGrace(2);
 
-sigset_t StopSignals() {
+sigset_t WatchedSignals() {
   sigset_t signals;
   sigemptyset(&signals);
   sigaddset(&signals, SIGTERM);
   sigaddset(&signals, SIGINT);
+  sigaddset(&signals, SIGHUP);
   return signals;
 }
 
@@ -71,7 +72,7 @@ class Mailbox {
   std::deque<Event> events_;
 };
 
-/// Posts every stop signal that the process gets while it lives.
+/// Posts every watched signal that the process gets while it lives.
 class SignalWatcher {
  public:
   explicit SignalWatcher(Mailbox& mailbox) : thread_([this, &mailbox] { Run(mailbox); }) {}
@@ -90,7 +91,7 @@ class SignalWatcher {
 
  private:
   void Run(Mailbox& mailbox) {
-    const sigset_t signals = StopSignals();
+    const sigset_t signals = WatchedSignals();
     while (true) {
       int signal = 0;
       if (sigwait(&signals, &signal) != 0) continue;
@@ -118,6 +119,7 @@ void AwaitEnd(Mailbox& mailbox, bool loading, std::chrono::steady_clock::time_po
     if (!event) ExitAtOnce(EXIT_SUCCESS, "something still runs after the drain time");
     switch (event->kind) {
       case Event::Kind::kSignal:
+        if (event->signal == SIGHUP) break;  // too late to load anything
         ExitAtOnce(128 + event->signal, "signalled a second time");
       case Event::Kind::kLoaded:
         loading = false;
@@ -132,31 +134,47 @@ void AwaitEnd(Mailbox& mailbox, bool loading, std::chrono::steady_clock::time_po
 }  // namespace
 
 void BlockStopSignals() {
-  const sigset_t signals = StopSignals();
+  const sigset_t signals = WatchedSignals();
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
 }
 
 int RunUntilStopped(Server& server, std::chrono::duration<double> drain) {
   Mailbox mailbox;
   const SignalWatcher watcher(mailbox);
-  std::thread loader([&] {
-    mailbox.Post({.kind = Event::Kind::kLoaded, .signal = 0, .loaded = server.LoadMaps()});
-  });
+  const auto post_loaded = [&](absl::Status status) {
+    mailbox.Post({.kind = Event::Kind::kLoaded, .signal = 0, .loaded = std::move(status)});
+  };
+  std::thread loader([&] { post_loaded(server.LoadMaps()); });
 
   bool loading = true;
+  bool ready = false;
+  bool reload_due = false;
   absl::Status loaded;
   while (loaded.ok()) {
     const Event event = mailbox.Wait();
-    if (event.kind == Event::Kind::kSignal) {
+    if (event.kind == Event::Kind::kSignal && event.signal != SIGHUP) {
       spdlog::info("stopping at signal {}, draining for at most {} s", event.signal, drain.count());
       break;
     }
-    loading = false;
-    loaded = event.loaded;
-    if (loaded.ok()) {
-      std::cout << "scanlocd ready on " << server.address() << std::endl;
+    if (event.kind == Event::Kind::kSignal) {
+      reload_due = true;  // signals that come while maps load ask for one more round together
     } else {
-      std::cerr << "scanlocd: " << loaded.message() << '\n';
+      loading = false;
+      loaded = event.loaded;
+      if (!loaded.ok()) {
+        std::cerr << "scanlocd: " << loaded.message() << '\n';
+      } else if (!std::exchange(ready, true)) {
+        std::cout << "scanlocd ready on " << server.address() << std::endl;
+      }
+    }
+    if (reload_due && !loading && loaded.ok()) {
+      reload_due = false;
+      loading = true;
+      loader.join();
+      loader = std::thread([&] {
+        server.ReloadMaps();
+        post_loaded(absl::OkStatus());
+      });
     }
   }
 

@@ -56,7 +56,14 @@ absl::Status MapRegistry::Serve(const std::string& name, const std::string& path
   const std::lock_guard lock(mutex_);
   next->info.generation = ++slot->second.generation;
   before = std::exchange(slot->second.served, std::move(next));
+  slot->second.has_failed = false;
   return absl::OkStatus();
+}
+
+void MapRegistry::SetFailed(const std::string& name) {
+  const auto slot = slots_.find(name);
+  const std::lock_guard lock(mutex_);
+  if (slot != slots_.end() && slot->second.served == nullptr) slot->second.has_failed = true;
 }
 
 absl::StatusOr<std::shared_ptr<const ServedMap>> MapRegistry::Find(const std::string& name) const {
@@ -70,7 +77,9 @@ absl::StatusOr<std::shared_ptr<const ServedMap>> MapRegistry::Find(const std::st
   const std::lock_guard lock(mutex_);
   if (slot->second.served == nullptr) {
     return absl::UnavailableError(
-        absl::StrCat("map ", slot->first, " is still loading; try again later"));
+        absl::StrCat("map ", slot->first,
+                     slot->second.has_failed ? " could not be loaded; the server's log says why"
+                                             : " is still loading; try again later"));
   }
   return slot->second.served;
 }
@@ -80,7 +89,7 @@ std::vector<MapSummary> MapRegistry::List() const {
   const std::lock_guard lock(mutex_);
   for (const auto& [name, slot] : slots_) {
     MapSummary summary{.name = name,
-                       .state = MapState::kLoading,
+                       .state = slot.has_failed ? MapState::kFailed : MapState::kLoading,
                        .content_id = {},
                        .num_places = 0,
                        .generation = 0};

@@ -57,6 +57,7 @@ struct Server::State {
   State& operator=(const State&) = delete;
 
   absl::Status Listen();
+  absl::Status Load(const MapSource& source);
 
   const ServerOptions options;
   const MapLoader load_map;
@@ -67,6 +68,7 @@ struct Server::State {
   HealthService health;
   std::atomic<bool> stopping = false;
   std::once_flag shutdown;
+  std::mutex loading;  // one map at a time: each may be as large as memory allows
   std::unique_ptr<grpc::Server> grpc_server;
 };
 
@@ -115,25 +117,66 @@ const std::string& Server::address() const { return state_->address; }
 MapRegistry& Server::maps() { return state_->maps; }
 WorkerPool& Server::workers() { return state_->workers; }
 
-absl::Status Server::LoadMaps() {
-  for (const MapSource& source : state_->options.maps) {
-    const absl::Status status = Guard([&]() -> absl::Status {
-      auto map = state_->load_map(source.path);
-      if (!map.ok()) return map.status();
-      return state_->maps.Serve(source.name, source.path, *std::move(map));
-    });
-    if (state_->stopping) return absl::CancelledError("the server was stopped while loading maps");
-    if (!status.ok()) {
-      return {status.code(), absl::StrCat("map ", source.name, ": ", status.message())};
+absl::Status Server::State::Load(const MapSource& source) {
+  const std::lock_guard lock(loading);
+  const absl::Status status = Guard([&]() -> absl::Status {
+    auto map = load_map(source.path);
+    if (!map.ok()) return map.status();
+    if (const auto served = maps.Find(source.name); served.ok()) {
+      const Map& now = (*served)->localizer->map();
+      if (now.content_id == map->content_id && now.calibration == map->calibration &&
+          now.confusable == map->confusable) {
+        spdlog::info("map {} is unchanged", source.name);
+        return absl::OkStatus();
+      }
     }
-    state_->health.Set(HealthName(source.name), true);
+    const std::size_t num_places = map->places.size();
+    const std::string content_id = map->content_id;
+    if (auto served = maps.Serve(source.name, source.path, *std::move(map)); !served.ok()) {
+      return served;
+    }
+    health.Set(HealthName(source.name), true);
+    spdlog::info("map {} in service: {} places, content id {}", source.name, num_places,
+                 content_id);
+    return absl::OkStatus();
+  });
+  if (status.ok()) return status;
+  maps.SetFailed(source.name);
+  return {status.code(), absl::StrCat("map ", source.name, ": ", status.message())};
+}
+
+absl::Status Server::LoadMaps() {
+  absl::Status first_error;
+  std::size_t num_loaded = 0;
+  for (const MapSource& source : state_->options.maps) {
+    const absl::Status status = state_->Load(source);
+    if (state_->stopping) return absl::CancelledError("the server was stopped while loading maps");
+    if (status.ok()) {
+      ++num_loaded;
+      continue;
+    }
+    if (first_error.ok()) first_error = status;
+    // Alone, it is told by who called; among others it must not go unseen.
+    if (state_->options.maps.size() > 1) spdlog::error("{}", std::string(status.message()));
   }
+  if (num_loaded == 0) return first_error;
   state_->health.Set("", true);
-  for (const MapSummary& map : state_->maps.List()) {
-    spdlog::info("map {} in service: {} places, content id {}", map.name, map.num_places,
-                 map.content_id);
-  }
   return absl::OkStatus();
+}
+
+absl::Status Server::ReloadMap(const std::string& name) {
+  for (const MapSource& source : state_->options.maps) {
+    if (source.name == name) return state_->Load(source);
+  }
+  return absl::NotFoundError(absl::StrCat("no map is configured as ", name));
+}
+
+void Server::ReloadMaps() {
+  for (const MapSource& source : state_->options.maps) {
+    if (state_->stopping) return;
+    const absl::Status status = state_->Load(source);
+    if (!status.ok()) spdlog::error("not reloaded: {}", std::string(status.message()));
+  }
 }
 
 void Server::Shutdown() {

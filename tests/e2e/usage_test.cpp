@@ -89,10 +89,11 @@ TEST(Usage, ProgressIsToldInLinesAndQuietIsQuiet) {
   EXPECT_EQ(Scanloc(args).err, "");
   args = BuildArgs(dir.File("told"));
   args.pop_back();
-  args.push_back("--threads=1");  // else two trials at once may both be told in one line
   const ProcessResult told = Scanloc(args);
-  EXPECT_EQ(CountLines(told.err), 20) << told.err;
-  EXPECT_NE(told.err.find("30 of 60 calibration trials (50 %)\n"), std::string::npos) << told.err;
+  // Trials that end at the same time may be told in one line.
+  EXPECT_GT(CountLines(told.err), 10) << told.err;
+  EXPECT_LE(CountLines(told.err), 20) << told.err;
+  EXPECT_NE(told.err.find("60 of 60 calibration trials (100 %)\n"), std::string::npos) << told.err;
   EXPECT_NE(told.err.find("15 of 30 scans built (50 %)\n"), std::string::npos) << told.err;
 }
 

@@ -5,6 +5,8 @@
 #include <csignal>
 #include <filesystem>
 #include <fstream>
+#include <optional>
+#include <stdexcept>
 #include <string>
 #include <thread>
 #include <vector>
@@ -48,6 +50,23 @@ class ScanlocdTest : public testing::Test {
     const std::string path = dir_.File(name + ".scanloc");
     test::WriteSmallMap(path, seed, kNumPlaces);
     return path;
+  }
+
+  [[nodiscard]] client::Client Connect() const {
+    auto client = client::Client::Connect({.address = address_});
+    if (!client.ok()) throw std::runtime_error(client.status().ToString());
+    return *std::move(client);
+  }
+
+  /// Sends SIGHUP and waits until the map is in service for the `generation`-th time.
+  void ReloadAndAwait(const client::Client& client, const std::string& map,
+                      std::uint64_t generation) {
+    scanlocd_->Signal(SIGHUP);
+    while (true) {
+      const auto info = client.GetMapInfo(map);
+      if (info.ok() && info->generation == generation) return;
+      std::this_thread::yield();
+    }
   }
 
   test::TempDir dir_;
@@ -131,14 +150,12 @@ TEST_F(ScanlocdTest, EndsWithZeroWhenStoppedUnderLoad) {
   EXPECT_EQ(scanlocd_->Wait(), 0) << scanlocd_->stderr_text();
 }
 
-TEST_F(ScanlocdTest, SaysInOneLineWhichMapIsBad) {
-  const std::string good = WriteMap("good", 1);
+TEST_F(ScanlocdTest, SaysInOneLineWhyNoMapCanBeServed) {
   const std::string torn = WriteMap("torn", 2);
   std::filesystem::resize_file(torn, std::filesystem::file_size(torn) / 2);
   for (const std::string& bad :
        {torn, dir_.File("absent.scanloc"), dir_.Write("text.scanloc", "not a map")}) {
-    test::Process scanlocd(
-        Command({"--map", "good=" + good, "--map", "bad=" + bad, "--listen", "127.0.0.1:0"}));
+    test::Process scanlocd(Command({"--map", "bad=" + bad, "--listen", "127.0.0.1:0"}));
     EXPECT_EQ(scanlocd.Wait(), 1);
     EXPECT_EQ(scanlocd.rest_of_stdout(), "");
     EXPECT_THAT(scanlocd.stderr_text(), StartsWith("scanlocd: map bad: "));
@@ -146,6 +163,79 @@ TEST_F(ScanlocdTest, SaysInOneLineWhichMapIsBad) {
     EXPECT_EQ(std::count(scanlocd.stderr_text().begin(), scanlocd.stderr_text().end(), '\n'), 1)
         << scanlocd.stderr_text();
   }
+}
+
+TEST_F(ScanlocdTest, ServesTheGoodMapsBesideABadOneUntilThatIsMended) {
+  const std::string good = WriteMap("good", 1);
+  const std::string bad = dir_.Write("bad.scanloc", "not a map");
+  Start({"--map", "bad=" + bad, "--map", "good=" + good});
+  const client::Client client = Connect();
+  EXPECT_TRUE(client.LocalizeScan(test::QueryScan(1, 2), {.map = "good"}).ok());
+  const absl::Status refused = client.LocalizeScan(test::QueryScan(1, 2), {.map = "bad"}).status();
+  EXPECT_EQ(refused.code(), absl::StatusCode::kUnavailable) << refused;
+  EXPECT_THAT(std::string(refused.message()), HasSubstr("could not be loaded"));
+  EXPECT_EQ(std::string(refused.message()).find(bad), std::string::npos);
+  EXPECT_EQ(client.ListMaps()->front().state, MapState::kFailed);
+
+  std::filesystem::remove(bad);
+  std::filesystem::copy_file(good, bad);
+  ReloadAndAwait(client, "bad", 1);
+  EXPECT_TRUE(client.LocalizeScan(test::QueryScan(1, 2), {.map = "bad"}).ok());
+}
+
+TEST_F(ScanlocdTest, TakesUpANewMapAtHangupWithoutDroppingAQuery) {
+  const std::string path = WriteMap("town", 1);
+  const std::string next = WriteMap("next", 2);
+  Start({"--map", "town=" + path});
+  const client::Client client = Connect();
+  const std::string first_id = client.GetMapInfo("town")->content_id;
+
+  std::atomic<bool> is_over = false;
+  std::atomic<int> num_answered = 0;
+  std::vector<std::thread> robots;
+  for (int i = 0; i < 3; ++i) {
+    robots.emplace_back([&] {
+      while (!is_over) {
+        const auto reply = client.LocalizeScan(test::QueryScan(1, 2));
+        EXPECT_TRUE(reply.ok()) << reply.status();
+        ++num_answered;
+      }
+    });
+  }
+  while (num_answered < 10) std::this_thread::yield();
+  std::filesystem::rename(next, path);
+  ReloadAndAwait(client, "town", 2);
+  const int answered_by_then = num_answered;
+  while (num_answered < answered_by_then + 10) std::this_thread::yield();
+  is_over = true;
+  for (std::thread& robot : robots) robot.join();
+  EXPECT_NE(client.GetMapInfo("town")->content_id, first_id);
+  const auto reply = client.LocalizeScan(test::QueryScan(2, 3));
+  ASSERT_TRUE(reply.ok()) << reply.status();
+  EXPECT_EQ(reply->answer.candidates.front().place, 3);
+}
+
+TEST_F(ScanlocdTest, KeepsTheMapInServiceWhenTheNewFileIsBadOrGone) {
+  const std::string path = WriteMap("town", 1);
+  const std::string other = WriteMap("other", 2);
+  Start({"--map", "town=" + path, "--map", "other=" + other});
+  const client::Client client = Connect();
+  const std::string content_id = client.GetMapInfo("town")->content_id;
+  std::uint64_t generation = 1;
+  for (const char* bytes : {"garbage", ""}) {
+    std::filesystem::remove(path);
+    if (*bytes != '\0') dir_.Write("town.scanloc", bytes);
+    // The other map is loaded behind this one: once it is new, this one was tried.
+    const std::string fresh = WriteMap("fresh", 10 + generation);
+    std::filesystem::rename(fresh, other);
+    ReloadAndAwait(client, "other", ++generation);
+    EXPECT_EQ(client.GetMapInfo("town")->content_id, content_id);
+    EXPECT_EQ(client.GetMapInfo("town")->generation, 1U);
+    EXPECT_TRUE(client.LocalizeScan(test::QueryScan(1, 2), {.map = "town"}).ok());
+  }
+  scanlocd_->Signal(SIGTERM);
+  EXPECT_EQ(scanlocd_->Wait(), 0);
+  EXPECT_THAT(scanlocd_->stderr_text(), HasSubstr("not reloaded: map town: "));
 }
 
 TEST_F(ScanlocdTest, SaysInOneLineThatItCannotListen) {

@@ -184,15 +184,47 @@ TEST(Server, DoesNotAnswerAfterTheDeadline) {
   EXPECT_EQ(busy.calls().AwaitOne().status.error_code(), grpc::StatusCode::DEADLINE_EXCEEDED);
 }
 
-TEST(Server, TellsWhichMapDoesNotLoad) {
+TEST(Server, TellsWhyTheFirstMapDoesNotLoadWhereNoneDoes) {
   const test::Maps maps = {{"a", test::SmallMap(1, 2)}, {"b", test::SmallMap(2, 2)}};
   const auto server =
+      Server::Start(test::OptionsFor(maps), [](const std::string& path) -> absl::StatusOr<Map> {
+        return absl::DataLossError(path + " is torn");
+      });
+  ASSERT_TRUE(server.ok()) << server.status();
+  EXPECT_EQ((*server)->LoadMaps(), absl::DataLossError("map a: a is torn"));
+}
+
+TEST(Server, ServesTheMapsThatLoadAndTellsOfTheOthers) {
+  const test::Maps maps = {{"a", test::SmallMap(1, 2)}, {"b", test::SmallMap(2, 2)}};
+  bool is_torn = true;
+  const auto server =
       Server::Start(test::OptionsFor(maps), [&](const std::string& path) -> absl::StatusOr<Map> {
-        if (path == "b") return absl::DataLossError("it is torn");
+        if (path == "a" && is_torn) return absl::DataLossError("it is torn");
         return maps.at(path);
       });
   ASSERT_TRUE(server.ok()) << server.status();
-  EXPECT_EQ((*server)->LoadMaps(), absl::DataLossError("map b: it is torn"));
+  EXPECT_TRUE((*server)->LoadMaps().ok());
+  EXPECT_EQ((*server)->maps().List()[0].state, MapState::kFailed);
+  EXPECT_EQ((*server)->maps().List()[1].state, MapState::kServing);
+  EXPECT_THAT(std::string((*server)->maps().Find("a").status().message()),
+              HasSubstr("could not be loaded"));
+  EXPECT_EQ((*server)->ReloadMap("a"), absl::DataLossError("map a: it is torn"));
+  EXPECT_EQ((*server)->ReloadMap("c").code(), absl::StatusCode::kNotFound);
+  is_torn = false;
+  EXPECT_TRUE((*server)->ReloadMap("a").ok());
+  EXPECT_TRUE((*server)->maps().Find("a").ok());
+}
+
+TEST(Server, LeavesAMapThatIsUnchangedAsItIs) {
+  Map map = test::SmallMap(1, 2);
+  const auto server = Server::Start(test::OptionsFor({{"a", map}}),
+                                    [&](const std::string&) -> absl::StatusOr<Map> { return map; });
+  ASSERT_TRUE((*server)->LoadMaps().ok());
+  EXPECT_TRUE((*server)->ReloadMap("a").ok());
+  EXPECT_EQ((*server)->maps().List()[0].generation, 1U);
+  map.calibration.num_trials = 7;  // calibrated since
+  EXPECT_TRUE((*server)->ReloadMap("a").ok());
+  EXPECT_EQ((*server)->maps().List()[0].generation, 2U);
 }
 
 TEST(Server, TurnsWhatALoaderThrowsIntoAStatus) {

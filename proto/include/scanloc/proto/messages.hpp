@@ -38,6 +38,7 @@ struct MapInfo {
 enum class MapState : std::uint8_t {  // on the wire, never renumber
   kLoading = 1,
   kServing = 2,
+  kFailed = 3,  ///< its file could not be loaded
 };
 
 /// One line of the list of a server's maps.

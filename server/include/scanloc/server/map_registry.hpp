@@ -35,9 +35,12 @@ class MapRegistry {
   /// NotFound: no such name. InvalidArgument: the map's parameters are bad.
   absl::Status Serve(const std::string& name, const std::string& path, Map map);
 
+  /// Tells that the map's file could not be loaded. Has no effect on a map that is in service.
+  void SetFailed(const std::string& name);
+
   /// The map that is in service under the name; empty stands for the only one there is.
   /// NotFound that lists the names: there is none, or the name is empty and there are several.
-  /// Unavailable: it is still loading.
+  /// Unavailable: it is still loading, or could not be loaded.
   [[nodiscard]] absl::StatusOr<std::shared_ptr<const ServedMap>> Find(
       const std::string& name) const;
 
@@ -47,6 +50,7 @@ class MapRegistry {
  private:
   struct Slot {
     std::shared_ptr<const ServedMap> served;  // null while loading
+    bool has_failed = false;
     std::uint64_t generation = 0;
   };
 

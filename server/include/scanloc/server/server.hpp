@@ -17,7 +17,7 @@ namespace scanloc::server {
 using MapLoader = std::function<absl::StatusOr<Map>(const std::string& path)>;
 
 /// The health service (grpc.health.v1) knows the server as a whole as "", which serves once every
-/// map does, and each map under this name.
+/// map was loaded or passed over, and each map under this name.
 [[nodiscard]] std::string HealthName(const std::string& map_name);
 
 /// A running scanlocd: listens from Start on, with every map NOT_SERVING until it is loaded.
@@ -34,9 +34,18 @@ class Server {
   /// HOST:PORT as configured, with the port that was really taken.
   [[nodiscard]] const std::string& address() const;
 
-  /// Loads every map in turn; each answers as soon as it is loaded. Stops at the first that does
-  /// not load and returns why, and which. Cancelled if Shutdown was called meanwhile. Call once.
+  /// Loads every map in turn; each answers as soon as it is loaded. One that does not load is
+  /// logged and passed over; why the first of them did not is returned if none does. Cancelled if
+  /// Shutdown was called meanwhile. Call once, before the calls below.
   [[nodiscard]] absl::Status LoadMaps();
+
+  /// Loads the map's file anew, beside the one in service, and puts it in service in its place;
+  /// queries under way end with the one they began with. The same content and calibration: nothing
+  /// changes. On error the one in service stays. NotFound: no map of that name is configured.
+  [[nodiscard]] absl::Status ReloadMap(const std::string& name);
+
+  /// ReloadMap for every map; what fails is logged.
+  void ReloadMaps();
 
   /// Tells NOT_SERVING, accepts nothing more, waits up to drain_s for what is in flight, cancels
   /// what has not started by then, and returns when nothing runs any more.
