@@ -50,6 +50,7 @@ BENCHMARK_CAPTURE(Search, a_pc_k1, "a-pc", 1)->Unit(benchmark::kMicrosecond);
 BENCHMARK_CAPTURE(Search, a_pc_k10, "a-pc", 10)->Unit(benchmark::kMicrosecond);
 BENCHMARK_CAPTURE(Search, a_cc_k10, "a-cc", 10)->Unit(benchmark::kMicrosecond);
 BENCHMARK_CAPTURE(Search, a_pc_k100, "a-pc", 100)->Unit(benchmark::kMicrosecond);
+BENCHMARK_CAPTURE(Search, auto_k100, "auto", 100)->Unit(benchmark::kMicrosecond);
 BENCHMARK_CAPTURE(Search, a_pc_brute, "a-pc-brute", 10)->Unit(benchmark::kMicrosecond);
 BENCHMARK_CAPTURE(Search, a_pc_naive_brute, "a-pc-naive-brute", 10)
     ->Unit(benchmark::kMicrosecond)
