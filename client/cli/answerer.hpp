@@ -39,9 +39,12 @@ class Answerer {
 [[nodiscard]] absl::StatusOr<std::unique_ptr<Answerer>> AnswerFromFile(const std::string& path);
 
 struct ServerQuery {
-  std::string address;                       ///< HOST:PORT
-  std::string map;                           ///< empty: the server's only map
-  bool send_descriptor = false;              ///< describe scans here and send only the descriptors
+  std::string address;           ///< HOST:PORT
+  std::string map;               ///< empty: the server's only map
+  bool send_descriptor = false;  ///< describe scans here and send only the descriptors
+  std::string tls_ca_file;       ///< this and the next two as in client::ClientOptions
+  std::string tls_cert_file;
+  std::string tls_key_file;
   std::chrono::milliseconds deadline{5000};  ///< of connecting and of each query
 };
 

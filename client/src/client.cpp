@@ -5,6 +5,8 @@
 #include <grpcpp/create_channel.h>
 #include <grpcpp/security/credentials.h>
 
+#include <fstream>
+#include <iterator>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -36,10 +38,34 @@ absl::Status CheckScanSize(PointView scan) {
                                                  limits::kMaxPointsPerScan, " make a scan"));
 }
 
-std::shared_ptr<grpc::Channel> MakeChannel(const std::string& address) {
+absl::StatusOr<std::string> ReadPem(const std::string& path) {
+  if (path.empty()) return std::string();
+  std::ifstream file(path);
+  std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+  if (!file || text.find("-----BEGIN ") == std::string::npos) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("'", path, "' cannot be read or is not in PEM format"));
+  }
+  return text;
+}
+
+absl::StatusOr<std::shared_ptr<grpc::ChannelCredentials>> MakeCredentials(
+    const ClientOptions& options) {
+  if (options.tls_ca_file.empty()) return grpc::InsecureChannelCredentials();
+  const absl::StatusOr<std::string> ca = ReadPem(options.tls_ca_file);
+  const absl::StatusOr<std::string> cert = ReadPem(options.tls_cert_file);
+  const absl::StatusOr<std::string> key = ReadPem(options.tls_key_file);
+  for (const auto* file : {&ca, &cert, &key}) {
+    if (!file->ok()) return file->status();
+  }
+  return grpc::SslCredentials({*ca, *key, *cert});
+}
+
+std::shared_ptr<grpc::Channel> MakeChannel(
+    const std::string& address, const std::shared_ptr<grpc::ChannelCredentials>& credentials) {
   grpc::ChannelArguments arguments;
   arguments.SetMaxReceiveMessageSize(limits::kMaxMessageBytes);
-  return grpc::CreateCustomChannel(address, grpc::InsecureChannelCredentials(), arguments);
+  return grpc::CreateCustomChannel(address, credentials, arguments);
 }
 
 /// Ends at the first failure: a robot should learn at once that nobody listens there.
@@ -58,15 +84,21 @@ absl::Status Validate(const ClientOptions& options) {
   if (options.address.empty()) {
     return absl::InvalidArgumentError("address is empty; it must be HOST:PORT");
   }
+  if (options.tls_cert_file.empty() != options.tls_key_file.empty() ||
+      (options.tls_ca_file.empty() && !options.tls_cert_file.empty())) {
+    return absl::InvalidArgumentError(
+        "a certificate needs its private key and the CA of the server; give all three");
+  }
   absl::Status status = CheckTimeout("timeout", options.timeout, milliseconds(1));
   status.Update(CheckTimeout("connect_timeout", options.connect_timeout, milliseconds(0)));
   return status;
 }
 
 struct Client::State {
-  explicit State(const ClientOptions& client_options)
+  State(const ClientOptions& client_options,
+        const std::shared_ptr<grpc::ChannelCredentials>& credentials)
       : options(client_options),
-        channel(MakeChannel(client_options.address)),
+        channel(MakeChannel(client_options.address, credentials)),
         stub(v1::Localization::NewStub(channel)) {}
 
   [[nodiscard]] absl::Status WithAddress(const absl::Status& status) const {
@@ -153,7 +185,9 @@ struct Client::State {
 
 absl::StatusOr<Client> Client::Connect(const ClientOptions& options) {
   if (auto status = Validate(options); !status.ok()) return status;
-  auto state = std::make_shared<State>(options);
+  const auto credentials = MakeCredentials(options);
+  if (!credentials.ok()) return credentials.status();
+  auto state = std::make_shared<State>(options, *credentials);
   if (options.connect_timeout.count() > 0 &&
       !AwaitReady(*state->channel, Clock::now() + options.connect_timeout)) {
     return state->WithAddress(

@@ -6,13 +6,13 @@
 
 namespace scanloc::server {
 
-/// Blocks SIGTERM, SIGINT and SIGHUP for this thread and all that it starts later, so that RunUntilStopped
-/// alone sees them. Call before any other thread exists.
+/// Blocks SIGTERM, SIGINT and SIGHUP for this thread and all that it starts later, so that
+/// RunUntilStopped alone sees them. Call before any other thread exists.
 void BlockStopSignals();
 
-/// The life of the program: loads the maps, prints `scanlocd ready on HOST:PORT`, loads them anew at
-/// every SIGHUP, and shuts the server down at the first SIGTERM or SIGINT. The exit status of the
-/// process: 0, or 1 after one line on stderr if no map loads.
+/// The life of the program: loads the maps, prints `scanlocd ready on HOST:PORT`, loads them anew
+/// at every SIGHUP, and shuts the server down at the first SIGTERM or SIGINT. The exit status of
+/// the process: 0, or 1 after one line on stderr if no map loads.
 ///
 /// Ends the process itself where something still runs long after drain (nothing is lost by it: maps
 /// are only read), and at a second signal.

@@ -44,6 +44,15 @@ void Declare(CLI::App& app, CommandLine& line) {
       ->expected(1);
   app.add_option("--listen", options.listen, "HOST:PORT to listen on; port 0 takes a free one")
       ->capture_default_str();
+  app.add_option("--tls-cert", options.tls.cert_file,
+                 "certificate of the server with its chain, PEM; taken up anew when renewed")
+      ->type_name("FILE");
+  app.add_option("--tls-key", options.tls.key_file, "its private key, PEM")->type_name("FILE");
+  app.add_option("--tls-client-ca", options.tls.client_ca_file,
+                 "clients must show a certificate of this CA, PEM")
+      ->type_name("FILE");
+  app.add_flag("--allow-plaintext", options.allow_plaintext,
+               "listen beyond this machine without TLS, behind a proxy that has it");
   app.add_option("--threads", options.num_threads, "threads that answer queries; 0: one a core")
       ->capture_default_str();
   app.add_option("--max-inflight", options.max_inflight,

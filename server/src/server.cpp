@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "credentials.hpp"
 #include "health_service.hpp"
 #include "localization_service.hpp"
 #include "unary_call.hpp"
@@ -79,9 +80,11 @@ absl::Status Server::State::Listen() {
   static std::once_flag reflection;
   std::call_once(reflection, grpc::reflection::InitProtoReflectionServerBuilderPlugin);
 
+  auto credentials = MakeCredentials(options.tls);
+  if (!credentials.ok()) return credentials.status();
   grpc::ServerBuilder builder;
   int port = 0;
-  builder.AddListeningPort(options.listen, grpc::InsecureServerCredentials(), &port);
+  builder.AddListeningPort(options.listen, *credentials, &port);
   builder.RegisterService(&localization);
   builder.RegisterService(&health);
   builder.SetMaxReceiveMessageSize(options.max_message_bytes);

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <set>
 
+#include "absl/strings/match.h"
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 
@@ -62,6 +63,26 @@ absl::Status CheckListen(const std::string& listen) {
   return absl::OkStatus();
 }
 
+absl::Status CheckTls(const ServerOptions& options) {
+  const TlsOptions& tls = options.tls;
+  if (tls.cert_file.empty() != tls.key_file.empty()) {
+    return absl::InvalidArgumentError(
+        "TLS needs both a certificate and its private key; give both or neither");
+  }
+  if (!tls.enabled() && !tls.client_ca_file.empty()) {
+    return absl::InvalidArgumentError(
+        "a CA for clients' certificates is of no use without a certificate of the server");
+  }
+  const std::string host = options.listen.substr(0, options.listen.rfind(':'));
+  const bool is_local = host == "localhost" || host == "[::1]" || absl::StartsWith(host, "127.") ||
+                        absl::StartsWith(host, "unix");
+  if (tls.enabled() || is_local || options.allow_plaintext) return absl::OkStatus();
+  return absl::InvalidArgumentError(absl::StrCat(
+      "listening on ", options.listen,
+      " without TLS would let the network read and change what robots are told; give a "
+      "certificate, listen on 127.0.0.1, or allow plaintext in so many words"));
+}
+
 }  // namespace
 
 absl::StatusOr<MapSource> ParseMapSource(const std::string& text) {
@@ -76,6 +97,7 @@ absl::StatusOr<MapSource> ParseMapSource(const std::string& text) {
 absl::Status Validate(const ServerOptions& options) {
   absl::Status status = CheckMaps(options.maps);
   status.Update(CheckListen(options.listen));
+  status.Update(CheckTls(options));
   status.Update(CheckRange("num_threads", options.num_threads, 0, kMaxThreads));
   status.Update(CheckRange("max_inflight", options.max_inflight, 1, kMaxInflight));
   status.Update(CheckRange("max_streams", options.max_streams, 0, kMaxStreams));

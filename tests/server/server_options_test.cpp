@@ -36,6 +36,10 @@ TEST(ServerOptions, NamesTheFirstBadField) {
        {"", "localhost", ":50061", "host:", "host:port", "host:65536", "h:-1"}) {
     refuses("listen", [&](ServerOptions& o) { o.listen = listen; });
   }
+  refuses("without TLS", [](ServerOptions& o) { o.listen = "0.0.0.0:50061"; });
+  refuses("both a certificate", [](ServerOptions& o) { o.tls.cert_file = "cert"; });
+  refuses("both a certificate", [](ServerOptions& o) { o.tls.key_file = "key"; });
+  refuses("CA for clients", [](ServerOptions& o) { o.tls.client_ca_file = "ca"; });
   refuses("num_threads", [](ServerOptions& o) { o.num_threads = -1; });
   refuses("max_inflight", [](ServerOptions& o) { o.max_inflight = 0; });
   refuses("max_message_bytes", [](ServerOptions& o) { o.max_message_bytes = 0; });

@@ -18,6 +18,12 @@ namespace scanloc::client {
 struct ClientOptions {
   std::string address = "127.0.0.1:50061";  ///< HOST:PORT of scanlocd
 
+  /// Encryption, files in PEM format. With a CA, the server must show a certificate of it, for the
+  /// address's host; empty: no encryption.
+  std::string tls_ca_file;
+  std::string tls_cert_file;  ///< the robot's own, where the server asks for one; with its key
+  std::string tls_key_file;
+
   /// How long a call may take in all unless it says otherwise. A robot that waits longer than this
   /// is better off asking again with a fresh scan.
   std::chrono::milliseconds timeout{5000};
@@ -43,7 +49,8 @@ struct RequestOptions {
 /// carry the server's text and address; its codes are those of proto/scanloc/v1/localization.proto.
 class Client {
  public:
-  /// Unavailable if the server cannot be reached now; InvalidArgument for bad options.
+  /// Unavailable if the server cannot be reached now, or does not show the certificate that it
+  /// should; InvalidArgument for bad options and files that cannot be read.
   [[nodiscard]] static absl::StatusOr<Client> Connect(const ClientOptions& options);
 
   Client(Client&&) noexcept;

@@ -20,13 +20,28 @@ struct MapSource {
 /// Splits NAME=FILE at the first '='. InvalidArgument if there is none or a side is empty.
 [[nodiscard]] absl::StatusOr<MapSource> ParseMapSource(const std::string& text);
 
+/// Encryption: files in PEM format. All empty: none.
+struct TlsOptions {
+  std::string cert_file;  ///< of the server, with its chain
+  std::string key_file;   ///< private key of the certificate
+  std::string
+      client_ca_file;  ///< clients must show a certificate of this CA; empty: they need none
+
+  [[nodiscard]] bool enabled() const { return !cert_file.empty(); }
+};
+
 /// How a server runs. What shapes its answers is not here but in the maps.
 struct ServerOptions {
   std::vector<MapSource> maps;  ///< at least one
 
   /// HOST:PORT, or [HOST]:PORT for IPv6; port 0 takes a free one. By default only this machine
-  /// reaches the server: nothing on the wire is encrypted.
+  /// reaches the server.
   std::string listen = "127.0.0.1:50061";
+
+  TlsOptions tls;
+  /// Without TLS only this machine's own addresses may be listened on, unless this says so: whoever
+  /// is on the network could read and change what robots are told.
+  bool allow_plaintext = false;
 
   /// Threads that answer queries; 0: one a core. A query keeps one core busy from start to end, so
   /// more than that only adds waiting.
