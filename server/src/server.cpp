@@ -122,7 +122,7 @@ WorkerPool& Server::workers() { return state_->workers; }
 
 absl::Status Server::State::Load(const MapSource& source) {
   const std::lock_guard lock(loading);
-  const absl::Status status = Guard([&]() -> absl::Status {
+  absl::Status status = Guard([&]() -> absl::Status {
     auto map = load_map(source.path);
     if (!map.ok()) return map.status();
     if (const auto served = maps.Find(source.name); served.ok()) {
@@ -160,7 +160,7 @@ absl::Status Server::LoadMaps() {
     }
     if (first_error.ok()) first_error = status;
     // Alone, it is told by who called; among others it must not go unseen.
-    if (state_->options.maps.size() > 1) spdlog::error("{}", std::string(status.message()));
+    if (state_->options.maps.size() > 1) spdlog::error("{}", absl::StrCat(status.message()));
   }
   if (num_loaded == 0) return first_error;
   state_->health.Set("", true);
@@ -178,7 +178,7 @@ void Server::ReloadMaps() {
   for (const MapSource& source : state_->options.maps) {
     if (state_->stopping) return;
     const absl::Status status = state_->Load(source);
-    if (!status.ok()) spdlog::error("not reloaded: {}", std::string(status.message()));
+    if (!status.ok()) spdlog::error("not reloaded: {}", absl::StrCat(status.message()));
   }
 }
 
