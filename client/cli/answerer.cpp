@@ -1,5 +1,6 @@
 #include "cli/answerer.hpp"
 
+#include <fstream>
 #include <utility>
 
 #include "scanloc/client/client.hpp"
@@ -113,13 +114,19 @@ absl::StatusOr<std::unique_ptr<Answerer>> AnswerFromFile(const std::string& path
 }
 
 absl::StatusOr<std::unique_ptr<Answerer>> AnswerFromServer(const ServerQuery& query) {
-  absl::StatusOr<client::Client> client =
-      client::Client::Connect({.address = query.address,
-                               .tls_ca_file = query.tls_ca_file,
-                               .tls_cert_file = query.tls_cert_file,
-                               .tls_key_file = query.tls_key_file,
-                               .timeout = query.deadline,
-                               .connect_timeout = query.deadline});
+  client::ClientOptions options{.address = query.address,
+                                .tls_ca_file = query.tls_ca_file,
+                                .tls_cert_file = query.tls_cert_file,
+                                .tls_key_file = query.tls_key_file,
+                                .timeout = query.deadline,
+                                .connect_timeout = query.deadline};
+  if (!query.token_file.empty()) {
+    std::ifstream file(query.token_file);
+    if (!(file >> options.token)) {
+      return absl::NotFoundError("cannot read a token from " + query.token_file);
+    }
+  }
+  absl::StatusOr<client::Client> client = client::Client::Connect(options);
   if (!client.ok()) return client.status();
   absl::StatusOr<MapInfo> info = client->GetMapInfo(query.map);
   if (!info.ok()) return info.status();

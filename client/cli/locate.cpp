@@ -184,6 +184,10 @@ void LocateCommand::DeclareServer(CLI::App& app) {
       ->type_name("FILE")
       ->needs(cert)
       ->group(group);
+  app.add_option("--token-file", server_.token_file, "File with the token to show")
+      ->type_name("FILE")
+      ->needs(server)
+      ->group(group);
   app.add_option("--send", send_, "What is sent: the scan, or its descriptors made here")
       ->check(CLI::IsMember({"scan", "descriptor"}))
       ->capture_default_str()

@@ -16,6 +16,7 @@
 #include "scanloc/proto/status.hpp"
 #include "scanloc/v1/localization.grpc.pb.h"
 #include "stream_call.hpp"
+#include "token.hpp"
 
 namespace scanloc::client {
 namespace {
@@ -89,6 +90,7 @@ absl::Status Validate(const ClientOptions& options) {
     return absl::InvalidArgumentError(
         "a certificate needs its private key and the CA of the server; give all three");
   }
+  if (auto token = CheckToken(options); !token.ok()) return token;
   absl::Status status = CheckTimeout("timeout", options.timeout, milliseconds(1));
   status.Update(CheckTimeout("connect_timeout", options.connect_timeout, milliseconds(0)));
   return status;
@@ -133,6 +135,7 @@ struct Client::State {
                                               Clock::time_point deadline) const {
     grpc::ClientContext context;
     context.set_deadline(deadline);
+    ShowToken(options, context);
     Response response;
     const absl::Status status =
         proto::FromGrpc((stub.get()->*method)(&context, request, &response));
@@ -267,7 +270,7 @@ struct RobotStream::State {
       : client(std::move(client_state)),
         options(stream_options),
         timeout(scan_timeout),
-        call(*client->stub) {}
+        call(*client->stub, client->options) {}
 
   [[nodiscard]] absl::StatusOr<v1::LocalizeStreamRequest> RequestFor(PointView scan) const {
     v1::LocalizeStreamRequest request;

@@ -53,6 +53,9 @@ void Declare(CLI::App& app, CommandLine& line) {
       ->type_name("FILE");
   app.add_flag("--allow-plaintext", options.allow_plaintext,
                "listen beyond this machine without TLS, behind a proxy that has it");
+  app.add_option("--token-file", options.token_file,
+                 "who may call: lines NAME ROLE TOKEN; read again on change")
+      ->type_name("FILE");
   app.add_option("--threads", options.num_threads, "threads that answer queries; 0: one a core")
       ->capture_default_str();
   app.add_option("--max-inflight", options.max_inflight,

@@ -15,6 +15,8 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "access.hpp"
+#include "connection_limits.hpp"
 #include "credentials.hpp"
 #include "health_service.hpp"
 #include "localization_service.hpp"
@@ -42,12 +44,13 @@ std::string HealthName(const std::string& map_name) {
 }
 
 struct Server::State {
-  State(const ServerOptions& server_options, MapLoader loader)
+  State(const ServerOptions& server_options, MapLoader loader, std::unique_ptr<Access> callers)
       : options(server_options),
         load_map(std::move(loader)),
+        access(std::move(callers)),
         maps(NamesOf(server_options.maps)),
         workers(NumThreads(server_options), server_options.max_inflight),
-        localization(maps, workers, server_options.max_streams) {}
+        localization(maps, workers, *access, server_options.max_streams) {}
 
   // gRPC ends every call, then the workers what they were at; only then goes what both use.
   ~State() {
@@ -63,6 +66,7 @@ struct Server::State {
   const ServerOptions options;
   const MapLoader load_map;
   std::string address;
+  const std::unique_ptr<Access> access;
   MapRegistry maps;
   WorkerPool workers;
   LocalizationService localization;
@@ -88,8 +92,7 @@ absl::Status Server::State::Listen() {
   builder.RegisterService(&localization);
   builder.RegisterService(&health);
   builder.SetMaxReceiveMessageSize(options.max_message_bytes);
-  // Two servers on one port would share its robots at random.
-  builder.AddChannelArgument(GRPC_ARG_ALLOW_REUSEPORT, 0);
+  LimitConnections(builder);
   grpc_server = builder.BuildAndStart();
   if (grpc_server == nullptr || port == 0) {
     return absl::UnavailableError(
@@ -105,7 +108,9 @@ absl::StatusOr<std::unique_ptr<Server>> Server::Start(const ServerOptions& optio
   if (auto status = Validate(options); !status.ok()) return status;
   std::unique_ptr<State> state;
   const absl::Status status = Guard([&] {
-    state = std::make_unique<State>(options, std::move(load_map));
+    auto access = Access::Create(options.token_file);
+    if (!access.ok()) return access.status();
+    state = std::make_unique<State>(options, std::move(load_map), *std::move(access));
     return state->Listen();
   });
   if (!status.ok()) return status;

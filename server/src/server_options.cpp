@@ -1,5 +1,7 @@
 #include "scanloc/server/server_options.hpp"
 
+#include <arpa/inet.h>
+
 #include <algorithm>
 #include <cctype>
 #include <cstddef>
@@ -63,6 +65,14 @@ absl::Status CheckListen(const std::string& listen) {
   return absl::OkStatus();
 }
 
+bool IsLocal(const std::string& listen) {
+  const std::string host = listen.substr(0, listen.rfind(':'));
+  if (host == "localhost" || host == "[::1]" || absl::StartsWith(host, "unix:")) return true;
+  // A name that only begins like an address may be anywhere.
+  in_addr address = {};
+  return inet_pton(AF_INET, host.c_str(), &address) == 1 && ntohl(address.s_addr) >> 24 == 127;
+}
+
 absl::Status CheckTls(const ServerOptions& options) {
   const TlsOptions& tls = options.tls;
   if (tls.cert_file.empty() != tls.key_file.empty()) {
@@ -73,10 +83,7 @@ absl::Status CheckTls(const ServerOptions& options) {
     return absl::InvalidArgumentError(
         "a CA for clients' certificates is of no use without a certificate of the server");
   }
-  const std::string host = options.listen.substr(0, options.listen.rfind(':'));
-  const bool is_local = host == "localhost" || host == "[::1]" || absl::StartsWith(host, "127.") ||
-                        absl::StartsWith(host, "unix");
-  if (tls.enabled() || is_local || options.allow_plaintext) return absl::OkStatus();
+  if (tls.enabled() || IsLocal(options.listen) || options.allow_plaintext) return absl::OkStatus();
   return absl::InvalidArgumentError(absl::StrCat(
       "listening on ", options.listen,
       " without TLS would let the network read and change what robots are told; give a "

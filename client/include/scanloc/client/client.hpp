@@ -24,6 +24,11 @@ struct ClientOptions {
   std::string tls_cert_file;  ///< the robot's own, where the server asks for one; with its key
   std::string tls_key_file;
 
+  /// Shown with every call; empty: none. Without encryption it is sent to this machine only, unless
+  /// allow_plaintext_token says that something else protects the way.
+  std::string token;
+  bool allow_plaintext_token = false;
+
   /// How long a call may take in all unless it says otherwise. A robot that waits longer than this
   /// is better off asking again with a fresh scan.
   std::chrono::milliseconds timeout{5000};

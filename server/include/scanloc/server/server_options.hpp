@@ -43,6 +43,10 @@ struct ServerOptions {
   /// is on the network could read and change what robots are told.
   bool allow_plaintext = false;
 
+  /// Who may call: lines NAME ROLE TOKEN (docs/operations.md), read again when the file changes.
+  /// Empty: whoever reaches the server may ask it.
+  std::string token_file;
+
   /// Threads that answer queries; 0: one a core. A query keeps one core busy from start to end, so
   /// more than that only adds waiting.
   int num_threads = 0;
