@@ -114,7 +114,11 @@ std::string EvalAsTable(const EvalReport& report) {
                                      counts.num_elsewhere);
   const auto append = [&](const auto& row) {
     for (std::size_t i = 0; i < row.size(); ++i) {
-      absl::StrAppendFormat(&text, i == 0 ? "%-14s" : "%10s", std::string(row[i]));
+      if (i == 0) {
+        absl::StrAppendFormat(&text, "%-14s", std::string(row[i]));
+      } else {
+        absl::StrAppendFormat(&text, "%10s", std::string(row[i]));
+      }
     }
     text += '\n';
   };
