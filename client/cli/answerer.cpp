@@ -1,8 +1,8 @@
 #include "cli/answerer.hpp"
 
-#include <fstream>
 #include <utility>
 
+#include "cli/connection_options.hpp"
 #include "scanloc/client/client.hpp"
 #include "scanloc/mapdb/map_file.hpp"
 
@@ -114,19 +114,7 @@ absl::StatusOr<std::unique_ptr<Answerer>> AnswerFromFile(const std::string& path
 }
 
 absl::StatusOr<std::unique_ptr<Answerer>> AnswerFromServer(const ServerQuery& query) {
-  client::ClientOptions options{.address = query.address,
-                                .tls_ca_file = query.tls_ca_file,
-                                .tls_cert_file = query.tls_cert_file,
-                                .tls_key_file = query.tls_key_file,
-                                .timeout = query.deadline,
-                                .connect_timeout = query.deadline};
-  if (!query.token_file.empty()) {
-    std::ifstream file(query.token_file);
-    if (!(file >> options.token)) {
-      return absl::NotFoundError("cannot read a token from " + query.token_file);
-    }
-  }
-  absl::StatusOr<client::Client> client = client::Client::Connect(options);
+  absl::StatusOr<client::Client> client = Connect(query);
   if (!client.ok()) return client.status();
   absl::StatusOr<MapInfo> info = client->GetMapInfo(query.map);
   if (!info.ok()) return info.status();

@@ -84,6 +84,15 @@ class Client {
   /// For a robot that keeps moving. What is wrong with map or options is told with the first scan.
   [[nodiscard]] absl::StatusOr<RobotStream> OpenStream(const StreamOptions& options = {}) const;
 
+  /// What an operator may do, if the server serves administration and the token allows it
+  /// (proto/scanloc/v1/admin.proto): the map as it then is. A map takes its time to load; the
+  /// timeout must allow for it.
+  [[nodiscard]] absl::StatusOr<MapSummary> ReloadMap(
+      const std::string& map, std::optional<std::chrono::milliseconds> timeout = {}) const;
+  [[nodiscard]] absl::StatusOr<MapSummary> LoadMap(
+      const std::string& map, std::optional<std::chrono::milliseconds> timeout = {}) const;
+  absl::Status UnloadMap(const std::string& map) const;
+
  private:
   friend class RobotStream;
   struct State;
