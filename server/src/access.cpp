@@ -121,7 +121,7 @@ std::shared_ptr<const Access::Tokens> Access::Current() {
     spdlog::info("token file {} read again: {} tokens", token_file_, tokens->size());
     tokens_ = std::make_shared<const Tokens>(*std::move(tokens));
   } else {
-    spdlog::error("the tokens before stay in force: {}", std::string(tokens.status().message()));
+    spdlog::error("the tokens before stay in force: {}", absl::StrCat(tokens.status().message()));
   }
   return tokens_;
 }

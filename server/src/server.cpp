@@ -138,7 +138,7 @@ WorkerPool& Server::workers() { return state_->workers; }
 
 absl::Status Server::State::Load(const MapSource& source) {
   const std::lock_guard lock(loading);
-  const absl::Status status = Guard([&]() -> absl::Status {
+  absl::Status status = Guard([&]() -> absl::Status {
     auto map = load_map(source.path);
     if (!map.ok()) return map.status();
     if (const auto served = maps.Find(source.name); served.ok()) {
@@ -179,7 +179,7 @@ absl::Status Server::LoadMaps() {
     }
     if (first_error.ok()) first_error = status;
     // Alone, it is told by who called; among others it must not go unseen.
-    if (sources->size() > 1) spdlog::error("{}", std::string(status.message()));
+    if (sources->size() > 1) spdlog::error("{}", absl::StrCat(status.message()));
   }
   if (num_loaded == 0 && !first_error.ok()) return first_error;
   state_->health.Set("", true);
@@ -229,12 +229,12 @@ absl::Status Server::UnloadMap(const std::string& name) { return state_->Unload(
 
 void Server::ReloadMaps() {
   const auto sources = state_->sources.List();
-  if (!sources.ok()) return spdlog::error("{}", std::string(sources.status().message()));
+  if (!sources.ok()) return spdlog::error("{}", absl::StrCat(sources.status().message()));
   for (const MapSource& source : *sources) {
     if (state_->stopping) return;
     state_->Expect(source.name);
     const absl::Status status = state_->Load(source);
-    if (!status.ok()) spdlog::error("not reloaded: {}", std::string(status.message()));
+    if (!status.ok()) spdlog::error("not reloaded: {}", absl::StrCat(status.message()));
   }
 }
 
