@@ -6,6 +6,7 @@ find_package(PkgConfig REQUIRED)             # pkg-config
 find_package(SQLite3 3.38 REQUIRED)          # libsqlite3-dev
 find_package(spdlog REQUIRED)                # libspdlog-dev
 find_package(Protobuf REQUIRED)              # libprotobuf-dev, protobuf-compiler
+find_package(OpenSSL REQUIRED)               # libssl-dev
 find_package(CLI11 REQUIRED)                 # libcli11-dev
 find_package(gRPC CONFIG REQUIRED)           # libgrpc++-dev, protobuf-compiler-grpc
 find_package(nanoflann REQUIRED)             # libnanoflann-dev

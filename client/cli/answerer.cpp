@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "cli/connection_options.hpp"
 #include "scanloc/client/client.hpp"
 #include "scanloc/mapdb/map_file.hpp"
 
@@ -113,13 +114,7 @@ absl::StatusOr<std::unique_ptr<Answerer>> AnswerFromFile(const std::string& path
 }
 
 absl::StatusOr<std::unique_ptr<Answerer>> AnswerFromServer(const ServerQuery& query) {
-  absl::StatusOr<client::Client> client =
-      client::Client::Connect({.address = query.address,
-                               .tls_ca_file = query.tls_ca_file,
-                               .tls_cert_file = query.tls_cert_file,
-                               .tls_key_file = query.tls_key_file,
-                               .timeout = query.deadline,
-                               .connect_timeout = query.deadline});
+  absl::StatusOr<client::Client> client = Connect(query);
   if (!client.ok()) return client.status();
   absl::StatusOr<MapInfo> info = client->GetMapInfo(query.map);
   if (!info.ok()) return info.status();

@@ -45,6 +45,7 @@ struct ServerQuery {
   std::string tls_ca_file;       ///< this and the next two as in client::ClientOptions
   std::string tls_cert_file;
   std::string tls_key_file;
+  std::string token_file;                    ///< its first word is the token; empty: none
   std::chrono::milliseconds deadline{5000};  ///< of connecting and of each query
 };
 

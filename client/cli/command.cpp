@@ -17,6 +17,7 @@ std::vector<std::unique_ptr<Command>> AllCommands() {
   commands.push_back(MakePlotCommand());
   commands.push_back(MakeMergeCommand());
   commands.push_back(MakeExportCommand());
+  commands.push_back(MakeAdminCommand());
   return commands;
 }
 

@@ -40,6 +40,7 @@ std::unique_ptr<Command> MakeEvalCommand();
 std::unique_ptr<Command> MakeMergeCommand();
 std::unique_ptr<Command> MakeExportCommand();
 std::unique_ptr<Command> MakePlotCommand();
+std::unique_ptr<Command> MakeAdminCommand();
 
 /// All of them, in the order in which the help lists them.
 [[nodiscard]] std::vector<std::unique_ptr<Command>> AllCommands();

@@ -13,6 +13,7 @@
 #include "absl/strings/str_cat.h"
 #include "cli/answerer.hpp"
 #include "cli/command.hpp"
+#include "cli/connection_options.hpp"
 #include "cli/drive_options.hpp"
 #include "cli/output.hpp"
 #include "cli/progress.hpp"
@@ -164,25 +165,9 @@ void LocateCommand::DeclareQuery(CLI::App& app) {
 
 void LocateCommand::DeclareServer(CLI::App& app) {
   const char* group = "Asking a server";
-  auto* server = app.add_option("--server", server_.address, "scanlocd to ask")
-                     ->type_name("HOST:PORT")
-                     ->group(group);
+  auto* server = DeclareConnection(app, group, &server_);
   app.add_option("--map", server_.map, "Name of the map at the server [its only one]")
       ->needs(server)
-      ->group(group);
-  app.add_option("--tls-ca", server_.tls_ca_file,
-                 "The server must show a certificate of this CA, PEM [no encryption]")
-      ->type_name("FILE")
-      ->needs(server)
-      ->group(group);
-  auto* cert = app.add_option("--tls-cert", server_.tls_cert_file,
-                              "Certificate to show, where the server asks for one, PEM")
-                   ->type_name("FILE")
-                   ->needs(server)
-                   ->group(group);
-  app.add_option("--tls-key", server_.tls_key_file, "Its private key, PEM")
-      ->type_name("FILE")
-      ->needs(cert)
       ->group(group);
   app.add_option("--send", send_, "What is sent: the scan, or its descriptors made here")
       ->check(CLI::IsMember({"scan", "descriptor"}))

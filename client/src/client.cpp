@@ -14,8 +14,10 @@
 #include "scanloc/core/limits.hpp"
 #include "scanloc/proto/convert.hpp"
 #include "scanloc/proto/status.hpp"
+#include "scanloc/v1/admin.grpc.pb.h"
 #include "scanloc/v1/localization.grpc.pb.h"
 #include "stream_call.hpp"
+#include "token.hpp"
 
 namespace scanloc::client {
 namespace {
@@ -89,6 +91,7 @@ absl::Status Validate(const ClientOptions& options) {
     return absl::InvalidArgumentError(
         "a certificate needs its private key and the CA of the server; give all three");
   }
+  if (auto token = CheckToken(options); !token.ok()) return token;
   absl::Status status = CheckTimeout("timeout", options.timeout, milliseconds(1));
   status.Update(CheckTimeout("connect_timeout", options.connect_timeout, milliseconds(0)));
   return status;
@@ -99,7 +102,8 @@ struct Client::State {
         const std::shared_ptr<grpc::ChannelCredentials>& credentials)
       : options(client_options),
         channel(MakeChannel(client_options.address, credentials)),
-        stub(v1::Localization::NewStub(channel)) {}
+        stub(v1::Localization::NewStub(channel)),
+        admin(v1::Admin::NewStub(channel)) {}
 
   [[nodiscard]] absl::Status WithAddress(const absl::Status& status) const {
     if (status.ok()) return status;
@@ -123,25 +127,50 @@ struct Client::State {
     return Clock::now() + timeout.value_or(options.timeout);
   }
 
-  template <typename Request, typename Response>
-  using Method = grpc::Status (v1::Localization::Stub::*)(grpc::ClientContext*, const Request&,
-                                                          Response*);
+  template <typename Stub, typename Request, typename Response>
+  using Method = grpc::Status (Stub::*)(grpc::ClientContext*, const Request&, Response*);
 
   template <typename Request, typename Response>
-  [[nodiscard]] absl::StatusOr<Response> Call(Method<Request, Response> method,
-                                              const Request& request,
-                                              Clock::time_point deadline) const {
+  [[nodiscard]] absl::StatusOr<Response> Call(
+      Method<v1::Localization::Stub, Request, Response> method, const Request& request,
+      Clock::time_point deadline) const {
+    return CallOn(*stub, method, request, deadline);
+  }
+
+  template <typename Stub, typename Request, typename Response>
+  [[nodiscard]] absl::StatusOr<Response> CallOn(Stub& service,
+                                                Method<Stub, Request, Response> method,
+                                                const Request& request,
+                                                Clock::time_point deadline) const {
     grpc::ClientContext context;
     context.set_deadline(deadline);
+    ShowToken(options, context);
     Response response;
-    const absl::Status status =
-        proto::FromGrpc((stub.get()->*method)(&context, request, &response));
+    const absl::Status status = proto::FromGrpc((service.*method)(&context, request, &response));
     // Nobody here cancels: it is how gRPC ends calls that meet a server in its last moment.
     if (absl::IsCancelled(status)) {
       return WithAddress(absl::UnavailableError("it stopped before it could answer"));
     }
     if (!status.ok()) return WithAddress(status);
     return response;
+  }
+
+  /// Reload or load.
+  template <typename Request, typename Response>
+  [[nodiscard]] absl::StatusOr<MapSummary> Change(
+      Method<v1::Admin::Stub, Request, Response> method, const std::string& map,
+      const std::optional<milliseconds>& timeout) const {
+    const auto deadline = DeadlineOf(timeout);
+    if (!deadline.ok()) return deadline.status();
+    Request request;
+    request.set_map(map);
+    const auto response = CallOn(*admin, method, request, *deadline);
+    if (!response.ok()) return response.status();
+    v1::ListMapsResponse list;
+    *list.add_maps() = response->map();
+    auto maps = proto::FromProto(list);
+    if (!maps.ok()) return BadReply(maps.status());
+    return std::move(maps->front());
   }
 
   [[nodiscard]] absl::StatusOr<MapInfo> FetchInfo(const std::string& map,
@@ -180,6 +209,7 @@ struct Client::State {
   const ClientOptions options;
   const std::shared_ptr<grpc::Channel> channel;
   const std::unique_ptr<v1::Localization::Stub> stub;
+  const std::unique_ptr<v1::Admin::Stub> admin;
   MapCache cache;
 };
 
@@ -212,6 +242,25 @@ absl::StatusOr<std::vector<MapSummary>> Client::ListMaps() const {
 
 absl::StatusOr<MapInfo> Client::GetMapInfo(const std::string& map) const {
   return state_->FetchInfo(map, Clock::now() + state_->options.timeout);
+}
+
+absl::StatusOr<MapSummary> Client::ReloadMap(const std::string& map,
+                                             std::optional<milliseconds> timeout) const {
+  return state_->Change(&v1::Admin::Stub::ReloadMap, map, timeout);
+}
+
+absl::StatusOr<MapSummary> Client::LoadMap(const std::string& map,
+                                           std::optional<milliseconds> timeout) const {
+  return state_->Change(&v1::Admin::Stub::LoadMap, map, timeout);
+}
+
+absl::Status Client::UnloadMap(const std::string& map) const {
+  v1::UnloadMapRequest request;
+  request.set_map(map);
+  return state_
+      ->CallOn(*state_->admin, &v1::Admin::Stub::UnloadMap, request,
+               Clock::now() + state_->options.timeout)
+      .status();
 }
 
 absl::StatusOr<LocalizeReply> Client::LocalizeScan(PointView scan,
@@ -267,7 +316,7 @@ struct RobotStream::State {
       : client(std::move(client_state)),
         options(stream_options),
         timeout(scan_timeout),
-        call(*client->stub) {}
+        call(*client->stub, client->options) {}
 
   [[nodiscard]] absl::StatusOr<v1::LocalizeStreamRequest> RequestFor(PointView scan) const {
     v1::LocalizeStreamRequest request;

@@ -3,10 +3,12 @@
 #include <utility>
 
 #include "scanloc/proto/status.hpp"
+#include "token.hpp"
 
 namespace scanloc::client {
 
-StreamCall::StreamCall(v1::Localization::Stub& stub) {
+StreamCall::StreamCall(v1::Localization::Stub& stub, const ClientOptions& options) {
+  ShowToken(options, context_);
   stub.async()->LocalizeStream(&context_, this);
   AddHold();  // reads and writes are started from outside
   StartCall();

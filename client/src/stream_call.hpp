@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "absl/status/status.h"
+#include "scanloc/client/client.hpp"
 #include "scanloc/v1/localization.grpc.pb.h"
 
 namespace scanloc::client {
@@ -18,7 +19,7 @@ class StreamCall final
     : private grpc::ClientBidiReactor<v1::LocalizeStreamRequest, v1::LocalizeStreamResponse> {
  public:
   /// The stub must outlive the call.
-  explicit StreamCall(v1::Localization::Stub& stub);
+  StreamCall(v1::Localization::Stub& stub, const ClientOptions& options);
   ~StreamCall() override;  ///< cancels what is under way and waits for its end
 
   StreamCall(const StreamCall&) = delete;

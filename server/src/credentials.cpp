@@ -2,6 +2,8 @@
 
 #include <grpcpp/security/tls_certificate_provider.h>
 #include <grpcpp/security/tls_credentials_options.h>
+#include <openssl/err.h>
+#include <openssl/ssl.h>
 
 #include <fstream>
 #include <iterator>
@@ -26,6 +28,22 @@ absl::Status CheckPem(const std::string& path, const char* what) {
   return absl::InvalidArgumentError(absl::StrCat(what, " '", path, "' is not in PEM format"));
 }
 
+/// A pair that does not match would make every handshake fail, with nothing said.
+absl::Status CheckPair(const TlsOptions& options) {
+  const std::unique_ptr<SSL_CTX, decltype(&SSL_CTX_free)> context(SSL_CTX_new(TLS_server_method()),
+                                                                  &SSL_CTX_free);
+  const bool belongs =
+      context != nullptr &&
+      SSL_CTX_use_certificate_chain_file(context.get(), options.cert_file.c_str()) == 1 &&
+      SSL_CTX_use_PrivateKey_file(context.get(), options.key_file.c_str(), SSL_FILETYPE_PEM) == 1 &&
+      SSL_CTX_check_private_key(context.get()) == 1;
+  ERR_clear_error();
+  if (belongs) return absl::OkStatus();
+  return absl::InvalidArgumentError(absl::StrCat("the private key '", options.key_file,
+                                                 "' does not belong to the certificate '",
+                                                 options.cert_file, "', or one is damaged"));
+}
+
 }  // namespace
 
 absl::StatusOr<std::shared_ptr<grpc::ServerCredentials>> MakeCredentials(
@@ -35,6 +53,7 @@ absl::StatusOr<std::shared_ptr<grpc::ServerCredentials>> MakeCredentials(
   status.Update(CheckPem(options.key_file, "the private key"));
   const bool is_mutual = !options.client_ca_file.empty();
   if (is_mutual) status.Update(CheckPem(options.client_ca_file, "the clients' CA"));
+  if (status.ok()) status = CheckPair(options);
   if (!status.ok()) return status;
 
   grpc::experimental::TlsServerCredentialsOptions credentials(

@@ -36,10 +36,11 @@ absl::Status CheckSmall(const grpc::ByteBuffer& request) {
 
 /// Answers at once, on the thread that brought the request.
 template <typename Request, typename Act>
-grpc::ServerUnaryReactor* RespondHere(grpc::CallbackServerContext* context,
+grpc::ServerUnaryReactor* RespondHere(Access& access, grpc::CallbackServerContext* context,
                                       const grpc::ByteBuffer* request, grpc::ByteBuffer* response,
                                       Act&& act) {
-  absl::Status status = CheckSmall(*request);
+  absl::Status status = access.Admit(*context, Role::kQuery).status();
+  if (status.ok()) status = CheckSmall(*request);
   if (status.ok()) status = Respond<Request>(*request, response, std::forward<Act>(act));
   grpc::ServerUnaryReactor* reactor = context->DefaultReactor();
   reactor->Finish(proto::ToGrpc(status));
@@ -68,6 +69,7 @@ absl::StatusOr<Describer*> DescriberFor(const ServedMap& map,
 }  // namespace
 
 struct LocalizationService::Robot {
+  Caller caller;
   bool has_begun = false;
   std::string map_name;
   TrackerOptions options;
@@ -76,9 +78,10 @@ struct LocalizationService::Robot {
 };
 
 LocalizationService::LocalizationService(const MapRegistry& maps, WorkerPool& workers,
-                                         int max_streams)
+                                         Access& access, int max_streams)
     : maps_(maps),
       workers_(workers),
+      access_(access),
       scratch_(workers.num_threads()),
       streams_(workers, max_streams) {}
 
@@ -86,6 +89,11 @@ grpc::ServerUnaryReactor* LocalizationService::Localize(grpc::CallbackServerCont
                                                         const grpc::ByteBuffer* request,
                                                         grpc::ByteBuffer* response) {
   grpc::ServerUnaryReactor* reactor = context->DefaultReactor();
+  const auto caller = access_.Admit(*context, Role::kQuery);
+  if (!caller.ok()) {
+    reactor->Finish(proto::ToGrpc(caller.status()));
+    return reactor;
+  }
   if (!request->Valid()) {
     // As many clients as hang up at once must not fill the queue.
     reactor->Finish(proto::ToGrpc(absl::InvalidArgumentError("the call ended without a request")));
@@ -169,12 +177,20 @@ absl::StatusOr<LocalizationService::Described> LocalizationService::Describe(
   }
 }
 
-RobotStreams::Reactor* LocalizationService::LocalizeStream(grpc::CallbackServerContext*) {
+RobotStreams::Reactor* LocalizationService::LocalizeStream(grpc::CallbackServerContext* context) {
+  const auto caller = access_.Admit(*context, Role::kQuery);
+  const auto robot = std::make_shared<Robot>();
+  if (caller.ok()) robot->caller = *caller;
   return streams_.Open(
-      [this, robot = std::make_shared<Robot>()](const v1::LocalizeStreamRequest& request,
-                                                std::int64_t arrived_ns, int worker) {
+      [this, robot](const v1::LocalizeStreamRequest& request, std::int64_t arrived_ns,
+                    int worker) -> absl::StatusOr<v1::LocalizeStreamResponse> {
+        // A token that is withdrawn ends its streams, too.
+        if (auto status = access_.AdmitAgain(robot->caller, Role::kQuery); !status.ok()) {
+          return status;
+        }
         return Track(request, Arrival{arrived_ns, NowNs()}, scratch_[worker], *robot);
-      });
+      },
+      caller.status());
 }
 
 absl::StatusOr<v1::LocalizeStreamResponse> LocalizationService::Track(
@@ -225,7 +241,7 @@ grpc::ServerUnaryReactor* LocalizationService::ListMaps(grpc::CallbackServerCont
                                                         const grpc::ByteBuffer* request,
                                                         grpc::ByteBuffer* response) {
   return RespondHere<v1::ListMapsRequest>(
-      context, request, response,
+      access_, context, request, response,
       [this](const v1::ListMapsRequest&) -> absl::StatusOr<v1::ListMapsResponse> {
         return proto::ToProto(maps_.List());
       });
@@ -235,7 +251,7 @@ grpc::ServerUnaryReactor* LocalizationService::GetMapInfo(grpc::CallbackServerCo
                                                           const grpc::ByteBuffer* request,
                                                           grpc::ByteBuffer* response) {
   return RespondHere<v1::GetMapInfoRequest>(
-      context, request, response,
+      access_, context, request, response,
       [this](const v1::GetMapInfoRequest& message) -> absl::StatusOr<v1::GetMapInfoResponse> {
         if (auto status = proto::CheckMapName(message.map()); !status.ok()) return status;
         const auto map = maps_.Find(message.map());

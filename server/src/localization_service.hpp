@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "access.hpp"
 #include "robot_streams.hpp"
 #include "scanloc/core/descriptor.hpp"
 #include "scanloc/core/point_cloud.hpp"
@@ -24,8 +25,9 @@ class LocalizationService final
               v1::Localization::WithRawCallbackMethod_ListMaps<
                   v1::Localization::WithRawCallbackMethod_GetMapInfo<v1::Localization::Service>>>> {
  public:
-  /// Maps and workers must outlive the service.
-  LocalizationService(const MapRegistry& maps, WorkerPool& workers, int max_streams);
+  /// Maps, workers and access must outlive the service.
+  LocalizationService(const MapRegistry& maps, WorkerPool& workers, Access& access,
+                      int max_streams);
 
   /// Ends the streams, which would else last as long as their robots like.
   void Drain() { streams_.Drain(); }
@@ -73,6 +75,7 @@ class LocalizationService final
 
   const MapRegistry& maps_;
   WorkerPool& workers_;
+  Access& access_;
   std::vector<Scratch> scratch_;  // by worker
   RobotStreams streams_;
 };

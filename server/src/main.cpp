@@ -39,9 +39,12 @@ struct CommandLine {
 void Declare(CLI::App& app, CommandLine& line) {
   ServerOptions& options = line.options;
   app.add_option("--map", line.maps, "a map to serve, as NAME=FILE; once for every map")
-      ->required()
       ->take_all()
       ->expected(1);
+  app.add_option("--maps-dir", options.maps_dir, "serve every file NAME.scanloc of a folder, too")
+      ->type_name("DIR");
+  app.add_flag("--admin", options.admin,
+               "let tokens of the role admin load, reload and unload maps");
   app.add_option("--listen", options.listen, "HOST:PORT to listen on; port 0 takes a free one")
       ->capture_default_str();
   app.add_option("--tls-cert", options.tls.cert_file,
@@ -53,6 +56,9 @@ void Declare(CLI::App& app, CommandLine& line) {
       ->type_name("FILE");
   app.add_flag("--allow-plaintext", options.allow_plaintext,
                "listen beyond this machine without TLS, behind a proxy that has it");
+  app.add_option("--token-file", options.token_file,
+                 "who may call: lines NAME ROLE TOKEN; read again on change")
+      ->type_name("FILE");
   app.add_option("--threads", options.num_threads, "threads that answer queries; 0: one a core")
       ->capture_default_str();
   app.add_option("--max-inflight", options.max_inflight,

@@ -39,10 +39,28 @@ MapRegistry::MapRegistry(const std::vector<std::string>& names) {
   for (const std::string& name : names) slots_[name];
 }
 
-absl::Status MapRegistry::Serve(const std::string& name, const std::string& path, Map map) {
+void MapRegistry::Add(const std::string& name) {
+  const std::lock_guard lock(mutex_);
+  slots_.try_emplace(name);
+}
+
+absl::Status MapRegistry::Remove(const std::string& name) {
+  std::shared_ptr<const ServedMap> before;  // freed outside the lock, if this was its last holder
+  const std::lock_guard lock(mutex_);
   const auto slot = slots_.find(name);
-  if (slot == slots_.end()) {
+  if (slot == slots_.end()) return absl::NotFoundError(absl::StrCat("no map is named ", name));
+  before = std::move(slot->second.served);
+  slots_.erase(slot);
+  return absl::OkStatus();
+}
+
+absl::Status MapRegistry::Serve(const std::string& name, const std::string& path, Map map) {
+  const auto unknown = [&] {
     return absl::NotFoundError(absl::StrCat("no map is configured as ", name));
+  };
+  {
+    const std::lock_guard lock(mutex_);
+    if (!slots_.contains(name)) return unknown();
   }
   auto next = std::make_shared<ServedMap>();
   next->path = path;
@@ -54,19 +72,22 @@ absl::Status MapRegistry::Serve(const std::string& name, const std::string& path
 
   std::shared_ptr<const ServedMap> before;  // freed outside the lock, if this was its last holder
   const std::lock_guard lock(mutex_);
-  next->info.generation = ++slot->second.generation;
+  const auto slot = slots_.find(name);
+  if (slot == slots_.end()) return unknown();  // removed meanwhile
+  next->info.generation = ++generations_[name];
   before = std::exchange(slot->second.served, std::move(next));
   slot->second.has_failed = false;
   return absl::OkStatus();
 }
 
 void MapRegistry::SetFailed(const std::string& name) {
-  const auto slot = slots_.find(name);
   const std::lock_guard lock(mutex_);
+  const auto slot = slots_.find(name);
   if (slot != slots_.end() && slot->second.served == nullptr) slot->second.has_failed = true;
 }
 
 absl::StatusOr<std::shared_ptr<const ServedMap>> MapRegistry::Find(const std::string& name) const {
+  const std::lock_guard lock(mutex_);
   const auto slot = name.empty() && slots_.size() == 1 ? slots_.begin() : slots_.find(name);
   if (slot == slots_.end()) {
     const std::string what =
@@ -74,7 +95,6 @@ absl::StatusOr<std::shared_ptr<const ServedMap>> MapRegistry::Find(const std::st
                      : absl::StrCat("no map is named \"", absl::Utf8SafeCHexEscape(name), "\"");
     return absl::NotFoundError(absl::StrCat(what, "; it has ", KnownNames()));
   }
-  const std::lock_guard lock(mutex_);
   if (slot->second.served == nullptr) {
     return absl::UnavailableError(
         absl::StrCat("map ", slot->first,

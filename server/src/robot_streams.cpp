@@ -129,12 +129,14 @@ RobotStreams::RobotStreams(WorkerPool& workers, int max_streams)
 
 RobotStreams::~RobotStreams() { Drain(); }
 
-RobotStreams::Reactor* RobotStreams::Open(StreamAnswerer answerer) {
+RobotStreams::Reactor* RobotStreams::Open(StreamAnswerer answerer, absl::Status admitted) {
   const auto stream = std::make_shared<Stream>(registry_, std::move(answerer));
-  absl::Status refused;
+  absl::Status refused = std::move(admitted);
   {
     const std::lock_guard lock(registry_->mutex);
-    if (registry_->is_draining) {
+    if (!refused.ok()) {
+      // Counts as open until OnDone, as all do.
+    } else if (registry_->is_draining) {
       refused = DrainingError();
     } else if (static_cast<int>(registry_->streams.size()) >= registry_->max_streams) {
       refused = absl::ResourceExhaustedError(

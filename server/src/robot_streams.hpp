@@ -31,8 +31,9 @@ class RobotStreams {
   RobotStreams(WorkerPool& workers, int max_streams);
   ~RobotStreams();
 
-  /// Begins a stream; one too many ends with ResourceExhausted at once.
-  [[nodiscard]] Reactor* Open(StreamAnswerer answerer);
+  /// Begins a stream; one too many ends with ResourceExhausted at once, and one that is not
+  /// admitted with that status.
+  [[nodiscard]] Reactor* Open(StreamAnswerer answerer, absl::Status admitted);
 
   /// Ends every stream, with Unavailable: at once those that wait for their robot, the others after
   /// the answer under way. Further ones end so, too.

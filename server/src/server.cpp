@@ -14,21 +14,19 @@
 #include <utility>
 #include <vector>
 
+#include "absl/strings/escaping.h"
 #include "absl/strings/str_cat.h"
+#include "access.hpp"
+#include "admin_service.hpp"
+#include "connection_limits.hpp"
 #include "credentials.hpp"
 #include "health_service.hpp"
 #include "localization_service.hpp"
+#include "map_sources.hpp"
 #include "unary_call.hpp"
 
 namespace scanloc::server {
 namespace {
-
-std::vector<std::string> NamesOf(const std::vector<MapSource>& sources) {
-  std::vector<std::string> names;
-  names.reserve(sources.size());
-  for (const MapSource& source : sources) names.push_back(source.name);
-  return names;
-}
 
 int NumThreads(const ServerOptions& options) {
   if (options.num_threads > 0) return options.num_threads;
@@ -42,30 +40,44 @@ std::string HealthName(const std::string& map_name) {
 }
 
 struct Server::State {
-  State(const ServerOptions& server_options, MapLoader loader)
+  State(const ServerOptions& server_options, MapLoader loader, std::unique_ptr<Access> callers)
       : options(server_options),
         load_map(std::move(loader)),
-        maps(NamesOf(server_options.maps)),
+        access(std::move(callers)),
+        sources(server_options.maps, server_options.maps_dir),
         workers(NumThreads(server_options), server_options.max_inflight),
-        localization(maps, workers, server_options.max_streams) {}
+        localization(maps, workers, *access, server_options.max_streams),
+        admin(maps, *access,
+              {.reload = [this](const std::string& name) { return Reload(name); },
+               .load = [this](const std::string& name) { return LoadNew(name); },
+               .unload = [this](const std::string& name) { return Unload(name); }}) {}
 
   // gRPC ends every call, then the workers what they were at; only then goes what both use.
   ~State() {
     grpc_server.reset();
     workers.Finish();
+    admin.Finish();
   }
   State(const State&) = delete;
   State& operator=(const State&) = delete;
 
   absl::Status Listen();
+  void Expect(const std::string& name);
+  [[nodiscard]] bool IsKnown(const std::string& name) const;
   absl::Status Load(const MapSource& source);
+  absl::Status Reload(const std::string& name);
+  absl::Status LoadNew(const std::string& name);
+  absl::Status Unload(const std::string& name);
 
   const ServerOptions options;
   const MapLoader load_map;
   std::string address;
+  const std::unique_ptr<Access> access;
+  const MapSources sources;
   MapRegistry maps;
   WorkerPool workers;
   LocalizationService localization;
+  AdminService admin;
   HealthService health;
   std::atomic<bool> stopping = false;
   std::once_flag shutdown;
@@ -75,7 +87,9 @@ struct Server::State {
 
 absl::Status Server::State::Listen() {
   health.Set("", false);
-  for (const MapSource& source : options.maps) health.Set(HealthName(source.name), false);
+  const auto known = sources.List();
+  if (!known.ok()) return known.status();
+  for (const MapSource& source : *known) Expect(source.name);
 
   static std::once_flag reflection;
   std::call_once(reflection, grpc::reflection::InitProtoReflectionServerBuilderPlugin);
@@ -87,9 +101,9 @@ absl::Status Server::State::Listen() {
   builder.AddListeningPort(options.listen, *credentials, &port);
   builder.RegisterService(&localization);
   builder.RegisterService(&health);
+  if (options.admin) builder.RegisterService(&admin);
   builder.SetMaxReceiveMessageSize(options.max_message_bytes);
-  // Two servers on one port would share its robots at random.
-  builder.AddChannelArgument(GRPC_ARG_ALLOW_REUSEPORT, 0);
+  LimitConnections(builder);
   grpc_server = builder.BuildAndStart();
   if (grpc_server == nullptr || port == 0) {
     return absl::UnavailableError(
@@ -105,7 +119,9 @@ absl::StatusOr<std::unique_ptr<Server>> Server::Start(const ServerOptions& optio
   if (auto status = Validate(options); !status.ok()) return status;
   std::unique_ptr<State> state;
   const absl::Status status = Guard([&] {
-    state = std::make_unique<State>(options, std::move(load_map));
+    auto access = Access::Create(options.token_file);
+    if (!access.ok()) return access.status();
+    state = std::make_unique<State>(options, std::move(load_map), *std::move(access));
     return state->Listen();
   });
   if (!status.ok()) return status;
@@ -149,9 +165,12 @@ absl::Status Server::State::Load(const MapSource& source) {
 }
 
 absl::Status Server::LoadMaps() {
+  const auto sources = state_->sources.List();
+  if (!sources.ok()) return sources.status();
   absl::Status first_error;
   std::size_t num_loaded = 0;
-  for (const MapSource& source : state_->options.maps) {
+  for (const MapSource& source : *sources) {
+    state_->Expect(source.name);
     const absl::Status status = state_->Load(source);
     if (state_->stopping) return absl::CancelledError("the server was stopped while loading maps");
     if (status.ok()) {
@@ -160,23 +179,60 @@ absl::Status Server::LoadMaps() {
     }
     if (first_error.ok()) first_error = status;
     // Alone, it is told by who called; among others it must not go unseen.
-    if (state_->options.maps.size() > 1) spdlog::error("{}", absl::StrCat(status.message()));
+    if (sources->size() > 1) spdlog::error("{}", absl::StrCat(status.message()));
   }
-  if (num_loaded == 0) return first_error;
+  if (num_loaded == 0 && !first_error.ok()) return first_error;
   state_->health.Set("", true);
   return absl::OkStatus();
 }
 
-absl::Status Server::ReloadMap(const std::string& name) {
-  for (const MapSource& source : state_->options.maps) {
-    if (source.name == name) return state_->Load(source);
-  }
-  return absl::NotFoundError(absl::StrCat("no map is configured as ", name));
+void Server::State::Expect(const std::string& name) {
+  if (IsKnown(name)) return;
+  maps.Add(name);
+  health.Set(HealthName(name), false);
 }
 
+bool Server::State::IsKnown(const std::string& name) const {
+  const std::vector<MapSummary> known = maps.List();
+  return std::any_of(known.begin(), known.end(),
+                     [&](const MapSummary& map) { return map.name == name; });
+}
+
+absl::Status Server::State::Reload(const std::string& name) {
+  const auto source = sources.Find(name);
+  if (source.ok() && IsKnown(name)) return Load(*source);
+  if (IsKnown(name)) return source.status();
+  return absl::NotFoundError(absl::StrCat("no map is named ", absl::Utf8SafeCHexEscape(name)));
+}
+
+absl::Status Server::State::LoadNew(const std::string& name) {
+  if (!name.empty() && maps.Find(name).ok()) {
+    return absl::AlreadyExistsError(absl::StrCat("map ", name, " is in service; reload it"));
+  }
+  const auto source = sources.Find(name);
+  if (!source.ok()) return source.status();
+  Expect(name);
+  return Load(*source);
+}
+
+absl::Status Server::State::Unload(const std::string& name) {
+  const std::lock_guard lock(loading);
+  if (auto status = maps.Remove(name); !status.ok()) return status;
+  health.Set(HealthName(name), false);
+  spdlog::info("map {} out of service", name);
+  return absl::OkStatus();
+}
+
+absl::Status Server::ReloadMap(const std::string& name) { return state_->Reload(name); }
+absl::Status Server::LoadMap(const std::string& name) { return state_->LoadNew(name); }
+absl::Status Server::UnloadMap(const std::string& name) { return state_->Unload(name); }
+
 void Server::ReloadMaps() {
-  for (const MapSource& source : state_->options.maps) {
+  const auto sources = state_->sources.List();
+  if (!sources.ok()) return spdlog::error("{}", absl::StrCat(sources.status().message()));
+  for (const MapSource& source : *sources) {
     if (state_->stopping) return;
+    state_->Expect(source.name);
     const absl::Status status = state_->Load(source);
     if (!status.ok()) spdlog::error("not reloaded: {}", absl::StrCat(status.message()));
   }

@@ -1,5 +1,7 @@
 #include "scanloc/server/server_options.hpp"
 
+#include <arpa/inet.h>
+
 #include <algorithm>
 #include <cctype>
 #include <cstddef>
@@ -24,23 +26,15 @@ absl::Status CheckRange(const char* field, double value, double low, double high
       absl::StrCat(field, " is ", value, "; it must lie in [", low, ", ", high, "]"));
 }
 
-absl::Status CheckName(const std::string& name) {
-  const bool good = std::all_of(name.begin(), name.end(), [](unsigned char c) {
-    return std::isalnum(c) != 0 || c == '.' || c == '_' || c == '-';
-  });
-  if (good && !name.empty() && name.size() <= limits::kMaxNameBytes) return absl::OkStatus();
-  return absl::InvalidArgumentError(absl::StrCat("map name \"", name, "\" is not one to ",
-                                                 limits::kMaxNameBytes,
-                                                 " letters, digits, '.', '_' or '-'"));
-}
-
-absl::Status CheckMaps(const std::vector<MapSource>& maps) {
-  if (maps.empty()) {
-    return absl::InvalidArgumentError("no map to serve; give at least one as NAME=FILE");
+absl::Status CheckMaps(const ServerOptions& options) {
+  const std::vector<MapSource>& maps = options.maps;
+  if (maps.empty() && options.maps_dir.empty()) {
+    return absl::InvalidArgumentError(
+        "no map to serve; give at least one as NAME=FILE, or a folder of maps");
   }
   std::set<std::string> names;
   for (const MapSource& map : maps) {
-    if (auto status = CheckName(map.name); !status.ok()) return status;
+    if (auto status = CheckMapName(map.name); !status.ok()) return status;
     if (map.path.empty()) {
       return absl::InvalidArgumentError(absl::StrCat("map ", map.name, " has no file"));
     }
@@ -63,6 +57,14 @@ absl::Status CheckListen(const std::string& listen) {
   return absl::OkStatus();
 }
 
+bool IsLocal(const std::string& listen) {
+  const std::string host = listen.substr(0, listen.rfind(':'));
+  if (host == "localhost" || host == "[::1]" || absl::StartsWith(host, "unix:")) return true;
+  // A name that only begins like an address may be anywhere.
+  in_addr address = {};
+  return inet_pton(AF_INET, host.c_str(), &address) == 1 && ntohl(address.s_addr) >> 24 == 127;
+}
+
 absl::Status CheckTls(const ServerOptions& options) {
   const TlsOptions& tls = options.tls;
   if (tls.cert_file.empty() != tls.key_file.empty()) {
@@ -73,10 +75,7 @@ absl::Status CheckTls(const ServerOptions& options) {
     return absl::InvalidArgumentError(
         "a CA for clients' certificates is of no use without a certificate of the server");
   }
-  const std::string host = options.listen.substr(0, options.listen.rfind(':'));
-  const bool is_local = host == "localhost" || host == "[::1]" || absl::StartsWith(host, "127.") ||
-                        absl::StartsWith(host, "unix");
-  if (tls.enabled() || is_local || options.allow_plaintext) return absl::OkStatus();
+  if (tls.enabled() || IsLocal(options.listen) || options.allow_plaintext) return absl::OkStatus();
   return absl::InvalidArgumentError(absl::StrCat(
       "listening on ", options.listen,
       " without TLS would let the network read and change what robots are told; give a "
@@ -84,6 +83,16 @@ absl::Status CheckTls(const ServerOptions& options) {
 }
 
 }  // namespace
+
+absl::Status CheckMapName(const std::string& name) {
+  const bool good = std::all_of(name.begin(), name.end(), [](unsigned char c) {
+    return std::isalnum(c) != 0 || c == '.' || c == '_' || c == '-';
+  });
+  if (good && !name.empty() && name.size() <= limits::kMaxNameBytes) return absl::OkStatus();
+  return absl::InvalidArgumentError(absl::StrCat("map name \"", name, "\" is not one to ",
+                                                 limits::kMaxNameBytes,
+                                                 " letters, digits, '.', '_' or '-'"));
+}
 
 absl::StatusOr<MapSource> ParseMapSource(const std::string& text) {
   const std::size_t equals = text.find('=');
@@ -95,9 +104,12 @@ absl::StatusOr<MapSource> ParseMapSource(const std::string& text) {
 }
 
 absl::Status Validate(const ServerOptions& options) {
-  absl::Status status = CheckMaps(options.maps);
+  absl::Status status = CheckMaps(options);
   status.Update(CheckListen(options.listen));
   status.Update(CheckTls(options));
+  if (options.admin && options.token_file.empty()) {
+    status.Update(absl::InvalidArgumentError("admin needs a token file that says who may"));
+  }
   status.Update(CheckRange("num_threads", options.num_threads, 0, kMaxThreads));
   status.Update(CheckRange("max_inflight", options.max_inflight, 1, kMaxInflight));
   status.Update(CheckRange("max_streams", options.max_streams, 0, kMaxStreams));

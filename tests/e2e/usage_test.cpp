@@ -74,7 +74,7 @@ TEST(Usage, WrongUsageEndsWithTwoAndOneLine) {
 
 TEST(Usage, EveryCommandHasHelpWithExamples) {
   for (const char* command :
-       {"simulate", "build", "info", "verify", "locate", "plot", "merge", "export"}) {
+       {"simulate", "build", "info", "verify", "locate", "plot", "merge", "export", "admin"}) {
     const std::string help = MustScanloc({command, "--help"});
     EXPECT_NE(help.find("Example"), std::string::npos) << command;
     EXPECT_NE(help.find(std::string("  scanloc ") + command), std::string::npos) << command;

@@ -101,6 +101,9 @@ TEST_F(TlsTest, IsRefusedAtTheStartWithFilesThatAreNone) {
         client::Client::Connect({.address = "127.0.0.1:1", .tls_ca_file = bad}).status().code(),
         absl::StatusCode::kInvalidArgument);
   }
+  options.tls = {Path("server.pem"), Path("robot.key"), ""};
+  EXPECT_THAT(std::string(Server::Start(options, test::LoaderOf(maps)).status().message()),
+              HasSubstr("does not belong to"));
   EXPECT_EQ(client::Client::Connect({.address = "127.0.0.1:1", .tls_cert_file = Path("robot.pem")})
                 .status()
                 .code(),

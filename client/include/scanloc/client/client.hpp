@@ -24,6 +24,11 @@ struct ClientOptions {
   std::string tls_cert_file;  ///< the robot's own, where the server asks for one; with its key
   std::string tls_key_file;
 
+  /// Shown with every call; empty: none. Without encryption it is sent to this machine only, unless
+  /// allow_plaintext_token says that something else protects the way.
+  std::string token;
+  bool allow_plaintext_token = false;
+
   /// How long a call may take in all unless it says otherwise. A robot that waits longer than this
   /// is better off asking again with a fresh scan.
   std::chrono::milliseconds timeout{5000};
@@ -78,6 +83,15 @@ class Client {
 
   /// For a robot that keeps moving. What is wrong with map or options is told with the first scan.
   [[nodiscard]] absl::StatusOr<RobotStream> OpenStream(const StreamOptions& options = {}) const;
+
+  /// What an operator may do, if the server serves administration and the token allows it
+  /// (proto/scanloc/v1/admin.proto): the map as it then is. A map takes its time to load; the
+  /// timeout must allow for it.
+  [[nodiscard]] absl::StatusOr<MapSummary> ReloadMap(
+      const std::string& map, std::optional<std::chrono::milliseconds> timeout = {}) const;
+  [[nodiscard]] absl::StatusOr<MapSummary> LoadMap(
+      const std::string& map, std::optional<std::chrono::milliseconds> timeout = {}) const;
+  absl::Status UnloadMap(const std::string& map) const;
 
  private:
   friend class RobotStream;

@@ -27,8 +27,17 @@ struct ServedMap {
 /// a map that is being made ready.
 class MapRegistry {
  public:
-  /// The names are all that will ever be served; each is loading until Serve.
+  MapRegistry() = default;
+
+  /// Each name is loading until Serve.
   explicit MapRegistry(const std::vector<std::string>& names);
+
+  /// From then on the name is known, and loading until Serve. No effect on one that is known.
+  void Add(const std::string& name);
+
+  /// From then on the name is not known; queries under way end with the map they have. NotFound: it
+  /// was not.
+  absl::Status Remove(const std::string& name);
 
   /// Makes the map ready, O(n log n), then puts it in service under the name in place of the one
   /// before. Queries under way keep the one they began with. On error the one before stays.
@@ -51,13 +60,13 @@ class MapRegistry {
   struct Slot {
     std::shared_ptr<const ServedMap> served;  // null while loading
     bool has_failed = false;
-    std::uint64_t generation = 0;
   };
 
-  [[nodiscard]] std::string KnownNames() const;
+  [[nodiscard]] std::string KnownNames() const;  // with mutex_ held
 
   mutable std::mutex mutex_;
-  std::map<std::string, Slot> slots_;  // the keys never change
+  std::map<std::string, Slot> slots_;
+  std::map<std::string, std::uint64_t> generations_;  // of removed ones, too
 };
 
 }  // namespace scanloc::server

@@ -41,10 +41,19 @@ class Server {
 
   /// Loads the map's file anew, beside the one in service, and puts it in service in its place;
   /// queries under way end with the one they began with. The same content and calibration: nothing
-  /// changes. On error the one in service stays. NotFound: no map of that name is configured.
+  /// changes. On error the one in service stays. NotFound: no map of that name is known.
   [[nodiscard]] absl::Status ReloadMap(const std::string& name);
 
-  /// ReloadMap for every map; what fails is logged.
+  /// Puts a map in service that is configured or lies in the maps folder. AlreadyExists: it is in
+  /// service. NotFound: there is none. Others: its file is bad.
+  [[nodiscard]] absl::Status LoadMap(const std::string& name);
+
+  /// Takes a map out of service; queries under way end with it. NotFound: no map of that name is
+  /// known.
+  [[nodiscard]] absl::Status UnloadMap(const std::string& name);
+
+  /// ReloadMap for every map, and LoadMap for what is new in the maps folder; what fails is logged.
+  /// A map whose file is gone stays in service.
   void ReloadMaps();
 
   /// Tells NOT_SERVING, accepts nothing more, waits up to drain_s for what is in flight, cancels

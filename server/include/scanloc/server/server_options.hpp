@@ -20,6 +20,9 @@ struct MapSource {
 /// Splits NAME=FILE at the first '='. InvalidArgument if there is none or a side is empty.
 [[nodiscard]] absl::StatusOr<MapSource> ParseMapSource(const std::string& text);
 
+/// OK, or InvalidArgument: not one to limits::kMaxNameBytes letters, digits, '.', '_' or '-'.
+[[nodiscard]] absl::Status CheckMapName(const std::string& name);
+
 /// Encryption: files in PEM format. All empty: none.
 struct TlsOptions {
   std::string cert_file;  ///< of the server, with its chain
@@ -32,7 +35,14 @@ struct TlsOptions {
 
 /// How a server runs. What shapes its answers is not here but in the maps.
 struct ServerOptions {
-  std::vector<MapSource> maps;  ///< at least one
+  std::vector<MapSource> maps;  ///< at least one, unless there is a folder
+
+  /// A folder whose files *.scanloc are served, too, each by its name without the ending, and from
+  /// which an operator may load others later. Empty: none.
+  std::string maps_dir;
+
+  /// Serves scanloc.v1.Admin to tokens of the role admin. Needs a token file.
+  bool admin = false;
 
   /// HOST:PORT, or [HOST]:PORT for IPv6; port 0 takes a free one. By default only this machine
   /// reaches the server.
@@ -42,6 +52,10 @@ struct ServerOptions {
   /// Without TLS only this machine's own addresses may be listened on, unless this says so: whoever
   /// is on the network could read and change what robots are told.
   bool allow_plaintext = false;
+
+  /// Who may call: lines NAME ROLE TOKEN (docs/operations.md), read again when the file changes.
+  /// Empty: whoever reaches the server may ask it.
+  std::string token_file;
 
   /// Threads that answer queries; 0: one a core. A query keeps one core busy from start to end, so
   /// more than that only adds waiting.

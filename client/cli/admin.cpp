@@ -1,0 +1,63 @@
+#include <CLI/CLI.hpp>
+#include <chrono>
+#include <memory>
+#include <string>
+
+#include "absl/strings/str_cat.h"
+#include "cli/command.hpp"
+#include "cli/connection_options.hpp"
+#include "cli/output.hpp"
+
+namespace scanloc::cli {
+namespace {
+
+class AdminCommand : public Command {
+ public:
+  [[nodiscard]] std::string name() const override { return "admin"; }
+  [[nodiscard]] std::string summary() const override {
+    return "Tell a running server to load, reload or unload a map";
+  }
+
+  void Declare(CLI::App& app) override {
+    app.add_option("ACTION", action_, "reload, load or unload")
+        ->check(CLI::IsMember({"reload", "load", "unload"}))
+        ->required();
+    app.add_option("NAME", map_, "Name of the map at the server")->required();
+    DeclareConnection(app, "The server", &server_)->required();
+    app.add_option("--deadline-s", deadline_s_, "Longest wait, loading included [s]")
+        ->check(InRange(0.001, 3600.0))
+        ->capture_default_str();
+    app.footer(
+        "The server must run with --admin, and the token be of the role admin.\n"
+        "Example:\n"
+        "  scanloc admin reload town --server 127.0.0.1:50061 --token-file admin.token");
+  }
+
+  [[nodiscard]] absl::Status Run() override {
+    server_.deadline = std::chrono::milliseconds(static_cast<std::int64_t>(deadline_s_ * 1000.0));
+    const absl::StatusOr<client::Client> client = Connect(server_);
+    if (!client.ok()) return client.status();
+    if (action_ == "unload") {
+      if (absl::Status status = client->UnloadMap(map_); !status.ok()) return status;
+      return WriteText("-", absl::StrCat("map ", map_, " out of service\n"));
+    }
+    const absl::StatusOr<MapSummary> map =
+        action_ == "load" ? client->LoadMap(map_) : client->ReloadMap(map_);
+    if (!map.ok()) return map.status();
+    return WriteText("-", absl::StrCat("map ", map->name, " in service: ", map->num_places,
+                                       " places, content id ", map->content_id, ", generation ",
+                                       map->generation, "\n"));
+  }
+
+ private:
+  std::string action_;
+  std::string map_;
+  ServerQuery server_;
+  double deadline_s_ = 60.0;
+};
+
+}  // namespace
+
+std::unique_ptr<Command> MakeAdminCommand() { return std::make_unique<AdminCommand>(); }
+
+}  // namespace scanloc::cli
