@@ -2,7 +2,7 @@
 
 #include <spdlog/spdlog.h>
 
-#include <type_traits>
+#include <string>
 #include <utility>
 
 #include "absl/strings/escaping.h"
@@ -22,6 +22,17 @@ absl::Status CheckRequest(const grpc::ByteBuffer& request) {
   return absl::InvalidArgumentError("the request is none, or too long for one");
 }
 
+/// Fills in the map as it now is.
+template <typename Response>
+void Describe(const MapRegistry& maps, const std::string& name, Response& response) {
+  for (const MapSummary& map : maps.List()) {
+    if (map.name == name) *response.mutable_map() = proto::ToProto(std::vector{map}).maps(0);
+  }
+}
+
+/// Of a map unloaded there is nothing to tell.
+void Describe(const MapRegistry&, const std::string&, v1::UnloadMapResponse&) {}
+
 }  // namespace
 
 AdminService::AdminService(const MapRegistry& maps, Access& access, AdminActions actions)
@@ -38,7 +49,7 @@ grpc::ServerUnaryReactor* AdminService::Run(grpc::CallbackServerContext* context
   if (taken.ok()) taken = CheckRequest(*request);
   if (taken.ok()) {
     taken = Guard([&] {
-      return worker_.Submit([=, this, who = caller->name, &action](int) {
+      return worker_.Submit([=, &maps = maps_, &action, who = caller->name](int) {
         absl::Status status = CheckStillWanted(*context);
         if (status.ok()) {
           status = Respond<Request>(
@@ -49,13 +60,7 @@ grpc::ServerUnaryReactor* AdminService::Run(grpc::CallbackServerContext* context
                              absl::Utf8SafeCHexEscape(message.map()), who, done.ToString());
                 if (!done.ok()) return done;
                 Response answer;
-                if constexpr (!std::is_same_v<Response, v1::UnloadMapResponse>) {
-                  for (const MapSummary& map : maps_.List()) {
-                    if (map.name == message.map()) {
-                      *answer.mutable_map() = proto::ToProto(std::vector{map}).maps(0);
-                    }
-                  }
-                }
+                Describe(maps, message.map(), answer);
                 return answer;
               });
         }
