@@ -149,9 +149,10 @@ std::vector<Hypothesis> AutoSearch::Find(const ScanDescriptor& query, const Opti
   const std::int64_t matched_ns = now_ns();
 
   Structures structures(*this);
-  std::vector<Hypothesis> verified =
-      Verify(query.structure.columns, proposals.Take(), structures,
-             {.now_ns = options.now_ns, .deadline_ns = options.deadline_ns});
+  std::vector<Hypothesis> verified = Verify(query.structure.columns, proposals.Take(), structures,
+                                            {.now_ns = options.now_ns,
+                                             .deadline_ns = options.deadline_ns,
+                                             .is_unwanted = options.is_unwanted});
   if (!options.predicted.empty()) {
     std::vector<Hypothesis> predicted;
     for (const Pose& T_map_query : options.predicted) {

@@ -27,6 +27,7 @@ class AutoSearch {
     int shortlist = kShortlist;
     std::int64_t (*now_ns)() = nullptr;
     std::int64_t deadline_ns = 0;                 ///< 0: none
+    std::function<bool()> is_unwanted = nullptr;  ///< as in QueryOptions
     const std::vector<bool>* excluded = nullptr;  ///< one a place: not looked at
     std::vector<Pose> predicted;                  ///< T_map_query to be verified, too
   };

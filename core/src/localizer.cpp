@@ -31,7 +31,11 @@ struct Search {
   Method method;
   AlignOptions align;
   int num_candidates;
+  const std::function<bool()>& is_unwanted;
 };
+
+/// Comparisons between two looks whether anybody still waits for the answer.
+constexpr std::size_t kLookInterval = 64;
 
 std::size_t PlaceOf(const Search& search, std::size_t entry) {
   return static_cast<std::size_t>(search.table.entry(entry).place);
@@ -58,7 +62,9 @@ std::vector<std::size_t> Retrieve(const Search& search) {
 std::vector<Scored> Compare(const Search& search, const std::vector<std::size_t>& entries) {
   std::vector<Scored> scored;
   scored.reserve(entries.size());
-  for (const std::size_t entry : entries) {
+  for (std::size_t i = 0; i < entries.size(); ++i) {
+    if (i % kLookInterval == 0 && search.is_unwanted && search.is_unwanted()) break;
+    const std::size_t entry = entries[i];
     const ContextView place = search.table.context(entry);
     const Match match = search.method.naive_alignment
                             ? AlignNaively(search.query, place, search.align)
@@ -194,8 +200,12 @@ absl::StatusOr<Answer> Localizer::Localize(const ScanDescriptor& query,
                                     query.num_voxels, params.search.min_voxels);
     return answer;
   }
-  if (method.automatic) return LocalizeByStructure(query, options);
-  return LocalizeByContext(query, method, options);
+  answer = method.automatic ? LocalizeByStructure(query, options)
+                            : LocalizeByContext(query, method, options);
+  if (options.is_unwanted && options.is_unwanted()) {
+    return absl::CancelledError("nobody waits for the answer any more");
+  }
+  return answer;
 }
 
 Answer Localizer::LocalizeByContext(const ScanDescriptor& query, const Method& method,
@@ -213,7 +223,8 @@ Answer Localizer::LocalizeByContext(const ScanDescriptor& query, const Method& m
       .retrieval_cm = keys.retrieval_cm,
       .method = method,
       .align = AlignOptionsOf(params, method.kind),
-      .num_candidates = options.num_candidates.value_or(params.search.num_candidates)};
+      .num_candidates = options.num_candidates.value_or(params.search.num_candidates),
+      .is_unwanted = options.is_unwanted};
 
   const auto now_ns = [&] { return options.now_ns == nullptr ? 0 : options.now_ns(); };
   const std::int64_t start_ns = now_ns();

@@ -50,7 +50,8 @@ Answer Localizer::LocalizeByStructure(const ScanDescriptor& query,
   const AutoSearch::Options search_options{
       .shortlist = options.num_candidates.value_or(AutoSearch::kShortlist),
       .now_ns = options.now_ns,
-      .deadline_ns = is_limited ? options.now_ns() + options.budget_ns : 0};
+      .deadline_ns = is_limited ? options.now_ns() + options.budget_ns : 0,
+      .is_unwanted = options.is_unwanted};
   const std::vector<Hypothesis> verified = auto_search_->Find(query, search_options, answer.times);
   if (verified.empty()) {
     answer.outcome = Outcome::kNotRecognized;

@@ -204,7 +204,8 @@ absl::StatusOr<TrackedAnswer> Tracker::Update(const ScanDescriptor& scan,
   AutoSearch::Options search{
       .shortlist = options_.query.num_candidates.value_or(AutoSearch::kShortlist),
       .now_ns = options_.query.now_ns,
-      .deadline_ns = is_limited ? options_.query.now_ns() + options_.query.budget_ns : 0};
+      .deadline_ns = is_limited ? options_.query.now_ns() + options_.query.budget_ns : 0,
+      .is_unwanted = options_.query.is_unwanted};
   for (const Track& track : tracks_) search.predicted.push_back(track.T_map_scan);
   Step step;
   const double travelled_m = T_last ? T_last->translation().norm() : 0.0;

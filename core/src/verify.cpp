@@ -13,6 +13,7 @@ constexpr float kCoarseCell_m = 1.0F;
 constexpr float kFineCell_m = 0.5F;
 
 bool IsOver(const VerifyOptions& options) {
+  if (options.is_unwanted && options.is_unwanted()) return true;
   return options.now_ns != nullptr && options.deadline_ns > 0 &&
          options.now_ns() >= options.deadline_ns;
 }

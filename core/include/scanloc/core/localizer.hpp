@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 
@@ -26,6 +27,8 @@ struct QueryOptions {
   /// With `auto` and a clock: verification ends after so long, with the best answer so far; 0: when
   /// it is done.
   std::int64_t budget_ns = 0;
+  /// Asked now and then while searching; once it says true, the search ends with Cancelled.
+  std::function<bool()> is_unwanted;
 };
 
 class AutoSearch;
@@ -42,7 +45,7 @@ class Localizer {
       std::shared_ptr<const Map> map);
 
   /// InvalidArgument: options out of range, or a descriptor of other shapes than the map's.
-  /// FailedPrecondition: the map does not serve the method.
+  /// FailedPrecondition: the map does not serve the method. Cancelled: options.is_unwanted.
   [[nodiscard]] absl::StatusOr<Answer> Localize(const ScanDescriptor& query,
                                                 const QueryOptions& options = {}) const;
 

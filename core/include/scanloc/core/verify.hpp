@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -27,6 +28,7 @@ struct VerifyOptions {
   /// Monotonic clock and when to stop with the best so far; null: no limit.
   std::int64_t (*now_ns)() = nullptr;
   std::int64_t deadline_ns = 0;
+  std::function<bool()> is_unwanted = nullptr;  ///< once true: stop, nobody waits
 };
 
 /// The places that hypotheses speak of.
