@@ -79,6 +79,23 @@ TEST(LocalizerAuto, GivesTheSameBitsOnAnyNumberOfThreads) {
   for (const Answer& answer : answers) test::ExpectSameAnswer(answer, expected);
 }
 
+TEST(LocalizerAuto, EndsASearchThatNobodyWaitsFor) {
+  const PostWorld world({1, 2, 3, 4, 5, 6});
+  const ScanDescriptor query = world.Seen(2, Offset(1.0, 1.0, 0.0, 2.0));
+  int num_asked = 0;
+  for (const char* method : {"auto", "a-pc", "cc-brute"}) {
+    for (const int num_patient : {0, 1}) {
+      num_asked = 0;
+      QueryOptions options;
+      options.method = *ParseMethod(method);
+      options.is_unwanted = [&] { return ++num_asked > num_patient; };
+      const auto answer = world.localizer->Localize(query, options);
+      EXPECT_EQ(answer.status().code(), absl::StatusCode::kCancelled) << method;
+      EXPECT_LE(num_asked, num_patient + 3) << method;
+    }
+  }
+}
+
 TEST(LocalizerAuto, ServesMapsOfEitherKindOfContext) {
   for (const bool polar : {true, false}) {
     Params params;
