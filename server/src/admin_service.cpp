@@ -1,12 +1,10 @@
 #include "admin_service.hpp"
 
-#include <spdlog/spdlog.h>
-
+#include <memory>
 #include <string>
 #include <utility>
 
-#include "absl/strings/escaping.h"
-#include "absl/strings/str_cat.h"
+#include "logs.hpp"
 #include "scanloc/proto/convert.hpp"
 #include "scanloc/proto/status.hpp"
 #include "unary_call.hpp"
@@ -35,61 +33,72 @@ void Describe(const MapRegistry&, const std::string&, v1::UnloadMapResponse&) {}
 
 }  // namespace
 
-AdminService::AdminService(const MapRegistry& maps, Access& access, AdminActions actions)
-    : maps_(maps), access_(access), actions_(std::move(actions)), worker_(1, kMaxWaiting) {}
+AdminService::AdminService(const MapRegistry& maps, Reception& reception, AdminActions actions)
+    : maps_(maps), reception_(reception), actions_(std::move(actions)), worker_(1, kMaxWaiting) {}
 
 template <typename Request, typename Response>
 grpc::ServerUnaryReactor* AdminService::Run(grpc::CallbackServerContext* context,
                                             const grpc::ByteBuffer* request,
-                                            grpc::ByteBuffer* response, const char* what,
+                                            grpc::ByteBuffer* response, const char* method,
                                             const Action& action) {
   grpc::ServerUnaryReactor* reactor = context->DefaultReactor();
-  const auto caller = access_.Admit(*context, Role::kAdmin);
-  absl::Status taken = caller.status();
+  const auto call = std::make_shared<Call>(reception_.Begin(*context, method, Role::kAdmin));
+  const auto finish = [this, reactor, call](const absl::Status& status) {
+    reception_.End(*call, status);
+    reactor->Finish(proto::ToGrpc(status));
+  };
+  absl::Status taken = call->admitted;
   if (taken.ok()) taken = CheckRequest(*request);
   if (taken.ok()) {
     taken = Guard([&] {
-      return worker_.Submit([=, &maps = maps_, &action, who = caller->name](int) {
-        absl::Status status = CheckStillWanted(*context);
-        if (status.ok()) {
-          status = Respond<Request>(
-              *request, response, [&](const Request& message) -> absl::StatusOr<Response> {
-                if (auto name = proto::CheckMapName(message.map()); !name.ok()) return name;
-                const absl::Status done = action(message.map());
-                spdlog::info("{} of map \"{}\" by {}: {}", what,
-                             absl::Utf8SafeCHexEscape(message.map()), who, done.ToString());
-                if (!done.ok()) return done;
-                Response answer;
-                Describe(maps, message.map(), answer);
-                return answer;
-              });
-        }
-        reactor->Finish(proto::ToGrpc(status));
-      });
+      return worker_.Submit(
+          call->client, [=, &maps = maps_, &action](const absl::StatusOr<int>& worker) {
+            absl::Status status = worker.status();
+            if (status.ok()) status = CheckStillWanted(*context);
+            if (status.ok()) {
+              status = Respond<Request>(
+                  *request, response, [&](const Request& message) -> absl::StatusOr<Response> {
+                    if (auto name = proto::CheckMapName(message.map()); !name.ok()) return name;
+                    call->map = message.map();
+                    const absl::Status done = action(message.map());
+                    LogWith(spdlog::level::info, "administration",
+                            {{"method", call->method},
+                             {"map", message.map()},
+                             {"by", call->caller.name},
+                             {"request_id", call->request_id},
+                             {"result", done.ToString()}});
+                    if (!done.ok()) return done;
+                    Response answer;
+                    Describe(maps, message.map(), answer);
+                    return answer;
+                  });
+            }
+            finish(status);
+          });
     });
   }
-  if (!taken.ok()) reactor->Finish(proto::ToGrpc(taken));
+  if (!taken.ok()) finish(taken);
   return reactor;
 }
 
 grpc::ServerUnaryReactor* AdminService::ReloadMap(grpc::CallbackServerContext* context,
                                                   const grpc::ByteBuffer* request,
                                                   grpc::ByteBuffer* response) {
-  return Run<v1::ReloadMapRequest, v1::ReloadMapResponse>(context, request, response, "reload",
+  return Run<v1::ReloadMapRequest, v1::ReloadMapResponse>(context, request, response, "ReloadMap",
                                                           actions_.reload);
 }
 
 grpc::ServerUnaryReactor* AdminService::LoadMap(grpc::CallbackServerContext* context,
                                                 const grpc::ByteBuffer* request,
                                                 grpc::ByteBuffer* response) {
-  return Run<v1::LoadMapRequest, v1::LoadMapResponse>(context, request, response, "load",
+  return Run<v1::LoadMapRequest, v1::LoadMapResponse>(context, request, response, "LoadMap",
                                                       actions_.load);
 }
 
 grpc::ServerUnaryReactor* AdminService::UnloadMap(grpc::CallbackServerContext* context,
                                                   const grpc::ByteBuffer* request,
                                                   grpc::ByteBuffer* response) {
-  return Run<v1::UnloadMapRequest, v1::UnloadMapResponse>(context, request, response, "unload",
+  return Run<v1::UnloadMapRequest, v1::UnloadMapResponse>(context, request, response, "UnloadMap",
                                                           actions_.unload);
 }
 

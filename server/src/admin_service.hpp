@@ -4,7 +4,7 @@
 #include <string>
 
 #include "absl/status/status.h"
-#include "access.hpp"
+#include "reception.hpp"
 #include "scanloc/server/map_registry.hpp"
 #include "scanloc/server/worker_pool.hpp"
 #include "scanloc/v1/admin.grpc.pb.h"
@@ -24,8 +24,8 @@ class AdminService final
     : public v1::Admin::WithRawCallbackMethod_ReloadMap<v1::Admin::WithRawCallbackMethod_LoadMap<
           v1::Admin::WithRawCallbackMethod_UnloadMap<v1::Admin::Service>>> {
  public:
-  /// Maps, access and what the actions use must outlive the service.
-  AdminService(const MapRegistry& maps, Access& access, AdminActions actions);
+  /// Maps, reception and what the actions use must outlive the service.
+  AdminService(const MapRegistry& maps, Reception& reception, AdminActions actions);
 
   /// Ends what is under way.
   void Finish() { worker_.Finish(); }
@@ -46,10 +46,10 @@ class AdminService final
   template <typename Request, typename Response>
   grpc::ServerUnaryReactor* Run(grpc::CallbackServerContext* context,
                                 const grpc::ByteBuffer* request, grpc::ByteBuffer* response,
-                                const char* what, const Action& action);
+                                const char* method, const Action& action);
 
   const MapRegistry& maps_;
-  Access& access_;
+  Reception& reception_;
   const AdminActions actions_;
   WorkerPool worker_;
 };

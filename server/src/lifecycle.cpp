@@ -14,6 +14,8 @@
 #include <thread>
 #include <utility>
 
+#include "scanloc/server/build_info.hpp"
+
 namespace scanloc::server {
 namespace {
 
@@ -164,6 +166,8 @@ int RunUntilStopped(Server& server, std::chrono::duration<double> drain) {
       if (!loaded.ok()) {
         std::cerr << "scanlocd: " << loaded.message() << '\n';
       } else if (!std::exchange(ready, true)) {
+        spdlog::info("ready on {}: scanlocd {}, built by {}", server.address(), BuildVersion(),
+                     BuildCompiler());
         std::cout << "scanlocd ready on " << server.address() << std::endl;
       }
     }

@@ -1,6 +1,8 @@
 #include "localization_service.hpp"
 
-#include <chrono>
+#include <google/protobuf/util/time_util.h>
+
+#include <algorithm>
 #include <cstddef>
 #include <utility>
 
@@ -10,6 +12,7 @@
 #include "scanloc/core/tracker.hpp"
 #include "scanloc/proto/convert.hpp"
 #include "scanloc/proto/status.hpp"
+#include "scanloc/server/build_info.hpp"
 #include "unary_call.hpp"
 
 namespace scanloc::server {
@@ -21,11 +24,8 @@ constexpr std::size_t kMaxDescribersKept = 16;
 /// Largest request of the methods that run where they arrive [bytes].
 constexpr std::size_t kMaxSmallRequestBytes = 4096;
 
-std::int64_t NowNs() {
-  return std::chrono::duration_cast<std::chrono::nanoseconds>(
-             std::chrono::steady_clock::now().time_since_epoch())
-      .count();
-}
+/// Of one point on the wire: x y z.
+constexpr std::size_t kPointBytes = 12;
 
 absl::Status CheckSmall(const grpc::ByteBuffer& request) {
   if (!request.Valid() || request.Length() <= kMaxSmallRequestBytes) return absl::OkStatus();
@@ -36,13 +36,16 @@ absl::Status CheckSmall(const grpc::ByteBuffer& request) {
 
 /// Answers at once, on the thread that brought the request.
 template <typename Request, typename Act>
-grpc::ServerUnaryReactor* RespondHere(Access& access, grpc::CallbackServerContext* context,
+grpc::ServerUnaryReactor* RespondHere(Reception& reception, const char* method,
+                                      grpc::CallbackServerContext* context,
                                       const grpc::ByteBuffer* request, grpc::ByteBuffer* response,
                                       Act&& act) {
-  absl::Status status = access.Admit(*context, Role::kQuery).status();
+  const Call call = reception.Begin(*context, method, Role::kQuery);
+  absl::Status status = call.admitted;
   if (status.ok()) status = CheckSmall(*request);
   if (status.ok()) status = Respond<Request>(*request, response, std::forward<Act>(act));
   grpc::ServerUnaryReactor* reactor = context->DefaultReactor();
+  reception.End(call, status);
   reactor->Finish(proto::ToGrpc(status));
   return reactor;
 }
@@ -69,7 +72,9 @@ absl::StatusOr<Describer*> DescriberFor(const ServedMap& map,
 }  // namespace
 
 struct LocalizationService::Robot {
-  Caller caller;
+  Call call;
+  const grpc::CallbackServerContext* context = nullptr;
+  bool is_admitted = false;  // by the rate, for the first request
   bool has_begun = false;
   std::string map_name;
   TrackerOptions options;
@@ -78,55 +83,98 @@ struct LocalizationService::Robot {
 };
 
 LocalizationService::LocalizationService(const MapRegistry& maps, WorkerPool& workers,
-                                         Access& access, int max_streams)
+                                         Reception& reception, Metrics& metrics,
+                                         QueryCapture* capture, const Limits& limits)
     : maps_(maps),
       workers_(workers),
-      access_(access),
+      reception_(reception),
+      metrics_(metrics),
+      capture_(capture),
+      limits_(limits),
       scratch_(workers.num_threads()),
-      streams_(workers, max_streams) {}
+      streams_(workers, limits.max_streams, limits.max_streams_per_client) {}
 
 grpc::ServerUnaryReactor* LocalizationService::Localize(grpc::CallbackServerContext* context,
                                                         const grpc::ByteBuffer* request,
                                                         grpc::ByteBuffer* response) {
   grpc::ServerUnaryReactor* reactor = context->DefaultReactor();
-  const auto caller = access_.Admit(*context, Role::kQuery);
-  if (!caller.ok()) {
-    reactor->Finish(proto::ToGrpc(caller.status()));
+  const auto call = std::make_shared<Call>(reception_.Begin(*context, "Localize", Role::kQuery));
+  const auto finish = [this, reactor, call](const absl::Status& status) {
+    reception_.End(*call, status);
+    reactor->Finish(proto::ToGrpc(status));
+  };
+  if (!call->admitted.ok()) {
+    finish(call->admitted);
     return reactor;
   }
   if (!request->Valid()) {
     // As many clients as hang up at once must not fill the queue.
-    reactor->Finish(proto::ToGrpc(absl::InvalidArgumentError("the call ended without a request")));
+    finish(absl::InvalidArgumentError("the call ended without a request"));
     return reactor;
   }
-  const std::int64_t arrived_ns = NowNs();
   const absl::Status taken = Guard([&] {
-    return workers_.Submit([=, this](int worker) {
-      absl::Status status = CheckStillWanted(*context);
+    return workers_.Submit(call->client, [=, this](const absl::StatusOr<int>& worker) {
+      if (!worker.ok()) metrics_.CountRejected("busy");
+      absl::Status status = worker.status();
+      if (status.ok()) status = CheckStillWanted(*context);
       if (status.ok()) {
         status = Respond<v1::LocalizeRequest>(
             *request, response,
-            [&, arrival = Arrival{arrived_ns, NowNs()}](
+            [&, arrival = Arrival{call->arrived_ns, NowNs()}](
                 const v1::LocalizeRequest& message) -> absl::StatusOr<v1::LocalizeResponse> {
-              const auto reply = Answer(message, arrival, scratch_[worker]);
+              const auto reply = Answer(message, arrival, *context, scratch_[*worker]);
               if (!reply.ok()) return reply.status();
-              return proto::ToProto(*reply);
+              v1::LocalizeResponse told = proto::ToProto(*reply);
+              Note(message, *reply, told, *call);
+              return told;
             });
       }
-      reactor->Finish(proto::ToGrpc(status));
+      finish(status);
     });
   });
-  if (!taken.ok()) reactor->Finish(proto::ToGrpc(taken));
+  if (!taken.ok()) {
+    metrics_.CountRejected("busy");
+    finish(taken);
+  }
   return reactor;
 }
 
-absl::StatusOr<LocalizeReply> LocalizationService::Answer(const v1::LocalizeRequest& request,
-                                                          const Arrival& arrival,
-                                                          Scratch& scratch) {
-  if (auto status = proto::CheckMapName(request.map()); !status.ok()) return status;
+void LocalizationService::Note(const v1::LocalizeRequest& request, const LocalizeReply& reply,
+                               const v1::LocalizeResponse& response, Call& call) const {
+  call.map = reply.map;
+  call.content_id = reply.answer.content_id;
+  call.outcome = reply.answer.outcome;
+  metrics_.AddReply(reply);
+  if (capture_ == nullptr || reply.answer.outcome == Outcome::kLocalized) return;
+  v1::CapturedQuery query;
+  query.set_request_id(call.request_id);
+  query.set_server_version(BuildVersion());
+  *query.mutable_received() = google::protobuf::util::TimeUtil::GetCurrentTime();
+  *query.mutable_request() = request;
+  *query.mutable_response() = response;
+  capture_->Keep(std::move(query));
+}
+
+absl::StatusOr<QueryOptions> LocalizationService::OptionsOf(
+    const v1::LocalizeRequest& request, const grpc::CallbackServerContext& context) const {
   auto options = proto::FromProto(request.options());
   if (!options.ok()) return options.status();
+  const int most = std::max(options->num_candidates.value_or(1), options->max_answers);
+  if (most > limits_.max_candidates) {
+    return absl::ResourceExhaustedError(absl::StrCat(
+        most, " candidates are asked for; this server allows ", limits_.max_candidates));
+  }
   options->now_ns = NowNs;
+  options->is_unwanted = [&context] { return context.IsCancelled(); };
+  return options;
+}
+
+absl::StatusOr<LocalizeReply> LocalizationService::Answer(
+    const v1::LocalizeRequest& request, const Arrival& arrival,
+    const grpc::CallbackServerContext& context, Scratch& scratch) {
+  if (auto status = proto::CheckMapName(request.map()); !status.ok()) return status;
+  const auto options = OptionsOf(request, context);
+  if (!options.ok()) return options.status();
 
   const auto map = maps_.Find(request.map());
   if (!map.ok()) return map.status();
@@ -151,10 +199,15 @@ absl::StatusOr<LocalizeReply> LocalizationService::Answer(const v1::LocalizeRequ
 }
 
 absl::StatusOr<LocalizationService::Described> LocalizationService::Describe(
-    const v1::LocalizeRequest& request, const ServedMap& map, Scratch& scratch) {
+    const v1::LocalizeRequest& request, const ServedMap& map, Scratch& scratch) const {
   Described result;
   switch (request.query_case()) {
     case v1::LocalizeRequest::kScan: {
+      if (const std::size_t num_points = request.scan().xyz_f32le().size() / kPointBytes;
+          num_points > limits_.max_points) {
+        return absl::ResourceExhaustedError(absl::StrCat(
+            "the scan has ", num_points, " points; this server allows ", limits_.max_points));
+      }
       auto status = proto::FromProto(request.scan(), &scratch.points);
       if (!status.ok()) return status;
       const auto describer = DescriberFor(map, scratch.describers);
@@ -178,19 +231,29 @@ absl::StatusOr<LocalizationService::Described> LocalizationService::Describe(
 }
 
 RobotStreams::Reactor* LocalizationService::LocalizeStream(grpc::CallbackServerContext* context) {
-  const auto caller = access_.Admit(*context, Role::kQuery);
   const auto robot = std::make_shared<Robot>();
-  if (caller.ok()) robot->caller = *caller;
+  robot->call = reception_.Begin(*context, "LocalizeStream", Role::kQuery);
+  robot->context = context;
+  const auto answer = [this, robot](const v1::LocalizeStreamRequest& request,
+                                    std::int64_t arrived_ns,
+                                    int worker) -> absl::StatusOr<v1::LocalizeStreamResponse> {
+    robot->call.arrived_ns = arrived_ns;
+    if (!std::exchange(robot->is_admitted, true)) {
+      // The rate was asked when the stream was opened.
+    } else if (auto status = reception_.AdmitNext(robot->call); !status.ok()) {
+      return status;
+    }
+    auto told = Track(request, Arrival{arrived_ns, NowNs()}, scratch_[worker], *robot);
+    if (told.ok()) reception_.End(robot->call, absl::OkStatus());
+    return told;
+  };
+  // A copy: Drain may end a stream while a worker still answers on it.
+  const auto ended = [this, opened = robot->call](const absl::Status& status) {
+    if (!status.ok()) reception_.End(opened, status);  // each answer was seen out
+  };
   return streams_.Open(
-      [this, robot](const v1::LocalizeStreamRequest& request, std::int64_t arrived_ns,
-                    int worker) -> absl::StatusOr<v1::LocalizeStreamResponse> {
-        // A token that is withdrawn ends its streams, too.
-        if (auto status = access_.AdmitAgain(robot->caller, Role::kQuery); !status.ok()) {
-          return status;
-        }
-        return Track(request, Arrival{arrived_ns, NowNs()}, scratch_[worker], *robot);
-      },
-      caller.status());
+      {.client = robot->call.client, .answer = answer, .ended = ended, .metrics = &metrics_},
+      robot->call.admitted);
 }
 
 absl::StatusOr<v1::LocalizeStreamResponse> LocalizationService::Track(
@@ -199,9 +262,8 @@ absl::StatusOr<v1::LocalizeStreamResponse> LocalizationService::Track(
   const v1::LocalizeRequest& query = request.query();
   if (!robot.has_begun) {
     if (auto status = proto::CheckMapName(query.map()); !status.ok()) return status;
-    auto options = proto::FromProto(query.options());
+    const auto options = OptionsOf(query, *robot.context);
     if (!options.ok()) return options.status();
-    options->now_ns = NowNs;
     robot.options.query = *options;
     if (request.has_max_step_m()) robot.options.max_step_m = request.max_step_m();
     robot.map_name = query.map();
@@ -228,20 +290,23 @@ absl::StatusOr<v1::LocalizeStreamResponse> LocalizationService::Track(
   auto told = robot.tracker->Update(described->descriptor, *T_last_scan);
   if (!told.ok()) return told.status();
   told->answer.times.describe_ns = described->describe_ns;
-  return proto::ToProto(TrackedReply{.reply = {.answer = std::move(told->answer),
-                                               .map = (*map)->info.name,
-                                               .queue_ns = arrival.started_ns - arrival.arrived_ns,
-                                               .decode_ns = decode_ns,
-                                               .scan_counts = described->scan_counts},
-                                     .num_scans = told->num_scans,
-                                     .is_relocated = told->is_relocated});
+  const TrackedReply reply{.reply = {.answer = std::move(told->answer),
+                                     .map = (*map)->info.name,
+                                     .queue_ns = arrival.started_ns - arrival.arrived_ns,
+                                     .decode_ns = decode_ns,
+                                     .scan_counts = described->scan_counts},
+                           .num_scans = told->num_scans,
+                           .is_relocated = told->is_relocated};
+  v1::LocalizeStreamResponse response = proto::ToProto(reply);
+  Note(query, reply.reply, response.answer(), robot.call);
+  return response;
 }
 
 grpc::ServerUnaryReactor* LocalizationService::ListMaps(grpc::CallbackServerContext* context,
                                                         const grpc::ByteBuffer* request,
                                                         grpc::ByteBuffer* response) {
   return RespondHere<v1::ListMapsRequest>(
-      access_, context, request, response,
+      reception_, "ListMaps", context, request, response,
       [this](const v1::ListMapsRequest&) -> absl::StatusOr<v1::ListMapsResponse> {
         return proto::ToProto(maps_.List());
       });
@@ -251,7 +316,7 @@ grpc::ServerUnaryReactor* LocalizationService::GetMapInfo(grpc::CallbackServerCo
                                                           const grpc::ByteBuffer* request,
                                                           grpc::ByteBuffer* response) {
   return RespondHere<v1::GetMapInfoRequest>(
-      access_, context, request, response,
+      reception_, "GetMapInfo", context, request, response,
       [this](const v1::GetMapInfoRequest& message) -> absl::StatusOr<v1::GetMapInfoResponse> {
         if (auto status = proto::CheckMapName(message.map()); !status.ok()) return status;
         const auto map = maps_.Find(message.map());

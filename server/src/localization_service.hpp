@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <map>
 #include <optional>
@@ -7,7 +8,9 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
-#include "access.hpp"
+#include "metrics.hpp"
+#include "query_capture.hpp"
+#include "reception.hpp"
 #include "robot_streams.hpp"
 #include "scanloc/core/descriptor.hpp"
 #include "scanloc/core/point_cloud.hpp"
@@ -25,9 +28,18 @@ class LocalizationService final
               v1::Localization::WithRawCallbackMethod_ListMaps<
                   v1::Localization::WithRawCallbackMethod_GetMapInfo<v1::Localization::Service>>>> {
  public:
-  /// Maps, workers and access must outlive the service.
-  LocalizationService(const MapRegistry& maps, WorkerPool& workers, Access& access,
-                      int max_streams);
+  struct Limits {
+    int max_streams = 0;
+    int max_streams_per_client = 0;  ///< 0: as many
+    std::size_t max_points = 0;
+    int max_candidates = 0;
+  };
+
+  /// All but the limits must outlive the service; capture may be null.
+  LocalizationService(const MapRegistry& maps, WorkerPool& workers, Reception& reception,
+                      Metrics& metrics, QueryCapture* capture, const Limits& limits);
+
+  [[nodiscard]] int num_streams() const { return streams_.num_open(); }
 
   /// Ends the streams, which would else last as long as their robots like.
   void Drain() { streams_.Drain(); }
@@ -63,9 +75,17 @@ class LocalizationService final
   };
 
   [[nodiscard]] absl::StatusOr<LocalizeReply> Answer(const v1::LocalizeRequest& request,
-                                                     const Arrival& arrival, Scratch& scratch);
-  [[nodiscard]] static absl::StatusOr<Described> Describe(const v1::LocalizeRequest& request,
-                                                          const ServedMap& map, Scratch& scratch);
+                                                     const Arrival& arrival,
+                                                     const grpc::CallbackServerContext& context,
+                                                     Scratch& scratch);
+  [[nodiscard]] absl::StatusOr<QueryOptions> OptionsOf(
+      const v1::LocalizeRequest& request, const grpc::CallbackServerContext& context) const;
+  [[nodiscard]] absl::StatusOr<Described> Describe(const v1::LocalizeRequest& request,
+                                                   const ServedMap& map, Scratch& scratch) const;
+
+  /// Notes in the call what was said, counts it, and keeps the query if it found no place.
+  void Note(const v1::LocalizeRequest& request, const LocalizeReply& reply,
+            const v1::LocalizeResponse& response, Call& call) const;
 
   /// What is known of the robot of one stream. Its requests come one after the other.
   struct Robot;
@@ -75,7 +95,10 @@ class LocalizationService final
 
   const MapRegistry& maps_;
   WorkerPool& workers_;
-  Access& access_;
+  Reception& reception_;
+  Metrics& metrics_;
+  QueryCapture* const capture_;
+  const Limits limits_;
   std::vector<Scratch> scratch_;  // by worker
   RobotStreams streams_;
 };

@@ -1,4 +1,3 @@
-#include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
@@ -6,13 +5,16 @@
 #include <csignal>
 #include <exception>
 #include <iostream>
+#include <map>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "library_logs.hpp"
 #include "lifecycle.hpp"
+#include "logs.hpp"
 #include "scanloc/mapdb/map_file.hpp"
+#include "scanloc/server/build_info.hpp"
 #include "scanloc/server/server.hpp"
 #include "scanloc/server/server_options.hpp"
 
@@ -34,6 +36,7 @@ struct CommandLine {
   ServerOptions options;
   std::vector<std::string> maps;
   std::string log_level = "info";
+  LogFormat log_format = LogFormat::kText;
 };
 
 void Declare(CLI::App& app, CommandLine& line) {
@@ -72,10 +75,42 @@ void Declare(CLI::App& app, CommandLine& line) {
   app.add_option("--drain-seconds", options.drain_s,
                  "how long queries in flight may take to end when stopping [s]")
       ->capture_default_str();
+  app.add_option("--max-streams-per-client", options.max_streams_per_client,
+                 "of these, for one client; 0: all")
+      ->capture_default_str();
+  app.add_option("--max-rate", options.max_rate_per_s,
+                 "requests a second of one client (token, else certificate, else address) [1/s]; "
+                 "0: as many as it likes")
+      ->capture_default_str();
+  app.add_option("--max-points", options.max_points, "points of one scan")->capture_default_str();
+  app.add_option("--max-candidates", options.max_candidates,
+                 "candidates that one query may have compared")
+      ->capture_default_str();
+  app.add_option("--metrics-listen", options.metrics_listen,
+                 "HOST:PORT for Prometheus, at /metrics over HTTP; none if not given");
+  app.add_option("--capture-dir", options.capture_dir,
+                 "keep queries without a place in this folder, for scanloc locate --replay")
+      ->type_name("DIR");
+  app.add_option("--max-capture-bytes", options.max_capture_bytes,
+                 "bound of that folder; the oldest go first [bytes]")
+      ->capture_default_str();
+  app.add_option("--log-requests", options.log_requests,
+                 "requests that get a line in the log, at most 100 a second")
+      ->transform(CLI::CheckedTransformer(std::map<std::string, RequestLog>{
+          {"none", RequestLog::kNone}, {"failed", RequestLog::kFailed}, {"all", RequestLog::kAll}}))
+      ->default_str("failed");
+  app.add_option("--log-format", line.log_format, "text for people, or a JSON object a line")
+      ->transform(CLI::CheckedTransformer(
+          std::map<std::string, LogFormat>{{"text", LogFormat::kText}, {"json", LogFormat::kJson}}))
+      ->default_str("text");
+  app.allow_config_extras(CLI::config_extras_mode::error);
+  app.set_config("--config", "",
+                 "read options from this TOML file; the command line goes before it")
+      ->type_name("FILE");
   app.add_option("--log-level", line.log_level, "what to log on stderr")
       ->check(CLI::IsMember({"debug", "info", "warn", "error", "off"}))
       ->capture_default_str();
-  app.set_version_flag("--version", std::string("scanlocd ") + SCANLOC_VERSION);
+  app.set_version_flag("--version", std::string("scanlocd ") + BuildVersion());
   app.footer(kExamples);
 }
 
@@ -92,8 +127,7 @@ int Run(CommandLine line) {
   }
   if (auto status = Validate(line.options); !status.ok()) return Fail(kExitUsage, status);
 
-  spdlog::set_default_logger(spdlog::stderr_logger_mt("scanlocd"));
-  spdlog::set_level(spdlog::level::from_str(line.log_level));
+  StartLogging(spdlog::level::from_str(line.log_level), line.log_format);
   RouteLibraryLogs();
   std::signal(SIGPIPE, SIG_IGN);
   BlockStopSignals();

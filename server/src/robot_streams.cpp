@@ -1,21 +1,19 @@
 #include "robot_streams.hpp"
 
-#include <chrono>
+#include <map>
 #include <utility>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "reception.hpp"
 #include "scanloc/proto/status.hpp"
 #include "unary_call.hpp"
 
 namespace scanloc::server {
 namespace {
 
-std::int64_t NowNs() {
-  return std::chrono::duration_cast<std::chrono::nanoseconds>(
-             std::chrono::steady_clock::now().time_since_epoch())
-      .count();
-}
+/// Robots hold their streams for minutes.
+constexpr double kStreamRetry_s = 5.0;
 
 absl::Status DrainingError() {
   return absl::UnavailableError("the server is draining; open a stream to another, or later");
@@ -24,12 +22,18 @@ absl::Status DrainingError() {
 }  // namespace
 
 struct RobotStreams::Registry {
-  Registry(WorkerPool& pool, int max) : workers(pool), max_streams(max) {}
+  Registry(WorkerPool& pool, int max, int max_of_one)
+      : workers(pool), max_streams(max), max_per_client(max_of_one > 0 ? max_of_one : max) {}
+
+  /// With mutex held.
+  [[nodiscard]] absl::Status CheckRoomFor(const std::string& client) const;
 
   WorkerPool& workers;
   const int max_streams;
+  const int max_per_client;
   mutable std::mutex mutex;
   std::set<std::shared_ptr<Stream>> streams;
+  std::map<std::string, int> num_by_client;
   bool is_draining = false;
 };
 
@@ -37,8 +41,10 @@ struct RobotStreams::Registry {
 /// aside; `is_finished_` says who ended the stream.
 class RobotStreams::Stream : public Reactor, public std::enable_shared_from_this<Stream> {
  public:
-  Stream(std::shared_ptr<Registry> registry, StreamAnswerer answerer)
-      : registry_(std::move(registry)), answerer_(std::move(answerer)) {}
+  Stream(std::shared_ptr<Registry> registry, StreamHandler handler)
+      : registry_(std::move(registry)), handler_(std::move(handler)) {}
+
+  [[nodiscard]] const std::string& client() const { return handler_.client; }
 
   void Start() { Read(); }
 
@@ -47,6 +53,7 @@ class RobotStreams::Stream : public Reactor, public std::enable_shared_from_this
       const std::lock_guard lock(mutex_);
       if (std::exchange(is_finished_, true)) return;
     }
+    handler_.ended(status);
     Finish(proto::ToGrpc(status));
   }
 
@@ -69,11 +76,13 @@ class RobotStreams::Stream : public Reactor, public std::enable_shared_from_this
     // Once taken, the task runs; the stream cannot end before it, but for a stream that Drain
     // ended.
     const absl::Status taken = Guard([&] {
-      return registry_->workers.Submit([self = shared_from_this(), arrived_ns](int worker) {
-        self->Answer(arrived_ns, worker);
+      return registry_->workers.Submit(handler_.client, [self = shared_from_this(), arrived_ns](
+                                                            const absl::StatusOr<int>& worker) {
+        if (!worker.ok()) return self->Refuse(worker.status());
+        self->Answer(arrived_ns, *worker);
       });
     });
-    if (!taken.ok()) End(taken);
+    if (!taken.ok()) Refuse(taken);
   }
 
   void OnWriteDone(bool ok) override {
@@ -85,9 +94,17 @@ class RobotStreams::Stream : public Reactor, public std::enable_shared_from_this
     const std::shared_ptr<Stream> self = shared_from_this();
     const std::lock_guard lock(registry_->mutex);
     registry_->streams.erase(self);
+    if (const auto count = registry_->num_by_client.find(client()); --count->second == 0) {
+      registry_->num_by_client.erase(count);
+    }
   }
 
  private:
+  void Refuse(const absl::Status& status) {
+    handler_.metrics->CountRejected("busy");
+    End(status);
+  }
+
   void Read() {
     bool is_over = false;
     {
@@ -104,7 +121,7 @@ class RobotStreams::Stream : public Reactor, public std::enable_shared_from_this
     response_.Clear();
     const absl::Status status = Respond<v1::LocalizeStreamRequest>(
         request_, &response_,
-        [&](const auto& request) { return answerer_(request, arrived_ns, worker); });
+        [&](const auto& request) { return handler_.answer(request, arrived_ns, worker); });
     if (!status.ok()) return End(status);
     bool is_over = false;
     {
@@ -115,7 +132,7 @@ class RobotStreams::Stream : public Reactor, public std::enable_shared_from_this
   }
 
   const std::shared_ptr<Registry> registry_;
-  const StreamAnswerer answerer_;
+  const StreamHandler handler_;
   grpc::ByteBuffer request_;
   grpc::ByteBuffer response_;
   std::mutex mutex_;
@@ -124,26 +141,41 @@ class RobotStreams::Stream : public Reactor, public std::enable_shared_from_this
   bool is_finished_ = false;
 };
 
-RobotStreams::RobotStreams(WorkerPool& workers, int max_streams)
-    : registry_(std::make_shared<Registry>(workers, max_streams)) {}
+absl::Status RobotStreams::Registry::CheckRoomFor(const std::string& client) const {
+  if (is_draining) return DrainingError();
+  if (static_cast<int>(streams.size()) >= max_streams) {
+    return proto::WithRetryAfter(absl::ResourceExhaustedError(absl::StrCat(
+                                     "as many streams as the server takes are open, ", max_streams,
+                                     "; try again later or another server")),
+                                 kStreamRetry_s);
+  }
+  const auto own = num_by_client.find(client);
+  if (own != num_by_client.end() && own->second >= max_per_client) {
+    return proto::WithRetryAfter(
+        absl::ResourceExhaustedError(
+            absl::StrCat("this client has ", max_per_client, " streams open, as many as one may")),
+        kStreamRetry_s);
+  }
+  return absl::OkStatus();
+}
+
+RobotStreams::RobotStreams(WorkerPool& workers, int max_streams, int max_per_client)
+    : registry_(std::make_shared<Registry>(workers, max_streams, max_per_client)) {}
 
 RobotStreams::~RobotStreams() { Drain(); }
 
-RobotStreams::Reactor* RobotStreams::Open(StreamAnswerer answerer, absl::Status admitted) {
-  const auto stream = std::make_shared<Stream>(registry_, std::move(answerer));
+RobotStreams::Reactor* RobotStreams::Open(StreamHandler handler, absl::Status admitted) {
+  Metrics& metrics = *handler.metrics;
+  const auto stream = std::make_shared<Stream>(registry_, std::move(handler));
   absl::Status refused = std::move(admitted);
   {
     const std::lock_guard lock(registry_->mutex);
-    if (!refused.ok()) {
-      // Counts as open until OnDone, as all do.
-    } else if (registry_->is_draining) {
-      refused = DrainingError();
-    } else if (static_cast<int>(registry_->streams.size()) >= registry_->max_streams) {
-      refused = absl::ResourceExhaustedError(
-          absl::StrCat("as many streams as the server takes are open, ", registry_->max_streams,
-                       "; try again later or another server"));
+    if (refused.ok()) {
+      refused = registry_->CheckRoomFor(stream->client());
+      if (absl::IsResourceExhausted(refused)) metrics.CountRejected("streams");
     }
     registry_->streams.insert(stream);  // until OnDone, which comes in any case
+    ++registry_->num_by_client[stream->client()];
   }
   if (refused.ok()) {
     stream->Start();

@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <functional>
 #include <mutex>
 #include <thread>
 #include <utility>
@@ -23,6 +24,9 @@
 #include "health_service.hpp"
 #include "localization_service.hpp"
 #include "map_sources.hpp"
+#include "metrics.hpp"
+#include "query_capture.hpp"
+#include "reception.hpp"
 #include "unary_call.hpp"
 
 namespace scanloc::server {
@@ -40,20 +44,29 @@ std::string HealthName(const std::string& map_name) {
 }
 
 struct Server::State {
-  State(const ServerOptions& server_options, MapLoader loader, std::unique_ptr<Access> callers)
+  State(const ServerOptions& server_options, MapLoader loader, std::unique_ptr<Access> callers,
+        const std::function<std::unique_ptr<QueryCapture>(Metrics&)>& open_capture)
       : options(server_options),
         load_map(std::move(loader)),
         access(std::move(callers)),
         sources(server_options.maps, server_options.maps_dir),
         workers(NumThreads(server_options), server_options.max_inflight),
-        localization(maps, workers, *access, server_options.max_streams),
-        admin(maps, *access,
+        metrics([this] { return Look(); }),
+        capture(open_capture(metrics)),
+        reception(*access, metrics, server_options.max_rate_per_s, server_options.log_requests),
+        localization(maps, workers, reception, metrics, capture.get(),
+                     {.max_streams = server_options.max_streams,
+                      .max_streams_per_client = server_options.max_streams_per_client,
+                      .max_points = static_cast<std::size_t>(server_options.max_points),
+                      .max_candidates = server_options.max_candidates}),
+        admin(maps, reception,
               {.reload = [this](const std::string& name) { return Reload(name); },
                .load = [this](const std::string& name) { return LoadNew(name); },
                .unload = [this](const std::string& name) { return Unload(name); }}) {}
 
   // gRPC ends every call, then the workers what they were at; only then goes what both use.
   ~State() {
+    metrics_endpoint.reset();
     grpc_server.reset();
     workers.Finish();
     admin.Finish();
@@ -68,6 +81,7 @@ struct Server::State {
   absl::Status Reload(const std::string& name);
   absl::Status LoadNew(const std::string& name);
   absl::Status Unload(const std::string& name);
+  [[nodiscard]] Metrics::Gauges Look() const;
 
   const ServerOptions options;
   const MapLoader load_map;
@@ -76,6 +90,9 @@ struct Server::State {
   const MapSources sources;
   MapRegistry maps;
   WorkerPool workers;
+  Metrics metrics;
+  const std::unique_ptr<QueryCapture> capture;
+  Reception reception;
   LocalizationService localization;
   AdminService admin;
   HealthService health;
@@ -83,7 +100,17 @@ struct Server::State {
   std::once_flag shutdown;
   std::mutex loading;  // one map at a time: each may be as large as memory allows
   std::unique_ptr<grpc::Server> grpc_server;
+  std::unique_ptr<MetricsEndpoint> metrics_endpoint;  // last: it looks at all of the above
 };
+
+Metrics::Gauges Server::State::Look() const {
+  const WorkerPool::Load load = workers.load();
+  return {.num_waiting = load.num_waiting,
+          .num_running = load.num_running,
+          .num_streams = localization.num_streams(),
+          .is_draining = stopping,
+          .maps = maps.List()};
+}
 
 absl::Status Server::State::Listen() {
   health.Set("", false);
@@ -94,6 +121,12 @@ absl::Status Server::State::Listen() {
   static std::once_flag reflection;
   std::call_once(reflection, grpc::reflection::InitProtoReflectionServerBuilderPlugin);
 
+  if (!options.metrics_listen.empty()) {
+    auto endpoint = MetricsEndpoint::Listen(options.metrics_listen, metrics);
+    if (!endpoint.ok()) return endpoint.status();
+    metrics_endpoint = *std::move(endpoint);
+    spdlog::info("metrics on http://{}/metrics", metrics_endpoint->address());
+  }
   auto credentials = MakeCredentials(options.tls);
   if (!credentials.ok()) return credentials.status();
   grpc::ServerBuilder builder;
@@ -121,7 +154,16 @@ absl::StatusOr<std::unique_ptr<Server>> Server::Start(const ServerOptions& optio
   const absl::Status status = Guard([&] {
     auto access = Access::Create(options.token_file);
     if (!access.ok()) return access.status();
-    state = std::make_unique<State>(options, std::move(load_map), *std::move(access));
+    absl::Status captures;
+    state = std::make_unique<State>(options, std::move(load_map), *std::move(access),
+                                    [&](Metrics& metrics) -> std::unique_ptr<QueryCapture> {
+                                      if (options.capture_dir.empty()) return nullptr;
+                                      auto capture = QueryCapture::Open(
+                                          options.capture_dir, options.max_capture_bytes, metrics);
+                                      captures = capture.status();
+                                      return capture.ok() ? *std::move(capture) : nullptr;
+                                    });
+    if (!captures.ok()) return captures;
     return state->Listen();
   });
   if (!status.ok()) return status;
@@ -133,11 +175,16 @@ Server::Server(std::unique_ptr<State> state) : state_(std::move(state)) {}
 Server::~Server() { Shutdown(); }
 
 const std::string& Server::address() const { return state_->address; }
+std::string Server::metrics_address() const {
+  return state_->metrics_endpoint ? state_->metrics_endpoint->address() : std::string();
+}
+std::string Server::MetricsText() const { return state_->metrics.Text(); }
 MapRegistry& Server::maps() { return state_->maps; }
 WorkerPool& Server::workers() { return state_->workers; }
 
 absl::Status Server::State::Load(const MapSource& source) {
   const std::lock_guard lock(loading);
+  const std::int64_t start_ns = NowNs();
   absl::Status status = Guard([&]() -> absl::Status {
     auto map = load_map(source.path);
     if (!map.ok()) return map.status();
@@ -159,7 +206,9 @@ absl::Status Server::State::Load(const MapSource& source) {
                  content_id);
     return absl::OkStatus();
   });
+  metrics.SetLoadTime(source.name, 1e-9 * static_cast<double>(NowNs() - start_ns));
   if (status.ok()) return status;
+  metrics.CountFailedLoad(source.name);
   maps.SetFailed(source.name);
   return {status.code(), absl::StrCat("map ", source.name, ": ", status.message())};
 }

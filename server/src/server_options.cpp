@@ -19,6 +19,9 @@ constexpr int kMaxInflight = 100'000;
 constexpr int kMaxStreams = 1'000'000;
 constexpr int kMinMessageBytes = 1 << 10;
 constexpr double kMaxDrain_s = 3600.0;
+constexpr double kMaxRate_per_s = 1e6;
+constexpr double kMinCaptureBytes = 1 << 20;
+constexpr double kMaxCaptureBytes = 1e15;
 
 absl::Status CheckRange(const char* field, double value, double low, double high) {
   if (value >= low && value <= high) return absl::OkStatus();
@@ -46,13 +49,13 @@ absl::Status CheckMaps(const ServerOptions& options) {
   return absl::OkStatus();
 }
 
-absl::Status CheckListen(const std::string& listen) {
+absl::Status CheckAddress(const char* field, const std::string& listen) {
   const std::size_t colon = listen.rfind(':');
   int port = -1;
   if (colon == std::string::npos || colon == 0 ||
       !absl::SimpleAtoi(listen.substr(colon + 1), &port) || port < 0 || port > 65535) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("listen is \"", listen, "\"; it must be HOST:PORT with a port in [0, 65535]"));
+    return absl::InvalidArgumentError(absl::StrCat(
+        field, " is \"", listen, "\"; it must be HOST:PORT with a port in [0, 65535]"));
   }
   return absl::OkStatus();
 }
@@ -105,7 +108,7 @@ absl::StatusOr<MapSource> ParseMapSource(const std::string& text) {
 
 absl::Status Validate(const ServerOptions& options) {
   absl::Status status = CheckMaps(options);
-  status.Update(CheckListen(options.listen));
+  status.Update(CheckAddress("listen", options.listen));
   status.Update(CheckTls(options));
   if (options.admin && options.token_file.empty()) {
     status.Update(absl::InvalidArgumentError("admin needs a token file that says who may"));
@@ -113,6 +116,17 @@ absl::Status Validate(const ServerOptions& options) {
   status.Update(CheckRange("num_threads", options.num_threads, 0, kMaxThreads));
   status.Update(CheckRange("max_inflight", options.max_inflight, 1, kMaxInflight));
   status.Update(CheckRange("max_streams", options.max_streams, 0, kMaxStreams));
+  status.Update(
+      CheckRange("max_streams_per_client", options.max_streams_per_client, 0, kMaxStreams));
+  status.Update(CheckRange("max_rate_per_s", options.max_rate_per_s, 0.0, kMaxRate_per_s));
+  status.Update(CheckRange("max_points", options.max_points, 1,
+                           static_cast<double>(limits::kMaxPointsPerScan)));
+  status.Update(CheckRange("max_candidates", options.max_candidates, 1, limits::kMaxCandidates));
+  status.Update(CheckRange("max_capture_bytes", static_cast<double>(options.max_capture_bytes),
+                           kMinCaptureBytes, kMaxCaptureBytes));
+  if (!options.metrics_listen.empty()) {
+    status.Update(CheckAddress("metrics_listen", options.metrics_listen));
+  }
   status.Update(CheckRange("max_message_bytes", options.max_message_bytes, kMinMessageBytes,
                            limits::kMaxMessageBytes));
   status.Update(CheckRange("drain_s", options.drain_s, 0.0, kMaxDrain_s));

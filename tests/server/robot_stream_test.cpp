@@ -230,7 +230,8 @@ TEST(RobotStream, EndsWhenAnAnswerIsLate) {
   const auto server = test::StartServer({{"town", test::SmallMap(1, kNumPlaces)}});
   test::Gate gate;
   for (int i = 0; i < server->workers().num_threads(); ++i) {
-    ASSERT_TRUE(server->workers().Submit([&](int) { gate.Wait(); }).ok());
+    ASSERT_TRUE(
+        server->workers().Submit("test", [&](const absl::StatusOr<int>&) { gate.Wait(); }).ok());
   }
   const client::Client client = ConnectTo(*server);
   auto stream = client.OpenStream({.timeout = std::chrono::milliseconds(50)});

@@ -87,7 +87,9 @@ class BusyServer {
     options.drain_s = drain_s;
     server_ = test::StartServer(maps, options);
     calls_.emplace(server_->address());
-    EXPECT_TRUE(server_->workers().Submit([this](int) { gate_.Wait(); }).ok());
+    EXPECT_TRUE(server_->workers()
+                    .Submit("test", [this](const absl::StatusOr<int>&) { gate_.Wait(); })
+                    .ok());
   }
   ~BusyServer() { gate_.Open(); }
 

@@ -24,6 +24,46 @@ TEST(Status, ReadsAnUnheardOfCodeAsUnknown) {
   EXPECT_EQ(FromGrpc(strange).code(), absl::StatusCode::kUnknown);
 }
 
+TEST(Status, CarriesWhenToComeBack) {
+  for (const double delay_s : {0.0, 0.05, 0.999, 1.0, 17.25}) {
+    const absl::Status sent = WithRetryAfter(absl::ResourceExhaustedError("busy"), delay_s);
+    const absl::Status got = FromGrpc(ToGrpc(sent));
+    EXPECT_EQ(got.code(), absl::StatusCode::kResourceExhausted);
+    ASSERT_TRUE(RetryAfter(got).has_value());
+    EXPECT_NEAR(*RetryAfter(got), delay_s, 1e-8);
+  }
+  EXPECT_FALSE(RetryAfter(absl::ResourceExhaustedError("busy")).has_value());
+  EXPECT_FALSE(RetryAfter(FromGrpc(ToGrpc(absl::UnavailableError("gone")))).has_value());
+}
+
+TEST(Status, SaysItAsOtherLibrariesReadIt) {
+  const grpc::Status wire = ToGrpc(WithRetryAfter(absl::ResourceExhaustedError("busy"), 1.5));
+  // google.rpc.Status {code: 8, message: "busy", details: [Any {type_url, RetryInfo {1.5 s}}]}
+  const std::string duration("\x08\x01\x10\x80\xca\xb5\xee\x01", 8);
+  const std::string info = std::string("\x0a\x08") + duration;
+  const std::string url = "type.googleapis.com/google.rpc.RetryInfo";
+  const std::string any = "\x0a" + std::string(1, static_cast<char>(url.size())) + url + "\x12" +
+                          std::string(1, static_cast<char>(info.size())) + info;
+  EXPECT_EQ(wire.error_details(), std::string("\x08\x08\x12\x04") + "busy\x1a" +
+                                      std::string(1, static_cast<char>(any.size())) + any);
+}
+
+TEST(Status, DropsDetailsThatCannotBeRead) {
+  std::string bytes =
+      ToGrpc(WithRetryAfter(absl::ResourceExhaustedError("busy"), 1.5)).error_details();
+  for (std::size_t length = 0; length < bytes.size(); ++length) {
+    const absl::Status got =
+        FromGrpc({grpc::StatusCode::RESOURCE_EXHAUSTED, "busy", bytes.substr(0, length)});
+    EXPECT_EQ(got.code(), absl::StatusCode::kResourceExhausted);
+    EXPECT_EQ(got.message(), "busy");
+    EXPECT_FALSE(RetryAfter(got).has_value()) << length;
+  }
+  const absl::Status negative = WithRetryAfter(absl::ResourceExhaustedError("busy"), -3.0);
+  EXPECT_FALSE(RetryAfter(FromGrpc(ToGrpc(negative))).has_value());
+  const absl::Status endless = WithRetryAfter(absl::ResourceExhaustedError("busy"), 1e12);
+  EXPECT_EQ(RetryAfter(FromGrpc(ToGrpc(endless))), 3600.0);
+}
+
 TEST(Status, CutsEndlessText) {
   const grpc::Status wire = ToGrpc(absl::InternalError(std::string(1'000'000, 'x')));
   EXPECT_LT(wire.error_message().size(), 4096U);

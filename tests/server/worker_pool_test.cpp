@@ -6,8 +6,10 @@
 #include <future>
 #include <memory>
 #include <set>
+#include <string>
 #include <vector>
 
+#include "scanloc/proto/status.hpp"
 #include "support/test_server.hpp"
 
 namespace scanloc::server {
@@ -18,7 +20,7 @@ TEST(WorkerPool, RunsEveryTaskItTakes) {
   {
     WorkerPool pool(4, 1000);
     for (int i = 0; i < 1000; ++i) {
-      ASSERT_TRUE(pool.Submit([&](int) { ++num_run; }).ok());
+      ASSERT_TRUE(pool.Submit("test", [&](const absl::StatusOr<int>&) { ++num_run; }).ok());
     }
   }
   EXPECT_EQ(num_run, 1000);
@@ -28,7 +30,7 @@ TEST(WorkerPool, HasRunEveryTaskWhenItIsFinished) {
   std::atomic<int> num_run = 0;
   WorkerPool pool(4, 1000);
   for (int i = 0; i < 1000; ++i) {
-    ASSERT_TRUE(pool.Submit([&](int) { ++num_run; }).ok());
+    ASSERT_TRUE(pool.Submit("test", [&](const absl::StatusOr<int>&) { ++num_run; }).ok());
   }
   pool.Finish();
   EXPECT_EQ(num_run, 1000);
@@ -40,13 +42,15 @@ TEST(WorkerPool, RefusesTheTaskThatIsOneTooMany) {
   {
     WorkerPool pool(1, 3);
     for (int i = 0; i < 3; ++i) {
-      ASSERT_TRUE(pool.Submit([&](int) {
-                        gate.Wait();
-                        ++num_run;
-                      })
+      ASSERT_TRUE(pool.Submit("test",
+                              [&](const absl::StatusOr<int>&) {
+                                gate.Wait();
+                                ++num_run;
+                              })
                       .ok());
     }
-    const absl::Status refused = pool.Submit([&](int) { num_run += 100; });
+    const absl::Status refused =
+        pool.Submit("test", [&](const absl::StatusOr<int>&) { num_run += 100; });
     EXPECT_EQ(refused.code(), absl::StatusCode::kResourceExhausted) << refused;
     gate.Open();
   }
@@ -58,7 +62,8 @@ TEST(WorkerPool, TakesTasksAgainOnceOthersAreDone) {
   for (int i = 0; i < 100; ++i) {
     std::promise<void> done;
     // The task before may not be counted out yet, though it has told that it is done.
-    while (!pool.Submit([&](int) { done.set_value(); }).ok()) std::this_thread::yield();
+    while (!pool.Submit("test", [&](const absl::StatusOr<int>&) { done.set_value(); }).ok())
+      std::this_thread::yield();
     done.get_future().wait();
   }
 }
@@ -72,12 +77,13 @@ TEST(WorkerPool, NumbersItsThreads) {
     test::Gate gate;
     std::atomic<int> num_waiting = 0;
     for (int i = 0; i < 3; ++i) {
-      ASSERT_TRUE(pool.Submit([&](int worker) {
-                        if (++num_waiting == 3) gate.Open();
-                        gate.Wait();
-                        const std::lock_guard lock(mutex);
-                        workers.insert(worker);
-                      })
+      ASSERT_TRUE(pool.Submit("test",
+                              [&](const absl::StatusOr<int>& worker) {
+                                if (++num_waiting == 3) gate.Open();
+                                gate.Wait();
+                                const std::lock_guard lock(mutex);
+                                workers.insert(*worker);
+                              })
                       .ok());
     }
     gate.Wait();
@@ -85,12 +91,85 @@ TEST(WorkerPool, NumbersItsThreads) {
   EXPECT_EQ(workers, (std::set<int>{0, 1, 2}));
 }
 
+/// A pool of one thread that is kept busy until Open, and the order in which tasks ran since.
+class HeldPool {
+ public:
+  explicit HeldPool(int max_inflight) : pool_(1, max_inflight) {
+    std::promise<void> begun;
+    EXPECT_TRUE(pool_
+                    .Submit("holder",
+                            [&](const absl::StatusOr<int>&) {
+                              begun.set_value();
+                              gate_.Wait();
+                            })
+                    .ok());
+    begun.get_future().wait();
+  }
+  ~HeldPool() { gate_.Open(); }
+
+  absl::Status Submit(const std::string& client, const std::string& task) {
+    return pool_.Submit(client, [this, task](const absl::StatusOr<int>& worker) {
+      (worker.ok() ? ran_ : refused_).push_back(task);
+      if (!worker.ok()) why_ = worker.status();
+    });
+  }
+
+  [[nodiscard]] WorkerPool::Load load() const { return pool_.load(); }
+  [[nodiscard]] const std::vector<std::string>& refused() const { return refused_; }
+  [[nodiscard]] const absl::Status& why() const { return why_; }
+  std::vector<std::string> RunAll() {
+    gate_.Open();
+    pool_.Finish();
+    return ran_;
+  }
+
+ private:
+  test::Gate gate_;
+  std::vector<std::string> ran_;
+  std::vector<std::string> refused_;
+  absl::Status why_;
+  WorkerPool pool_;
+};
+
+TEST(WorkerPool, LetsClientsTakeTurns) {
+  HeldPool pool(10);
+  for (const char* task : {"a1", "a2", "a3"}) ASSERT_TRUE(pool.Submit("a", task).ok());
+  ASSERT_TRUE(pool.Submit("b", "b1").ok());
+  ASSERT_TRUE(pool.Submit("c", "c1").ok());
+  ASSERT_TRUE(pool.Submit("b", "b2").ok());
+  EXPECT_EQ(pool.load().num_waiting, 6);
+  EXPECT_EQ(pool.load().num_running, 1);
+  EXPECT_EQ(pool.RunAll(), (std::vector<std::string>{"a1", "b1", "c1", "a2", "b2", "a3"}));
+}
+
+TEST(WorkerPool, MakesRoomForAClientThatHasFewerTasks) {
+  HeldPool pool(5);
+  for (const char* task : {"a1", "a2", "a3", "a4"}) ASSERT_TRUE(pool.Submit("a", task).ok());
+  EXPECT_TRUE(pool.Submit("b", "b1").ok());
+  EXPECT_EQ(pool.refused(), std::vector<std::string>{"a4"});
+  EXPECT_EQ(pool.why().code(), absl::StatusCode::kResourceExhausted);
+  EXPECT_TRUE(pool.Submit("b", "b2").ok());
+  EXPECT_EQ(pool.refused(), (std::vector<std::string>{"a4", "a3"}));
+  // Two each: nobody has to give way.
+  EXPECT_EQ(pool.Submit("b", "b3").code(), absl::StatusCode::kResourceExhausted);
+  EXPECT_EQ(pool.Submit("a", "a5").code(), absl::StatusCode::kResourceExhausted);
+  EXPECT_EQ(pool.RunAll(), (std::vector<std::string>{"a1", "b1", "a2", "b2"}));
+}
+
+TEST(WorkerPool, SaysWhenToComeBack) {
+  HeldPool pool(1);
+  const auto delay_s = proto::RetryAfter(pool.Submit("a", "a1"));
+  ASSERT_TRUE(delay_s.has_value());
+  EXPECT_GE(*delay_s, 0.05);
+  EXPECT_LE(*delay_s, 60.0);
+}
+
 TEST(WorkerPool, FreesWhatATaskHolds) {
   auto held = std::make_shared<int>(1);
   const std::weak_ptr<int> watched = held;
   {
     WorkerPool pool(1, 2);
-    ASSERT_TRUE(pool.Submit([held = std::move(held)](int) {}).ok());
+    ASSERT_TRUE(pool.Submit("test", [held = std::move(held)](const absl::StatusOr<int>&) {}).ok());
   }
   EXPECT_TRUE(watched.expired());
 }

@@ -34,6 +34,12 @@ class Server {
   /// HOST:PORT as configured, with the port that was really taken.
   [[nodiscard]] const std::string& address() const;
 
+  /// Likewise of the metrics; empty where none are served.
+  [[nodiscard]] std::string metrics_address() const;
+
+  /// What is served there, in Prometheus' text format.
+  [[nodiscard]] std::string MetricsText() const;
+
   /// Loads every map in turn; each answers as soon as it is loaded. One that does not load is
   /// logged and passed over; why the first of them did not is returned if none does. Cancelled if
   /// Shutdown was called meanwhile. Call once, before the calls below.

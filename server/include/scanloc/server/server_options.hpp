@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -32,6 +33,9 @@ struct TlsOptions {
 
   [[nodiscard]] bool enabled() const { return !cert_file.empty(); }
 };
+
+/// Which requests stand in the log, a line each, at most so many a second.
+enum class RequestLog : std::uint8_t { kNone, kFailed, kAll };
 
 /// How a server runs. What shapes its answers is not here but in the maps.
 struct ServerOptions {
@@ -66,9 +70,33 @@ struct ServerOptions {
   /// is answered while the robot still waits.
   int max_inflight = 64;
 
+  /// Requests a second that one client may send, with a second's worth at once; 0: as many as it
+  /// likes. A client is a token, else a certificate's name, else an address: behind a proxy without
+  /// tokens all robots are one client.
+  double max_rate_per_s = 0.0;
+
   /// Robots on a stream at once; one more is refused at once with ResourceExhausted. Each holds a
   /// connection and some kilobytes.
   int max_streams = 1000;
+
+  /// Of these, for one client; 0: all.
+  int max_streams_per_client = 0;
+
+  /// Points of one scan; a larger one is refused before it is described.
+  int max_points = static_cast<int>(limits::kMaxPointsPerScan);
+
+  /// Candidates that one query may have compared.
+  int max_candidates = limits::kMaxCandidates;
+
+  /// HOST:PORT where metrics are served over HTTP; empty: nowhere. Port 0 takes a free one.
+  std::string metrics_listen;
+
+  RequestLog log_requests = RequestLog::kFailed;
+
+  /// An existing folder where queries without a place are kept for replay, and its bound [bytes]:
+  /// the oldest go first. Empty: none are kept.
+  std::string capture_dir;
+  std::int64_t max_capture_bytes = std::int64_t{1} << 30;
 
   /// Largest request [bytes]; a larger one is refused unread. The default fits the largest scan.
   int max_message_bytes = limits::kMaxMessageBytes;

@@ -1,21 +1,32 @@
 #pragma once
 
 #include <condition_variable>
+#include <cstdint>
 #include <deque>
+#include <map>
 #include <mutex>
+#include <string>
 #include <thread>
 #include <vector>
 
 #include "absl/functional/any_invocable.h"
 #include "absl/status/status.h"
+#include "absl/status/statusor.h"
 
 namespace scanloc::server {
 
-/// A fixed number of threads and a bounded number of tasks. Thread-safe.
+/// A fixed number of threads and a bounded number of tasks. Clients take turns, so that one with
+/// many tasks does not keep the others waiting. Thread-safe.
 class WorkerPool {
  public:
-  /// worker is the index of the thread that runs the task, so that tasks can keep memory a thread.
-  using Task = absl::AnyInvocable<void(int worker)>;
+  /// Called once: with the index of the thread that runs it, so that tasks can keep memory a
+  /// thread; or with ResourceExhausted, if it had to make room for another client's.
+  using Task = absl::AnyInvocable<void(const absl::StatusOr<int>& worker)>;
+
+  struct Load {
+    int num_waiting = 0;
+    int num_running = 0;
+  };
 
   /// Requires num_threads ≥ 1 and max_inflight ≥ 1.
   WorkerPool(int num_threads, int max_inflight);
@@ -26,24 +37,36 @@ class WorkerPool {
   WorkerPool(const WorkerPool&) = delete;
   WorkerPool& operator=(const WorkerPool&) = delete;
 
-  /// Takes a task, which is then certain to run; tasks start in the order taken and must not throw.
-  /// ResourceExhausted at once if max_inflight tasks run or wait: the task is dropped.
-  [[nodiscard]] absl::Status Submit(Task task);
+  /// Takes a task, which is then certain to be called and must not throw; those of one client start
+  /// in the order taken. While max_inflight tasks run or wait, ResourceExhausted at once and the
+  /// task is dropped, unless another client has at least two more waiting: its last one makes room.
+  /// The status holds a RetryInfo (proto/status.hpp) with the time the queue needs.
+  [[nodiscard]] absl::Status Submit(const std::string& client, Task task);
 
-  /// Runs every task that was taken, then ends the threads. No task may be submitted from then on;
+  /// Calls every task that was taken, then ends the threads. No task may be submitted from then on;
   /// to be called by one thread.
   void Finish();
 
   [[nodiscard]] int num_threads() const { return static_cast<int>(threads_.size()); }
+  [[nodiscard]] Load load() const;
 
  private:
+  using Queue = std::deque<Task>;
+
   void Run(int worker);
+  /// All with mutex_ held.
+  [[nodiscard]] Task TakeNext();
+  [[nodiscard]] Task MakeRoomFor(const std::string& client);
+  [[nodiscard]] absl::Status BusyError() const;
 
   const int max_inflight_;
-  std::mutex mutex_;
+  mutable std::mutex mutex_;
   std::condition_variable has_work_;
-  std::deque<Task> waiting_;
-  int num_inflight_ = 0;  // waiting or running
+  std::map<std::string, Queue> waiting_;  // by client; none is empty
+  std::deque<std::string> turns_;         // clients of waiting_, whose turn is next first
+  int num_waiting_ = 0;
+  int num_running_ = 0;
+  double mean_task_s_ = 0.01;  // moving average
   bool stopping_ = false;
   std::vector<std::thread> threads_;
 };

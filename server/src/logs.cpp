@@ -1,0 +1,85 @@
+#include "logs.hpp"
+
+#include <spdlog/formatter.h>
+#include <spdlog/pattern_formatter.h>
+#include <spdlog/sinks/stdout_sinks.h>
+#include <spdlog/spdlog.h>
+
+#include <atomic>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "absl/strings/escaping.h"
+#include "absl/strings/str_cat.h"
+
+namespace scanloc::server {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// Begins the payload of a line that is JSON already: no text that is logged otherwise begins so.
+constexpr char kFieldsMark = '\x1e';
+
+std::atomic<LogFormat> log_format = LogFormat::kText;
+
+std::string ToLine(const Json& json) {
+  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+/// `{"time":...,"level":...` of any line.
+class JsonFormatter : public spdlog::formatter {
+ public:
+  void format(const spdlog::details::log_msg& entry, spdlog::memory_buf_t& line) override {
+    time_.format(entry, line);  // as far as the level
+    const std::string payload(entry.payload.data(), entry.payload.size());
+    std::string rest;
+    if (!payload.empty() && payload.front() == kFieldsMark) {
+      rest = payload.substr(2);  // the mark and the brace
+    } else {
+      rest = ToLine(Json{{"message", payload}}).substr(1);
+    }
+    rest += '\n';
+    line.append(rest.data(), rest.data() + rest.size());
+  }
+
+  [[nodiscard]] std::unique_ptr<spdlog::formatter> clone() const override {
+    return std::make_unique<JsonFormatter>();
+  }
+
+ private:
+  spdlog::pattern_formatter time_{R"({"time":"%Y-%m-%dT%H:%M:%S.%eZ","level":"%l",)",
+                                  spdlog::pattern_time_type::utc, ""};
+};
+
+}  // namespace
+
+void StartLogging(spdlog::level::level_enum level, LogFormat format) {
+  log_format = format;
+  auto logger = std::make_shared<spdlog::logger>("scanlocd",
+                                                 std::make_shared<spdlog::sinks::stderr_sink_mt>());
+  if (format == LogFormat::kJson) {
+    logger->set_formatter(std::make_unique<JsonFormatter>());
+  }
+  spdlog::set_default_logger(std::move(logger));
+  spdlog::set_level(level);
+}
+
+void LogWith(spdlog::level::level_enum level, const std::string& message, const LogFields& fields) {
+  if (!spdlog::should_log(level)) return;
+  if (log_format == LogFormat::kJson) {
+    Json json{{"message", message}};
+    for (const auto& [name, value] : fields) json[name] = value;
+    spdlog::log(level, "{}{}", kFieldsMark, ToLine(json));
+    return;
+  }
+  std::string line = message;
+  for (const auto& [name, value] : fields) {
+    const bool is_word = value.find_first_of(" \"=") == std::string::npos;
+    const std::string escaped = absl::Utf8SafeCEscape(value);
+    absl::StrAppend(&line, " ", name, "=", is_word && !value.empty() ? "" : "\"", escaped,
+                    is_word && !value.empty() ? "" : "\"");
+  }
+  spdlog::log(level, "{}", line);
+}
+
+}  // namespace scanloc::server

@@ -1,0 +1,235 @@
+#include "metrics.hpp"
+
+#include <prometheus/counter.h>
+#include <prometheus/exposer.h>
+#include <prometheus/gauge.h>
+#include <prometheus/histogram.h>
+#include <prometheus/registry.h>
+#include <prometheus/text_serializer.h>
+
+#include <chrono>
+#include <exception>
+#include <mutex>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "process_metrics.hpp"
+#include "scanloc/server/build_info.hpp"
+
+namespace scanloc::server {
+namespace {
+
+using prometheus::Histogram;
+using prometheus::MetricType;
+
+constexpr double kSecondsPerNs = 1e-9;
+
+Histogram::BucketBoundaries CallSeconds() {
+  return {0.0005, 0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0};
+}
+Histogram::BucketBoundaries StageSeconds() {
+  return {1e-5, 2e-5, 5e-5, 1e-4, 2e-4, 5e-4, 1e-3, 2e-3, 5e-3, 0.01, 0.02, 0.05, 0.1, 0.5};
+}
+Histogram::BucketBoundaries Shares() {
+  return {0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 0.99, 0.999};
+}
+
+std::string CodeName(absl::StatusCode code) { return absl::StatusCodeToString(code); }
+
+/// One gauge a map.
+prometheus::MetricFamily MapGauge(const char* name, const char* help,
+                                  const std::vector<MapSummary>& maps,
+                                  double (*value)(const MapSummary&)) {
+  prometheus::MetricFamily family{name, help, MetricType::Gauge, {}};
+  for (const MapSummary& map : maps) {
+    prometheus::ClientMetric metric;
+    metric.label = {{"map", map.name}};
+    metric.gauge.value = value(map);
+    family.metric.push_back(std::move(metric));
+  }
+  return family;
+}
+
+/// What is not counted but looked up.
+class Looked : public prometheus::Collectable {
+ public:
+  explicit Looked(std::function<Metrics::Gauges()> look) : look_(std::move(look)) {}
+
+  void Stop() {
+    const std::lock_guard lock(mutex_);
+    look_ = nullptr;
+  }
+
+  [[nodiscard]] std::vector<prometheus::MetricFamily> Collect() const override {
+    const std::lock_guard lock(mutex_);
+    if (!look_) return {};
+    const Metrics::Gauges now = look_();
+    return {
+        FamilyOf("scanloc_queue_depth", "Queries that wait for a thread.", MetricType::Gauge,
+                 now.num_waiting),
+        FamilyOf("scanloc_in_flight", "Queries that run or wait.", MetricType::Gauge,
+                 now.num_waiting + now.num_running),
+        FamilyOf("scanloc_streams_open", "Robots on a stream.", MetricType::Gauge, now.num_streams),
+        FamilyOf("scanloc_draining", "1 while the server is stopping.", MetricType::Gauge,
+                 now.is_draining ? 1.0 : 0.0),
+        MapGauge("scanloc_map_serving", "1 while the map answers.", now.maps,
+                 [](const MapSummary& map) { return map.state == MapState::kServing ? 1.0 : 0.0; }),
+        MapGauge("scanloc_map_generation", "How often a map was put in service by this name.",
+                 now.maps,
+                 [](const MapSummary& map) { return static_cast<double>(map.generation); }),
+        MapGauge("scanloc_map_places", "Places of the map.", now.maps,
+                 [](const MapSummary& map) { return static_cast<double>(map.num_places); }),
+    };
+  }
+
+ private:
+  mutable std::mutex mutex_;
+  std::function<Metrics::Gauges()> look_;
+};
+
+}  // namespace
+
+struct Metrics::State : public prometheus::Collectable {
+  explicit State(std::function<Gauges()> look) : looked(std::move(look)) {
+    prometheus::BuildGauge()
+        .Name("scanloc_build_info")
+        .Help("Always 1; what is running.")
+        .Register(registry)
+        .Add({{"version", BuildVersion()}, {"compiler", BuildCompiler()}})
+        .Set(1.0);
+  }
+
+  [[nodiscard]] std::vector<prometheus::MetricFamily> Collect() const override {
+    std::vector<prometheus::MetricFamily> families = registry.Collect();
+    for (const prometheus::Collectable* more :
+         {static_cast<const prometheus::Collectable*>(&looked),
+          static_cast<const prometheus::Collectable*>(&process)}) {
+      for (prometheus::MetricFamily& family : more->Collect()) {
+        families.push_back(std::move(family));
+      }
+    }
+    return families;
+  }
+
+  void AddStage(const char* stage, std::int64_t ns) {
+    if (ns > 0) {
+      stages.Add({{"stage", stage}}, StageSeconds())
+          .Observe(kSecondsPerNs * static_cast<double>(ns));
+    }
+  }
+
+  prometheus::Registry registry;
+  Looked looked;
+  ProcessMetrics process;
+  prometheus::Family<prometheus::Counter>& calls =
+      prometheus::BuildCounter()
+          .Name("scanloc_requests_total")
+          .Help("Requests that have ended, by method, status code and outcome of the answer.")
+          .Register(registry);
+  prometheus::Family<Histogram>& call_times =
+      prometheus::BuildHistogram()
+          .Name("scanloc_request_duration_seconds")
+          .Help("From the arrival of a request to its answer [s].")
+          .Register(registry);
+  prometheus::Family<Histogram>& stages = prometheus::BuildHistogram()
+                                              .Name("scanloc_stage_duration_seconds")
+                                              .Help("Time of answered queries by stage [s].")
+                                              .Register(registry);
+  Histogram& confidences = prometheus::BuildHistogram()
+                               .Name("scanloc_confidence")
+                               .Help("Confidence of the best candidate of answered queries.")
+                               .Register(registry)
+                               .Add({}, Shares());
+  prometheus::Family<prometheus::Counter>& rejections =
+      prometheus::BuildCounter()
+          .Name("scanloc_rejected_total")
+          .Help("Requests and streams refused before any work was done, by reason.")
+          .Register(registry);
+  prometheus::Family<prometheus::Counter>& captures =
+      prometheus::BuildCounter()
+          .Name("scanloc_captures_total")
+          .Help("Queries without a place, kept for replay or dropped because the disk was slower.")
+          .Register(registry);
+  prometheus::Family<prometheus::Gauge>& load_times =
+      prometheus::BuildGauge()
+          .Name("scanloc_map_load_seconds")
+          .Help("How long the last load of the map took, its check included [s].")
+          .Register(registry);
+  prometheus::Family<prometheus::Counter>& failed_loads =
+      prometheus::BuildCounter()
+          .Name("scanloc_map_reload_failures_total")
+          .Help("Loads and reloads that failed; the map before stays in service.")
+          .Register(registry);
+};
+
+Metrics::Metrics(std::function<Gauges()> look) : state_(std::make_shared<State>(std::move(look))) {}
+Metrics::~Metrics() { state_->looked.Stop(); }
+
+void Metrics::CountCall(const std::string& method, absl::StatusCode code,
+                        const std::string& outcome, double seconds) {
+  state_->calls.Add({{"method", method}, {"code", CodeName(code)}, {"outcome", outcome}})
+      .Increment();
+  state_->call_times.Add({{"method", method}}, CallSeconds()).Observe(seconds);
+}
+
+void Metrics::AddReply(const LocalizeReply& reply) {
+  state_->AddStage("queue", reply.queue_ns);
+  state_->AddStage("decode", reply.decode_ns);
+  const StageTimes& times = reply.answer.times;
+  state_->AddStage("describe", times.describe_ns);
+  state_->AddStage("retrieve", times.retrieve_ns);
+  state_->AddStage("match", times.match_ns);
+  state_->AddStage("verify", times.verify_ns);
+  if (reply.answer.candidates.empty()) return;
+  const Candidate& best = reply.answer.candidates.front();
+  if (best.confidence) state_->confidences.Observe(*best.confidence);
+}
+
+void Metrics::CountRejected(const std::string& reason) {
+  state_->rejections.Add({{"reason", reason}}).Increment();
+}
+
+void Metrics::CountCaptured(bool kept) {
+  state_->captures.Add({{"result", kept ? "kept" : "dropped"}}).Increment();
+}
+
+void Metrics::SetLoadTime(const std::string& map, double seconds) {
+  state_->load_times.Add({{"map", map}}).Set(seconds);
+}
+
+void Metrics::CountFailedLoad(const std::string& map) {
+  state_->failed_loads.Add({{"map", map}}).Increment();
+}
+
+std::string Metrics::Text() const {
+  return prometheus::TextSerializer().Serialize(state_->Collect());
+}
+
+struct MetricsEndpoint::Exposer {
+  Exposer(const std::string& address, std::shared_ptr<prometheus::Collectable> collected)
+      : metrics(std::move(collected)), server(address, 1) {
+    server.RegisterCollectable(metrics);
+  }
+  std::shared_ptr<prometheus::Collectable> metrics;  // the server holds it weakly
+  prometheus::Exposer server;
+};
+
+MetricsEndpoint::~MetricsEndpoint() = default;
+
+absl::StatusOr<std::unique_ptr<MetricsEndpoint>> MetricsEndpoint::Listen(const std::string& address,
+                                                                         const Metrics& metrics) {
+  auto endpoint = std::unique_ptr<MetricsEndpoint>(new MetricsEndpoint());
+  try {
+    endpoint->exposer_ = std::make_unique<Exposer>(address, metrics.state_);
+    const std::vector<int> ports = endpoint->exposer_->server.GetListeningPorts();
+    endpoint->address_ =
+        absl::StrCat(address.substr(0, address.rfind(':')), ":", ports.empty() ? 0 : ports.front());
+  } catch (const std::exception& error) {
+    return absl::UnavailableError(
+        absl::StrCat("cannot serve metrics on ", address, ": ", error.what(),
+                     "; is the host one of this machine's, and is the port free and allowed?"));
+  }
+  return endpoint;
+}
+
+}  // namespace scanloc::server

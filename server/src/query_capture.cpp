@@ -1,0 +1,156 @@
+#include "query_capture.hpp"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <cctype>
+#include <fstream>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "absl/time/time.h"
+
+namespace scanloc::server {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kMaxWaiting = 8;
+constexpr const char* kEnding = ".query";
+constexpr const char* kUnfinished = ".query.part";
+constexpr std::size_t kMaxIdBytesInName = 64;
+
+/// Sorts by time; holds nothing of the client's but letters, digits and '-'.
+std::string FileName(const v1::CapturedQuery& query, std::uint64_t number) {
+  const absl::Time received = absl::FromUnixSeconds(query.received().seconds()) +
+                              absl::Nanoseconds(query.received().nanos());
+  std::string id = query.request_id().substr(0, kMaxIdBytesInName);
+  std::replace_if(
+      id.begin(), id.end(), [](unsigned char c) { return std::isalnum(c) == 0 && c != '-'; }, '_');
+  return absl::StrCat(absl::FormatTime("%Y%m%dT%H%M%E3SZ", received, absl::UTCTimeZone()), "-",
+                      absl::StrFormat("%06d", number), "-", id);
+}
+
+}  // namespace
+
+absl::StatusOr<std::unique_ptr<QueryCapture>> QueryCapture::Open(const std::string& folder,
+                                                                 std::int64_t max_bytes,
+                                                                 Metrics& metrics) {
+  std::error_code error;
+  if (!fs::is_directory(folder, error)) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("the folder for captured queries, ", folder, ", is none; make it first"));
+  }
+  const fs::path probe = fs::path(folder) / absl::StrCat("probe", kUnfinished);
+  if (!std::ofstream(probe, std::ios::binary)) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("the folder for captured queries, ", folder, ", cannot be written to"));
+  }
+  auto capture =
+      std::unique_ptr<QueryCapture>(new QueryCapture(fs::path(folder), max_bytes, metrics));
+  capture->Adopt();
+  capture->thread_ = std::thread([raw = capture.get()] { raw->Run(); });
+  return capture;
+}
+
+QueryCapture::~QueryCapture() {
+  {
+    const std::lock_guard lock(mutex_);
+    stopping_ = true;
+  }
+  has_work_.notify_all();
+  if (thread_.joinable()) thread_.join();
+}
+
+void QueryCapture::Adopt() {
+  std::error_code error;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder_, error)) {
+    const std::string name = entry.path().filename().string();
+    std::error_code ignored;  // gone meanwhile, or a folder: not ours
+    if (name.ends_with(kUnfinished)) {
+      fs::remove(entry.path(), ignored);
+    } else if (name.ends_with(kEnding) && entry.is_regular_file(ignored)) {
+      files_.push_back({entry.path(), static_cast<std::int64_t>(entry.file_size(ignored))});
+    }
+  }
+  std::sort(files_.begin(), files_.end(),
+            [](const File& a, const File& b) { return a.path < b.path; });
+  for (const File& file : files_) num_bytes_ += file.num_bytes;
+  RemoveOldest();
+}
+
+void QueryCapture::Keep(v1::CapturedQuery query) {
+  bool is_taken = false;
+  {
+    const std::lock_guard lock(mutex_);
+    if (waiting_.size() < kMaxWaiting) {
+      waiting_.push_back(std::move(query));
+      is_taken = true;
+    }
+  }
+  if (is_taken) {
+    has_work_.notify_one();
+  } else {
+    metrics_.CountCaptured(false);
+  }
+}
+
+void QueryCapture::Run() {
+  std::unique_lock lock(mutex_);
+  while (true) {
+    has_work_.wait(lock, [this] { return stopping_ || !waiting_.empty(); });
+    if (waiting_.empty()) return;
+    const v1::CapturedQuery query = std::move(waiting_.front());
+    waiting_.pop_front();
+    lock.unlock();
+    const absl::Status written = Write(query);
+    metrics_.CountCaptured(written.ok());
+    if (!written.ok()) spdlog::warn("query not captured: {}", absl::StrCat(written.message()));
+    lock.lock();
+  }
+}
+
+absl::Status QueryCapture::Write(const v1::CapturedQuery& query) {
+  const std::string bytes = query.SerializeAsString();
+  const auto num_bytes = static_cast<std::int64_t>(bytes.size());
+  if (num_bytes > max_bytes_) {
+    return absl::ResourceExhaustedError(
+        absl::StrCat("it has ", num_bytes, " bytes, the whole folder ", max_bytes_));
+  }
+  num_bytes_ += num_bytes;
+  RemoveOldest();
+  const std::string name = FileName(query, num_written_++);
+  const fs::path unfinished = folder_ / (name + kUnfinished);
+  const fs::path path = folder_ / (name + kEnding);
+  std::error_code error;
+  {
+    std::ofstream file(unfinished, std::ios::binary | std::ios::trunc);
+    file.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+    file.close();
+    if (!file) error = std::make_error_code(std::errc::io_error);
+  }
+  if (!error) fs::rename(unfinished, path, error);
+  if (error) {
+    num_bytes_ -= num_bytes;
+    std::error_code ignored;
+    fs::remove(unfinished, ignored);
+    return absl::UnavailableError(
+        absl::StrCat("cannot write ", path.string(), ": ", error.message()));
+  }
+  files_.push_back({path, num_bytes});
+  return absl::OkStatus();
+}
+
+void QueryCapture::RemoveOldest() {
+  while (num_bytes_ > max_bytes_ && !files_.empty()) {
+    std::error_code ignored;  // somebody took it away: just as well
+    fs::remove(files_.front().path, ignored);
+    num_bytes_ -= files_.front().num_bytes;
+    files_.pop_front();
+  }
+}
+
+}  // namespace scanloc::server

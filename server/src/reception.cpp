@@ -1,0 +1,124 @@
+#include "reception.hpp"
+
+#include <algorithm>
+#include <cctype>
+#include <chrono>
+#include <random>
+#include <string_view>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "logs.hpp"
+
+namespace scanloc::server {
+namespace {
+
+constexpr const char* kRequestIdKey = "x-request-id";
+constexpr std::size_t kMaxRequestIdBytes = 128;
+/// Of lines about requests; what is beyond is counted and told with the next line.
+constexpr int kMaxLinesPerSecond = 100;
+constexpr std::int64_t kNsPerSecond = 1'000'000'000;
+
+std::string NewRequestId() {
+  thread_local std::mt19937_64 random{std::random_device{}()};
+  return absl::StrFormat("%016x", random());
+}
+
+std::string RequestIdOf(const grpc::CallbackServerContext& context) {
+  const auto& metadata = context.client_metadata();
+  const auto sent = metadata.find(kRequestIdKey);
+  if (sent == metadata.end()) return NewRequestId();
+  const std::string_view id(sent->second.data(), sent->second.size());
+  const bool is_good =
+      !id.empty() && id.size() <= kMaxRequestIdBytes &&
+      std::all_of(id.begin(), id.end(), [](unsigned char c) { return std::isgraph(c) != 0; });
+  return is_good ? std::string(id) : NewRequestId();
+}
+
+/// By what the connection shows: the name in its certificate, or the address without the port.
+std::string PeerOf(const grpc::CallbackServerContext& context) {
+  if (const auto auth = context.auth_context(); auth != nullptr && auth->IsPeerAuthenticated()) {
+    const auto names = auth->GetPeerIdentity();
+    if (!names.empty()) return absl::StrCat("cert:", std::string(names[0].data(), names[0].size()));
+  }
+  const std::string peer = context.peer();
+  return peer.substr(0, peer.rfind(':'));
+}
+
+}  // namespace
+
+std::int64_t NowNs() {
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(
+             std::chrono::steady_clock::now().time_since_epoch())
+      .count();
+}
+
+Call Reception::Begin(grpc::CallbackServerContext& context, const char* method, Role role) {
+  Call call{.method = method, .request_id = RequestIdOf(context), .arrived_ns = NowNs()};
+  context.AddInitialMetadata(kRequestIdKey, call.request_id);
+  auto caller = access_.Admit(context, role);
+  call.admitted = caller.status();
+  if (!caller.ok()) {
+    call.client = PeerOf(context);
+    metrics_.CountRejected("token");
+    return call;
+  }
+  call.caller = *std::move(caller);
+  call.client =
+      call.caller.name.empty() ? PeerOf(context) : absl::StrCat("token:", call.caller.name);
+  call.admitted = rates_.Take(call.client);
+  if (!call.admitted.ok()) metrics_.CountRejected("rate");
+  return call;
+}
+
+absl::Status Reception::AdmitNext(const Call& call) {
+  if (auto status = access_.AdmitAgain(call.caller, Role::kQuery); !status.ok()) return status;
+  absl::Status status = rates_.Take(call.client);
+  if (!status.ok()) metrics_.CountRejected("rate");
+  return status;
+}
+
+void Reception::End(const Call& call, const absl::Status& status) {
+  const double seconds = static_cast<double>(NowNs() - call.arrived_ns) / kNsPerSecond;
+  metrics_.CountCall(call.method, status.code(),
+                     status.ok() && call.outcome ? OutcomeName(*call.outcome) : "none", seconds);
+  if (log_ == RequestLog::kAll || (log_ == RequestLog::kFailed && !status.ok())) {
+    Log(call, status, seconds);
+  }
+}
+
+void Reception::Log(const Call& call, const absl::Status& status, double seconds) {
+  std::int64_t num_unlogged = 0;
+  if (!MayLog(&num_unlogged)) return;
+  LogFields fields{{"request_id", call.request_id},
+                   {"method", call.method},
+                   {"client", call.client},
+                   {"code", absl::StatusCodeToString(status.code())},
+                   {"duration_ms", absl::StrFormat("%.3f", 1e3 * seconds)}};
+  if (!call.map.empty()) fields.emplace_back("map", call.map);
+  if (!call.content_id.empty()) fields.emplace_back("content_id", call.content_id);
+  if (call.outcome) fields.emplace_back("outcome", OutcomeName(*call.outcome));
+  if (!status.ok()) fields.emplace_back("reason", std::string(status.message()));
+  if (num_unlogged > 0) fields.emplace_back("requests_not_logged", absl::StrCat(num_unlogged));
+  const bool is_ours = status.code() == absl::StatusCode::kInternal ||
+                       status.code() == absl::StatusCode::kUnknown ||
+                       status.code() == absl::StatusCode::kDataLoss;
+  LogWith(is_ours ? spdlog::level::err : spdlog::level::info, "request", fields);
+}
+
+bool Reception::MayLog(std::int64_t* num_unlogged) {
+  const std::lock_guard lock(log_mutex_);
+  const std::int64_t second = NowNs() / kNsPerSecond;
+  if (second != log_second_) {
+    log_second_ = second;
+    num_logged_ = 0;
+  }
+  if (++num_logged_ > kMaxLinesPerSecond) {
+    ++num_unlogged_;
+    return false;
+  }
+  *num_unlogged = std::exchange(num_unlogged_, 0);
+  return true;
+}
+
+}  // namespace scanloc::server

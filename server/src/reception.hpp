@@ -1,0 +1,71 @@
+#pragma once
+
+#include <grpcpp/server_context.h>
+
+#include <atomic>
+#include <cstdint>
+#include <mutex>
+#include <optional>
+#include <string>
+
+#include "absl/status/status.h"
+#include "access.hpp"
+#include "client_rates.hpp"
+#include "metrics.hpp"
+#include "scanloc/core/answer.hpp"
+#include "scanloc/server/server_options.hpp"
+
+namespace scanloc::server {
+
+/// Monotonic [ns].
+[[nodiscard]] std::int64_t NowNs();
+
+/// One call, from its arrival to the line in the log.
+struct Call {
+  std::string method;
+  std::string request_id;  ///< the client's own if it sent one as x-request-id
+  Caller caller;
+  std::string client;  ///< whose turn it takes: the token's name, the certificate's, or the address
+  std::int64_t arrived_ns = 0;
+  absl::Status admitted;
+
+  // Known once it is answered.
+  std::string map;
+  std::string content_id;
+  std::optional<Outcome> outcome;
+};
+
+/// Lets calls in and sees them out: who calls, whether they may, how often; then counts and logs
+/// what became of them. Thread-safe.
+class Reception {
+ public:
+  /// All must outlive it.
+  Reception(Access& access, Metrics& metrics, double max_rate_per_s, RequestLog log)
+      : access_(access), metrics_(metrics), rates_(max_rate_per_s), log_(log) {}
+
+  /// Names the call, tells the client that name in the initial metadata, and says in `admitted`
+  /// whether it may go on.
+  [[nodiscard]] Call Begin(grpc::CallbackServerContext& context, const char* method, Role role);
+
+  /// A further request of a stream: counts against the rate, and asks whether the token is still
+  /// good.
+  [[nodiscard]] absl::Status AdmitNext(const Call& call);
+
+  /// The call has ended so, or a request of its stream was answered.
+  void End(const Call& call, const absl::Status& status);
+
+ private:
+  void Log(const Call& call, const absl::Status& status, double seconds);
+  [[nodiscard]] bool MayLog(std::int64_t* num_unlogged);
+
+  Access& access_;
+  Metrics& metrics_;
+  ClientRates rates_;
+  const RequestLog log_;
+  std::mutex log_mutex_;
+  std::int64_t log_second_ = 0;
+  int num_logged_ = 0;             // in that second
+  std::int64_t num_unlogged_ = 0;  // since the last line
+};
+
+}  // namespace scanloc::server
