@@ -2,6 +2,8 @@
 
 #include <utility>
 
+#include "absl/strings/escaping.h"
+#include "absl/strings/str_cat.h"
 #include "cli/connection_options.hpp"
 #include "scanloc/client/client.hpp"
 #include "scanloc/mapdb/map_file.hpp"
@@ -25,11 +27,20 @@ class FileAnswerer : public Answerer {
     const std::int64_t start_ns = NowNs();
     const ScanDescriptor descriptor = describer_.Describe(scan);
     const std::int64_t describe_ns = NowNs() - start_ns;
-    QueryOptions timed = options;
-    timed.now_ns = &NowNs;
-    absl::StatusOr<Answer> answer = localizer_->Localize(descriptor, timed);
+    absl::StatusOr<Answer> answer = Localize(descriptor, options);
     if (answer.ok()) answer->times.describe_ns = describe_ns;
     return answer;
+  }
+
+  [[nodiscard]] absl::StatusOr<Answer> AskDescribed(const SignedDescriptor& query,
+                                                    const QueryOptions& options) override {
+    const std::string own = DescriptorSignature(params());
+    if (query.signature != own) {
+      return absl::FailedPreconditionError(absl::StrCat(
+          "the descriptors were made with \"", absl::CHexEscape(query.signature),
+          "\" but the map has \"", own, "\"; replay them on a map of the same parameters"));
+    }
+    return Localize(query.descriptor, options);
   }
 
   [[nodiscard]] absl::StatusOr<TrackedAnswer> AskNext(PointView scan,
@@ -51,6 +62,13 @@ class FileAnswerer : public Answerer {
   }
 
  private:
+  [[nodiscard]] absl::StatusOr<Answer> Localize(const ScanDescriptor& descriptor,
+                                                const QueryOptions& options) const {
+    QueryOptions timed = options;
+    timed.now_ns = &NowNs;
+    return localizer_->Localize(descriptor, timed);
+  }
+
   std::shared_ptr<const Localizer> localizer_;
   Describer describer_;
   std::optional<Tracker> tracker_;
@@ -71,6 +89,14 @@ class ServerAnswerer : public Answerer {
     absl::StatusOr<LocalizeReply> reply = send_descriptor_
                                               ? client_.LocalizeByDescriptor(scan, request)
                                               : client_.LocalizeScan(scan, request);
+    if (!reply.ok()) return reply.status();
+    return std::move(reply->answer);
+  }
+
+  [[nodiscard]] absl::StatusOr<Answer> AskDescribed(const SignedDescriptor& query,
+                                                    const QueryOptions& options) override {
+    absl::StatusOr<LocalizeReply> reply =
+        client_.LocalizeDescriptor(query, {.map = map_, .query = options});
     if (!reply.ok()) return reply.status();
     return std::move(reply->answer);
   }

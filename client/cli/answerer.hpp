@@ -11,6 +11,7 @@
 #include "scanloc/core/params.hpp"
 #include "scanloc/core/point_cloud.hpp"
 #include "scanloc/core/tracker.hpp"
+#include "scanloc/proto/messages.hpp"
 
 namespace scanloc::cli {
 
@@ -28,6 +29,10 @@ class Answerer {
 
   /// Times in the answer are measured, as far as the answerer measures them.
   [[nodiscard]] virtual absl::StatusOr<Answer> Ask(PointView scan, const QueryOptions& options) = 0;
+
+  /// A scan that was described elsewhere. FailedPrecondition if with other parameters.
+  [[nodiscard]] virtual absl::StatusOr<Answer> AskDescribed(const SignedDescriptor& query,
+                                                            const QueryOptions& options) = 0;
 
   /// The next scan of one robot that keeps moving; T_last_scan as in core's Tracker. The options
   /// are those of the first call.

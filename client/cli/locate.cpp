@@ -18,6 +18,7 @@
 #include "cli/output.hpp"
 #include "cli/progress.hpp"
 #include "cli/query_result.hpp"
+#include "cli/replay.hpp"
 #include "cli/result_text.hpp"
 #include "scanloc/core/limits.hpp"
 #include "scanloc/core/method.hpp"
@@ -59,12 +60,14 @@ class LocateCommand : public Command {
   [[nodiscard]] absl::StatusOr<std::vector<QueryResult>> AskAll(
       const std::vector<dataset::ScanFile>& scans, const std::map<std::string, Pose>& odometry,
       Answerer* answerer);
+  [[nodiscard]] absl::StatusOr<std::vector<QueryResult>> ReplayAll(Answerer* answerer) const;
   [[nodiscard]] absl::Status Print(const std::vector<QueryResult>& results,
                                    const Params& params) const;
 
   std::string map_;
   std::string scan_;
   std::string scans_dir_;
+  std::string replay_;
   ScanSelection selection_;
   bool skip_bad_scans_ = false;
   bool quiet_ = false;
@@ -100,6 +103,11 @@ void LocateCommand::Declare(CLI::App& app) {
   app.add_option("--scans", scans_dir_, "Folder of scans, or one with a folder velodyne")
       ->type_name("DIR")
       ->excludes(scan);
+  app.add_option(
+         "--replay", replay_,
+         "Queries that a server kept (scanlocd --capture-dir): a file or a folder; with the "
+         "options they had, but for those given here")
+      ->type_name("PATH");
   app.add_flag("--skip-bad-scans", skip_bad_scans_,
                "Pass over scans of the folder that cannot be read, instead of stopping");
   auto* csv = app.add_option("--csv", csv_,
@@ -126,6 +134,7 @@ void LocateCommand::Declare(CLI::App& app) {
       "  scanloc locate town.scanloc --scans drive2 --truth drive2/poses.txt\n"
       "  scanloc locate town.scanloc --scans drive1 --every 2 --offset 1 --truth drive1/poses.txt\n"
       "  scanloc locate town.scanloc --scans drive2 --sequence --odometry wheels.txt\n"
+      "  scanloc locate town.scanloc --replay captured\n"
       "  scanloc locate --server 127.0.0.1:50061 --map town --send descriptor --scans drive2");
 }
 
@@ -216,7 +225,9 @@ absl::Status LocateCommand::CheckUsage() const {
   if (map_.empty() == server_.address.empty()) {
     return wrong("give either a map file or --server HOST:PORT");
   }
-  if (scan_.empty() == scans_dir_.empty()) return wrong("give --scan FILE or --scans DIR");
+  const int num_sources = static_cast<int>(!scan_.empty()) + static_cast<int>(!scans_dir_.empty()) +
+                          static_cast<int>(!replay_.empty());
+  if (num_sources != 1) return wrong("give one of --scan FILE, --scans DIR and --replay PATH");
   if (!truth_.poses_file().empty() && scans_dir_.empty()) {
     return wrong("--truth needs --scans: its rows are paired with the scans of the folder");
   }
@@ -328,6 +339,39 @@ absl::StatusOr<std::vector<QueryResult>> LocateCommand::AskAll(
   return results;
 }
 
+absl::StatusOr<std::vector<QueryResult>> LocateCommand::ReplayAll(Answerer* answerer) const {
+  const absl::StatusOr<std::vector<std::string>> files = ListCapturedQueries(replay_);
+  if (!files.ok()) return files.status();
+  const QueryOptions given = MakeQueryOptions(answerer->params());
+  Progress progress("queries replayed", quiet_);
+  std::vector<QueryResult> results;
+  for (const std::string& file : *files) {
+    const Clock::time_point read_start = Clock::now();
+    const absl::StatusOr<ReplayedQuery> replayed = ReadCapturedQuery(file);
+    if (!replayed.ok()) return replayed.status();
+    QueryResult result{.query = replayed->name};
+    result.read_ns = NsSince(read_start);
+    const CapturedQuery& query = replayed->query;
+    QueryOptions options = query.options;
+    if (given.method) options.method = given.method;
+    if (given.num_candidates) options.num_candidates = given.num_candidates;
+    if (given.threshold) options.threshold = given.threshold;
+    if (given.min_confidence) options.min_confidence = given.min_confidence;
+    if (given.budget_ns > 0) options.budget_ns = given.budget_ns;
+    options.max_answers = std::max(options.max_answers, top_);
+    const Clock::time_point ask_start = Clock::now();
+    absl::StatusOr<Answer> answer = query.descriptor
+                                        ? answerer->AskDescribed(*query.descriptor, options)
+                                        : answerer->Ask(query.scan, options);
+    if (!answer.ok()) return answer.status();
+    result.ask_ns = NsSince(ask_start);
+    result.answer = *std::move(answer);
+    results.push_back(std::move(result));
+    if (files->size() > 1) progress.Update(results.size(), files->size());
+  }
+  return results;
+}
+
 absl::Status LocateCommand::Print(const std::vector<QueryResult>& results,
                                   const Params& params) const {
   const ResultFormat format{.all_candidates = top_ > 1,
@@ -349,6 +393,13 @@ absl::Status LocateCommand::Print(const std::vector<QueryResult>& results,
 }
 
 absl::Status LocateCommand::Run() {
+  if (!replay_.empty()) {
+    const absl::StatusOr<std::unique_ptr<Answerer>> answerer = OpenAnswerer();
+    if (!answerer.ok()) return answerer.status();
+    const absl::StatusOr<std::vector<QueryResult>> results = ReplayAll(answerer->get());
+    if (!results.ok()) return results.status();
+    return Print(*results, (*answerer)->params());
+  }
   const absl::StatusOr<std::vector<dataset::ScanFile>> scans = ChooseScans();
   if (!scans.ok()) return scans.status();
   const absl::StatusOr<std::map<std::string, Pose>> truth = ReadTruth();

@@ -14,6 +14,7 @@
 #include "scanloc/core/limits.hpp"
 #include "scanloc/core/method.hpp"
 #include "scanloc/proto/convert.hpp"
+#include "scanloc/v1/capture.pb.h"
 
 namespace scanloc::proto {
 namespace {
@@ -214,6 +215,32 @@ v1::LocalizeOptions ToProto(const QueryOptions& options) {
   }
   message.set_max_answers(options.max_answers);
   return message;
+}
+
+absl::StatusOr<CapturedQuery> ParseCapturedQuery(const std::string& bytes) {
+  v1::CapturedQuery message;
+  if (!message.ParseFromString(bytes)) {
+    return absl::InvalidArgumentError("the bytes are not a captured query");
+  }
+  const v1::LocalizeRequest& request = message.request();
+  CapturedQuery query{.request_id = message.request_id(), .map = request.map()};
+  if (auto status = CheckMapName(query.map); !status.ok()) return status;
+  auto options = FromProto(request.options());
+  if (!options.ok()) return options.status();
+  query.options = *std::move(options);
+  auto reply = FromProto(message.response());
+  if (!reply.ok()) return reply.status();
+  query.reply = *std::move(reply);
+  if (request.has_scan()) {
+    if (auto status = FromProto(request.scan(), &query.scan); !status.ok()) return status;
+  } else if (request.has_descriptors()) {
+    auto descriptor = FromProto(request.descriptors());
+    if (!descriptor.ok()) return descriptor.status();
+    query.descriptor = *std::move(descriptor);
+  } else {
+    return absl::InvalidArgumentError("the captured query has neither scan nor descriptors");
+  }
+  return query;
 }
 
 }  // namespace scanloc::proto

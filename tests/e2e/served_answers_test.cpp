@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <csignal>
+#include <filesystem>
 #include <memory>
 
 #include "e2e/programs.hpp"
@@ -13,7 +14,8 @@ namespace {
 class RunningServer {
  public:
   /// Arguments of --map, NAME=FILE.
-  explicit RunningServer(const Args& maps) : process_(ServerCommand(maps)) {
+  explicit RunningServer(const Args& maps, const Args& more = {})
+      : process_(ServerCommand(maps, more)) {
     const std::string line = process_.ReadLineWith("scanlocd ready on ");
     address_ = line.substr(line.rfind(' ') + 1);
   }
@@ -27,8 +29,9 @@ class RunningServer {
   }
 
  private:
-  static Args ServerCommand(const Args& maps) {
+  static Args ServerCommand(const Args& maps, const Args& more) {
     Args args = {kScanlocd, "--listen", "127.0.0.1:0"};
+    args.insert(args.end(), more.begin(), more.end());
     for (const std::string& map : maps) args.insert(args.end(), {"--map", map});
     return args;
   }
@@ -58,6 +61,46 @@ TEST(ServedAnswers, AreThoseOfTheMapFileByteForByte) {
     }
   }
   EXPECT_EQ(server.Stop(), 0);
+}
+
+TEST(ServedAnswers, WithoutAPlaceAreReplayedFromWhatTheServerKept) {
+  const TempDir kept;
+  // No confidence is 1: nothing is localized, all is kept.
+  const Args what = {"--min-confidence", "1", "--csv", "-"};
+  for (const char* send : {"scan", "descriptor"}) {
+    RunningServer server({"one=" + Town().map1}, {"--capture-dir", kept.path().string()});
+    const std::string served =
+        MustScanloc(LocateArgs({"--server", server.address(), "--send", send}, what));
+    EXPECT_EQ(server.Stop(), 0);
+    const cli::CsvTable asked = ParseCsv(served);
+    const cli::CsvTable replayed = ParseCsv(
+        MustScanloc({"locate", Town().map1, "--replay", kept.path().string(), "--csv", "-"}));
+    ASSERT_EQ(replayed.num_rows(), asked.num_rows()) << send;
+    for (std::size_t row = 0; row < asked.num_rows(); ++row) {
+      for (const char* column : {"outcome", "place", "confidence", "x", "y", "z", "qz", "qw"}) {
+        EXPECT_EQ(replayed.Text(row, column), asked.Text(row, column)) << send << " " << column;
+      }
+      EXPECT_NE(replayed.Text(row, "outcome"), "localized");
+    }
+    for (const auto& file : std::filesystem::directory_iterator(kept.path())) {
+      const ProcessResult better = RunProcess({kScanloc, "locate", Town().map1, "--replay",
+                                               file.path().string(), "--min-confidence", "0.5"});
+      EXPECT_EQ(better.status, 0) << better.err;
+      EXPECT_NE(better.out.find("localized"), std::string::npos) << better.out;
+      std::filesystem::remove(file.path());
+    }
+  }
+}
+
+TEST(ServedAnswers, AreNotReplayedFromFilesThatHoldNone) {
+  const TempDir dir;
+  for (const std::string& path :
+       {dir.Write("garbage.query", "no query"), dir.Write("empty.query", ""),
+        dir.File("absent.query"), dir.path().string()}) {
+    const ProcessResult refused = RunProcess({kScanloc, "locate", Town().map1, "--replay", path});
+    EXPECT_EQ(refused.status, 1) << path;
+    EXPECT_NE(refused.err.find(dir.path().string()), std::string::npos) << refused.err;
+  }
 }
 
 TEST(ServedAnswers, OfASequenceAreThoseOfTheMapFileByteForByte) {

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "scanloc/proto/convert.hpp"
 #include "scanloc/proto/status.hpp"
 #include "scanloc/v1/capture.pb.h"
 #include "support/raw_call.hpp"
@@ -222,6 +223,29 @@ TEST_F(CaptureTest, KeepsAQueryWithoutAPlaceAndWhatWasSaid) {
   EXPECT_EQ(query.response().outcome(), v1::OUTCOME_INSUFFICIENT_SCAN);
   EXPECT_EQ(query.response().map(), "town");
   EXPECT_GT(query.received().seconds(), 1'600'000'000);
+}
+
+TEST_F(CaptureTest, KeepsWhatCanBeReadBackAndNoPieceOfItCan) {
+  Start(Capturing());
+  v1::LocalizeRequest request = Nothing();
+  request.set_map("town");
+  request.mutable_options()->set_max_answers(7);
+  ASSERT_TRUE(Ask(request, "robot-7").ok());
+  server_.reset();
+  ASSERT_EQ(Files().size(), 1U);
+  const std::string bytes = test::ReadFile(Files().front());
+  const auto query = proto::ParseCapturedQuery(bytes);
+  ASSERT_TRUE(query.ok()) << query.status();
+  EXPECT_EQ(query->request_id, "robot-7");
+  EXPECT_EQ(query->map, "town");
+  EXPECT_EQ(query->options.max_answers, 7);
+  EXPECT_EQ(query->scan.size(), 1U);
+  EXPECT_EQ(query->reply.answer.outcome, Outcome::kInsufficientScan);
+  for (std::size_t length = 0; length < bytes.size(); ++length) {
+    // Cut between two fields it is a message still, but without a query or an answer.
+    const auto piece = proto::ParseCapturedQuery(bytes.substr(0, length));
+    EXPECT_EQ(piece.status().code(), absl::StatusCode::kInvalidArgument) << length;
+  }
 }
 
 TEST_F(CaptureTest, KeepsNoQueryThatFoundItsPlace) {

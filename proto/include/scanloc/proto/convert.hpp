@@ -38,6 +38,10 @@ namespace scanloc::proto {
 [[nodiscard]] absl::StatusOr<LocalizeReply> FromProto(const v1::LocalizeResponse& message);
 [[nodiscard]] v1::LocalizeResponse ToProto(const LocalizeReply& reply);
 
+/// The bytes of a file that a server kept (scanloc/v1/capture.proto). InvalidArgument: they are
+/// none.
+[[nodiscard]] absl::StatusOr<CapturedQuery> ParseCapturedQuery(const std::string& bytes);
+
 /// T_last_scan; none if it is not set.
 [[nodiscard]] absl::StatusOr<std::optional<Pose>> OdometryFromProto(
     const v1::LocalizeStreamRequest& message);

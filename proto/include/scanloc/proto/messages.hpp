@@ -8,7 +8,9 @@
 
 #include "scanloc/core/answer.hpp"
 #include "scanloc/core/descriptor.hpp"
+#include "scanloc/core/localizer.hpp"
 #include "scanloc/core/params.hpp"
+#include "scanloc/core/point_cloud.hpp"
 #include "scanloc/core/voxel_filter.hpp"
 
 /// What goes over the wire beside core's own types, as plain structs.
@@ -65,6 +67,16 @@ struct LocalizeReply {
   std::int64_t queue_ns = 0;              ///< waited for a free thread
   std::int64_t decode_ns = 0;             ///< unpacking and checking the request
   std::optional<ScanCounts> scan_counts;  ///< if the query was a scan
+};
+
+/// A query without a place that a server kept for replay.
+struct CapturedQuery {
+  std::string request_id;
+  std::string map;       ///< as the request named it
+  QueryOptions options;  ///< as the request had them
+  PointCloud scan;       ///< empty if descriptors were sent
+  std::optional<SignedDescriptor> descriptor;
+  LocalizeReply reply;  ///< what was said to it
 };
 
 /// What a server says to one scan of a moving robot.

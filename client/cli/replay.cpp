@@ -1,0 +1,61 @@
+#include "cli/replay.hpp"
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <system_error>
+
+#include "absl/strings/str_cat.h"
+#include "scanloc/core/limits.hpp"
+#include "scanloc/proto/convert.hpp"
+
+namespace scanloc::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// A request and its answer.
+constexpr std::uintmax_t kMaxFileBytes = 2ULL * limits::kMaxMessageBytes;
+
+}  // namespace
+
+absl::StatusOr<std::vector<std::string>> ListCapturedQueries(const std::string& path) {
+  std::error_code error;
+  if (!fs::is_directory(path, error)) return std::vector<std::string>{path};
+  std::vector<std::string> files;
+  for (const fs::directory_entry& entry : fs::directory_iterator(path, error)) {
+    if (entry.path().extension() == ".query") files.push_back(entry.path().string());
+  }
+  if (error) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("cannot list folder ", path, ": ", error.message()));
+  }
+  if (files.empty()) {
+    return absl::NotFoundError(absl::StrCat("folder ", path, " holds no captured query (*.query)"));
+  }
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
+absl::StatusOr<ReplayedQuery> ReadCapturedQuery(const std::string& path) {
+  std::error_code error;
+  const std::uintmax_t num_bytes = fs::file_size(path, error);
+  if (error) {
+    return absl::NotFoundError(absl::StrCat("cannot read ", path, ": ", error.message()));
+  }
+  if (num_bytes > kMaxFileBytes) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        path, " has ", num_bytes, " bytes; a captured query has at most ", kMaxFileBytes));
+  }
+  std::ifstream file(path, std::ios::binary);
+  const std::string bytes{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+  if (!file) return absl::NotFoundError(absl::StrCat("cannot read ", path));
+  auto query = proto::ParseCapturedQuery(bytes);
+  if (!query.ok()) {
+    return absl::InvalidArgumentError(absl::StrCat("file ", path, ": ", query.status().message()));
+  }
+  return ReplayedQuery{.name = fs::path(path).filename().string(), .query = *std::move(query)};
+}
+
+}  // namespace scanloc::cli
