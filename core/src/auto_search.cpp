@@ -188,10 +188,12 @@ Pose AutoSearch::PoseInMap(const Structure& query, const Hypothesis& hypothesis)
          LevelFromSensor(query);
 }
 
-std::size_t NearestPlace(const Map& map, const Eigen::Vector3d& position_m) {
+std::size_t NearestPlace(const Map& map, const Eigen::Vector3d& position_m,
+                         const std::vector<bool>* excluded) {
   std::size_t nearest = 0;
   double least = std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i < map.places.size(); ++i) {
+    if (excluded != nullptr && (*excluded)[i]) continue;
     const double distance = (map.places[i].T_map_place.translation() - position_m).squaredNorm();
     if (distance < least) {
       least = distance;
@@ -201,9 +203,10 @@ std::size_t NearestPlace(const Map& map, const Eigen::Vector3d& position_m) {
   return nearest;
 }
 
-Candidate CandidateAt(const Map& map, const Pose& T_map_query, double score, double confidence) {
+Candidate CandidateAt(const Map& map, const Pose& T_map_query, double score, double confidence,
+                      const std::vector<bool>* excluded) {
   Candidate candidate;
-  const std::size_t index = NearestPlace(map, T_map_query.translation());
+  const std::size_t index = NearestPlace(map, T_map_query.translation(), excluded);
   const Place& place = map.places[index];
   const Pose T_place_query = place.T_map_place.inverse() * T_map_query;
   candidate.place = static_cast<std::int32_t>(index);

@@ -59,11 +59,12 @@ inline constexpr std::size_t kMinColumns = 20;
 inline constexpr double kUnrelatedScore = 0.2;
 
 /// The place nearest to a position. Requires a map with places.
-[[nodiscard]] std::size_t NearestPlace(const Map& map, const Eigen::Vector3d& position_m);
+[[nodiscard]] std::size_t NearestPlace(const Map& map, const Eigen::Vector3d& position_m,
+                                       const std::vector<bool>* excluded = nullptr);
 
 /// The candidate that stands at a pose, told relative to the place nearest to it.
 [[nodiscard]] Candidate CandidateAt(const Map& map, const Pose& T_map_query, double score,
-                                    double confidence);
+                                    double confidence, const std::vector<bool>* excluded = nullptr);
 
 /// What verified hypotheses say for the best of them.
 struct Evidence {

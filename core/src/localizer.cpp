@@ -31,6 +31,7 @@ struct Search {
   Method method;
   AlignOptions align;
   int num_candidates;
+  const std::vector<bool>* excluded;
   const std::function<bool()>& is_unwanted;
 };
 
@@ -46,12 +47,13 @@ std::vector<std::size_t> Retrieve(const Search& search) {
   std::vector<std::size_t> entries;
   if (search.method.brute_force) {
     for (std::size_t i = 0; i < search.table.size(); ++i) {
+      if (search.excluded != nullptr && (*search.excluded)[PlaceOf(search, i)]) continue;
       if (search.method.augmented || !search.table.entry(i).augmented) entries.push_back(i);
     }
     return entries;
   }
-  for (const KeyIndex::Neighbor& neighbor :
-       search.index.Search(search.retrieval_cm, search.num_candidates, search.method.augmented)) {
+  for (const KeyIndex::Neighbor& neighbor : search.index.Search(
+           search.retrieval_cm, search.num_candidates, search.method.augmented, search.excluded)) {
     entries.push_back(neighbor.entry);
   }
   return entries;
@@ -183,6 +185,11 @@ absl::Status Localizer::CheckQuery(const ScanDescriptor& query, const Method& me
                                    const QueryOptions& options) const {
   if (absl::Status status = CheckOptions(options, method); !status.ok()) return status;
   if (absl::Status status = CheckServes(map_->params, method); !status.ok()) return status;
+  if (options.excluded != nullptr && options.excluded->size() != map_->places.size()) {
+    return absl::InvalidArgumentError(
+        absl::StrFormat("excluded has %d elements; the map has %d places", options.excluded->size(),
+                        map_->places.size()));
+  }
   return Validate(query, map_->params);
 }
 
@@ -224,6 +231,7 @@ Answer Localizer::LocalizeByContext(const ScanDescriptor& query, const Method& m
       .method = method,
       .align = AlignOptionsOf(params, method.kind),
       .num_candidates = options.num_candidates.value_or(params.search.num_candidates),
+      .excluded = options.excluded,
       .is_unwanted = options.is_unwanted};
 
   const auto now_ns = [&] { return options.now_ns == nullptr ? 0 : options.now_ns(); };

@@ -51,7 +51,8 @@ Answer Localizer::LocalizeByStructure(const ScanDescriptor& query,
       .shortlist = options.num_candidates.value_or(AutoSearch::kShortlist),
       .now_ns = options.now_ns,
       .deadline_ns = is_limited ? options.now_ns() + options.budget_ns : 0,
-      .is_unwanted = options.is_unwanted};
+      .is_unwanted = options.is_unwanted,
+      .excluded = options.excluded};
   const std::vector<Hypothesis> verified = auto_search_->Find(query, search_options, answer.times);
   if (verified.empty()) {
     answer.outcome = Outcome::kNotRecognized;
@@ -72,7 +73,8 @@ Answer Localizer::LocalizeByStructure(const ScanDescriptor& query,
     const bool is_best = answer.candidates.empty();
     const double confidence = Confidence(
         map_->calibration, is_best ? evidence : Evidence{hypothesis.score, verified.front().score});
-    answer.candidates.push_back(CandidateAt(*map_, T_map_query, hypothesis.score, confidence));
+    answer.candidates.push_back(
+        CandidateAt(*map_, T_map_query, hypothesis.score, confidence, options.excluded));
   }
   Decide(*map_, evidence, options.min_confidence.value_or(map_->params.search.min_confidence),
          answer);

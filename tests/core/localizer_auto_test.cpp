@@ -79,6 +79,47 @@ TEST(LocalizerAuto, GivesTheSameBitsOnAnyNumberOfThreads) {
   for (const Answer& answer : answers) test::ExpectSameAnswer(answer, expected);
 }
 
+TEST(LocalizerAuto, LooksAtNoPlaceThatIsExcluded) {
+  // The last is the second once more: with one of them excluded the other is the answer.
+  const PostWorld world({1, 2, 3, 4, 5, 2});
+  const ScanDescriptor query = world.Seen(1, Offset(0.0, 0.5, 0.0, 0.2));
+  for (const char* method : {"auto", "a-pc", "a-pc-brute", "a-cc"}) {
+    for (const std::int32_t place : {1, 5}) {
+      std::vector<bool> excluded(6, true);
+      excluded[static_cast<std::size_t>(place)] = false;
+      excluded[2] = false;
+      QueryOptions options{.max_answers = 6};
+      options.method = *ParseMethod(method);
+      options.num_candidates = 6;
+      options.excluded = &excluded;
+      const Answer answer = world.Ask(query, options);
+      ASSERT_FALSE(answer.candidates.empty()) << method;
+      EXPECT_EQ(answer.candidates.front().place, place) << method;
+      for (const Candidate& candidate : answer.candidates) {
+        EXPECT_TRUE(candidate.place == place || candidate.place == 2) << method;
+      }
+    }
+  }
+}
+
+TEST(LocalizerAuto, AnswersWithoutCandidatesWhereAllIsExcluded) {
+  const PostWorld world({1, 2, 3});
+  const std::vector<bool> excluded(3, true);
+  for (const char* method : {"auto", "a-pc", "cc-brute"}) {
+    QueryOptions options;
+    options.method = *ParseMethod(method);
+    options.excluded = &excluded;
+    const Answer answer = world.Ask(world.Seen(1, Pose::Identity()), options);
+    EXPECT_EQ(answer.outcome, Outcome::kNotRecognized) << method;
+    EXPECT_TRUE(answer.candidates.empty()) << method;
+  }
+  const std::vector<bool> other_map(2, false);
+  QueryOptions options;
+  options.excluded = &other_map;
+  EXPECT_EQ(world.localizer->Localize(world.Seen(1, Pose::Identity()), options).status().code(),
+            absl::StatusCode::kInvalidArgument);
+}
+
 TEST(LocalizerAuto, EndsASearchThatNobodyWaitsFor) {
   const PostWorld world({1, 2, 3, 4, 5, 6});
   const ScanDescriptor query = world.Seen(2, Offset(1.0, 1.0, 0.0, 2.0));

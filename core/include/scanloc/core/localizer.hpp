@@ -4,6 +4,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <vector>
 
 #include "absl/status/statusor.h"
 #include "scanloc/core/answer.hpp"
@@ -27,6 +28,9 @@ struct QueryOptions {
   /// With `auto` and a clock: verification ends after so long, with the best answer so far; 0: when
   /// it is done.
   std::int64_t budget_ns = 0;
+  /// One a place of the map: true where it is not looked at, as if it were not there. Null: all
+  /// are.
+  const std::vector<bool>* excluded = nullptr;
   /// Asked now and then while searching; once it says true, the search ends with Cancelled.
   std::function<bool()> is_unwanted;
 };
