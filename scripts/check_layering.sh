@@ -21,8 +21,8 @@ forbid mapdb 'scanloc/(dataset|eval|proto|server|client)/|pcl/|grpc|google/|spdl
   'mapdb knows core only'
 forbid dataset 'scanloc/(mapdb|eval|proto|server|client)/|sqlite3|grpc|google/|spdlog' \
   'dataset knows core only'
-forbid eval 'scanloc/(core|mapdb|dataset|proto|server|client)/|sqlite3|pcl/|grpc|google/|spdlog' \
-  'eval counts and measures: it knows no other module'
+forbid eval 'scanloc/(mapdb|dataset|proto|server|client)/|sqlite3|pcl/|grpc|google/|spdlog' \
+  'eval counts, measures and describes: it knows core only'
 forbid proto 'scanloc/(mapdb|dataset|eval|server|client)/|sqlite3|pcl/' 'proto knows core only'
 forbid server 'scanloc/(dataset|eval|client)/|sqlite3|pcl/' \
   'server knows core, mapdb and proto only'

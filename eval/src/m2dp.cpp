@@ -1,0 +1,96 @@
+#include "scanloc/eval/m2dp.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/SVD>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace scanloc::eval {
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+/// Clouds narrower than this across their longest axis have no second one [m].
+constexpr double kLeastSpread_m = 1e-3;
+
+/// Columns: the axes of the cloud's own frame, right-handed. Zero if it has only one.
+Eigen::Matrix3d PrincipalAxes(const Eigen::Matrix3Xd& centred) {
+  const Eigen::Matrix3d covariance =
+      centred * centred.transpose() / static_cast<double>(centred.cols());
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(covariance);
+  if (!(solver.eigenvalues()(1) > kLeastSpread_m * kLeastSpread_m)) return Eigen::Matrix3d::Zero();
+  Eigen::Matrix3d axes;
+  for (int i = 0; i < 2; ++i) {
+    Eigen::Vector3d axis = solver.eigenvectors().col(2 - i);  // eigenvalues come in rising order
+    if ((axis.transpose() * centred).array().cube().sum() < 0.0) axis = -axis;
+    axes.col(i) = axis;
+  }
+  axes.col(2) = axes.col(0).cross(axes.col(1));
+  return axes;
+}
+
+/// Counts the projection onto the plane in rings and sectors.
+Eigen::RowVectorXd CountOnPlane(const Eigen::Matrix3Xd& points, const Eigen::Vector3d& normal,
+                                double ring_m) {
+  Eigen::Vector3d x_axis = Eigen::Vector3d::UnitX() - normal.x() * normal;
+  if (x_axis.norm() < 1e-9) x_axis = Eigen::Vector3d::UnitY() - normal.y() * normal;
+  x_axis.normalize();
+  const Eigen::Vector3d y_axis = normal.cross(x_axis);
+  Eigen::RowVectorXd counts = Eigen::RowVectorXd::Zero(M2dp::kNumCells);
+  for (Eigen::Index i = 0; i < points.cols(); ++i) {
+    const double x = x_axis.dot(points.col(i));
+    const double y = y_axis.dot(points.col(i));
+    // Ring j reaches from j² to (j + 1)² times the width of the first.
+    const int ring =
+        std::min(M2dp::kNumRings - 1, static_cast<int>(std::sqrt(std::hypot(x, y) / ring_m)));
+    const double turn = (std::atan2(y, x) + kPi) / (2.0 * kPi);
+    const int sector = std::min(M2dp::kNumSectors - 1, static_cast<int>(turn * M2dp::kNumSectors));
+    counts(ring * M2dp::kNumSectors + sector) += 1.0;
+  }
+  return counts / static_cast<double>(points.cols());
+}
+
+Eigen::VectorXf WithPositiveSum(const Eigen::VectorXd& vector) {
+  return (vector.sum() < 0.0 ? Eigen::VectorXd(-vector) : vector).cast<float>();
+}
+
+}  // namespace
+
+Eigen::MatrixXd M2dp::Signatures(const Eigen::Matrix3Xd& points) {
+  if (points.cols() < 3) return {};
+  const Eigen::Matrix3Xd centred = points.colwise() - points.rowwise().mean();
+  const Eigen::Matrix3d axes = PrincipalAxes(centred);
+  if (axes.isZero()) return {};
+  const Eigen::Matrix3Xd turned = axes.transpose() * centred;
+  const double radius_m = std::sqrt(turned.colwise().squaredNorm().maxCoeff());
+  const double ring_m = radius_m / (kNumRings * kNumRings);
+  Eigen::MatrixXd signatures(kNumPlanes, kNumCells);
+  for (int a = 0; a < kNumAzimuths; ++a) {
+    for (int e = 0; e < kNumElevations; ++e) {
+      const double azimuth = a * kPi / kNumAzimuths;
+      const double elevation = e * kPi / (2 * kNumElevations);
+      const Eigen::Vector3d normal(std::cos(azimuth) * std::cos(elevation),
+                                   std::sin(azimuth) * std::cos(elevation), std::sin(elevation));
+      signatures.row(a * kNumElevations + e) = CountOnPlane(turned, normal, ring_m);
+    }
+  }
+  return signatures;
+}
+
+Eigen::VectorXf M2dp::Describe(PointView scan) {
+  const PointCloud& voxels = filter_.Apply(scan);
+  Eigen::Matrix3Xd points(3, static_cast<Eigen::Index>(voxels.size()));
+  for (Eigen::Index i = 0; i < points.cols(); ++i) {
+    const Point& point = voxels[static_cast<std::size_t>(i)];
+    points.col(i) = Eigen::Vector3d(point.x, point.y, point.z);
+  }
+  const Eigen::MatrixXd signatures = Signatures(points);
+  if (signatures.size() == 0) return Eigen::VectorXf::Zero(kLength);
+  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(signatures,
+                                              Eigen::ComputeThinU | Eigen::ComputeThinV);
+  Eigen::VectorXf descriptor(kLength);
+  descriptor << WithPositiveSum(svd.matrixU().col(0)), WithPositiveSum(svd.matrixV().col(0));
+  return descriptor;
+}
+
+}  // namespace scanloc::eval
