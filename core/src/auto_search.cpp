@@ -238,8 +238,13 @@ Evidence Weigh(const AutoSearch& search, const Structure& query,
 }
 
 double LogOdds(const Calibration& calibration, const Evidence& evidence) {
-  return calibration.bias + calibration.score_weight * evidence.score +
-         calibration.margin_weight * (evidence.score - evidence.rival);
+  const auto log_odds = [&](const Calibration& by) {
+    return by.bias + by.score_weight * evidence.score +
+           by.margin_weight * (evidence.score - evidence.rival);
+  };
+  // Trials are made up and half of them within the map; the defaults come from real drives. A map's
+  // own trials may find it harder than those, never easier.
+  return std::min(log_odds(calibration), log_odds(Calibration{}));
 }
 
 double Confidence(const Calibration& calibration, const Evidence& evidence) {
