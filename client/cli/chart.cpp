@@ -18,6 +18,9 @@ constexpr double kRight_px = 16.0;
 constexpr double kTop_px = 36.0;
 constexpr double kBottom_px = 52.0;
 constexpr double kTextSize_px = 12.0;
+/// Of a letter of the legend, about.
+constexpr double kLetter_px = 6.6;
+constexpr double kLegendRow_px = 18.0;
 constexpr int kNumTicks = 5;
 constexpr const char* kGridColor = "#dddddd";
 // Of Okabe and Ito: told apart by colour-blind people, too.
@@ -64,31 +67,25 @@ class Frame {
 
 std::string DrawChart(const std::string& title, const ChartAxis& x, const ChartAxis& y,
                       const std::vector<ChartLine>& lines) {
-  Svg svg(kWidth_px, kHeight_px);
+  std::size_t longest = 0;
+  for (const ChartLine& line : lines) longest = std::max(longest, line.name.size());
+  // Beside the axes, where it hides no line.
+  const double legend_px = kWidth_px + 4.0;
+  Svg svg(legend_px + 44.0 + kLetter_px * static_cast<double>(longest), kHeight_px);
   const Frame frame(x, y);
   frame.Draw(title, &svg);
-  const double legend_px =
-      kHeight_px - kBottom_px - 12.0 - 17.0 * static_cast<double>(lines.size());
   const auto color_of = [](std::size_t i) { return kColors[i % kColors.size()]; };
-  std::size_t longest = 0;
   for (std::size_t i = 0; i < lines.size(); ++i) {
     const char* color = color_of(i);
-    longest = std::max(longest, lines[i].name.size());
     std::vector<Vector2d> points_px;
     for (const Vector2d& point : lines[i].points) points_px.push_back(frame.Px(point));
     if (points_px.size() > 1) svg.Polyline(points_px, color, 2.0);
     if (lines[i].has_dots || points_px.size() == 1) {
       for (const Vector2d& point : points_px) svg.Circle(point, 3.5, color);
     }
-  }
-  svg.Rect(
-      {kLeft_px + 6.0, legend_px - 12.0},
-      {44.0 + 7.0 * static_cast<double>(longest), 17.0 * static_cast<double>(lines.size()) + 6.0},
-      "white", kGridColor);
-  for (std::size_t i = 0; i < lines.size(); ++i) {
-    const double y_px = legend_px + 17.0 * static_cast<double>(i);
-    svg.Line({kLeft_px + 12.0, y_px}, {kLeft_px + 36.0, y_px}, color_of(i), 2.0);
-    svg.Text({kLeft_px + 42.0, y_px + 4.0}, lines[i].name, kTextSize_px);
+    const double y_px = kTop_px + 8.0 + kLegendRow_px * static_cast<double>(i);
+    svg.Line({legend_px, y_px}, {legend_px + 24.0, y_px}, color, 2.0);
+    svg.Text({legend_px + 30.0, y_px + 4.0}, lines[i].name, kTextSize_px);
   }
   return svg.Finish();
 }

@@ -66,6 +66,14 @@ CLI::Option* PoseOptions::Declare(CLI::App& app, const char* flag, const char* w
   return poses;
 }
 
+void PoseOptions::DeclareFiles(CLI::App& app, const std::string& poses_flag,
+                               const std::string& calib_flag) {
+  auto* poses = app.add_option(poses_flag, drive_.poses_file, "Their poses")->type_name("FILE");
+  app.add_option(calib_flag, drive_.calib_file, "Their calibration, as --calib")
+      ->type_name("FILE")
+      ->needs(poses);
+}
+
 absl::StatusOr<dataset::Drive> PoseOptions::OpenDrive(const std::string& scans_dir) const {
   dataset::DriveOptions options = drive_;
   options.scans_dir = scans_dir;

@@ -49,6 +49,9 @@ class PoseOptions {
   /// returned.
   CLI::Option* Declare(CLI::App& app, const char* flag, const char* what);
 
+  /// Declares options for the poses file and the calibration only; the format is recognised.
+  void DeclareFiles(CLI::App& app, const std::string& poses_flag, const std::string& calib_flag);
+
   [[nodiscard]] const std::string& poses_file() const { return drive_.poses_file; }
 
   /// The drive of the scans in the folder with these poses.

@@ -1,4 +1,6 @@
 #include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdint>
 #include <filesystem>
 #include <map>
 #include <memory>
@@ -20,6 +22,9 @@
 namespace scanloc::cli {
 namespace {
 
+/// A scan this near to a place was taken there: poses are rounded in files.
+constexpr double kSamePlace_m = 0.01;
+
 class EvalCommand : public Command {
  public:
   [[nodiscard]] std::string name() const override { return "eval"; }
@@ -27,12 +32,16 @@ class EvalCommand : public Command {
     return "Measure how well methods recognise the places of a map";
   }
   void Declare(CLI::App& app) override;
-  [[nodiscard]] absl::Status CheckUsage() const override { return selection_.CheckUsage(); }
+  [[nodiscard]] absl::Status CheckUsage() const override;
   [[nodiscard]] absl::Status Run() override;
 
  private:
   [[nodiscard]] absl::StatusOr<std::vector<EvalQuery>> CollectQueries() const;
   [[nodiscard]] absl::StatusOr<std::vector<EvalMethod>> ChooseMethods(const Params& params) const;
+  [[nodiscard]] absl::Status CheckSession(const Map& map,
+                                          const std::vector<EvalQuery>& queries) const;
+  /// The scan of each place; empty without --map-scans.
+  [[nodiscard]] absl::StatusOr<std::vector<std::string>> FindPlaceScans(const Map& map) const;
   [[nodiscard]] absl::Status WriteReport(const EvalReport& report) const;
 
   std::string map_;
@@ -41,7 +50,14 @@ class EvalCommand : public Command {
   ScanSelection selection_;
   std::vector<std::string> negatives_;
   std::vector<std::string> methods_;
-  double within_m_ = 8.0;
+  std::vector<double> within_m_ = {8.0};
+  bool in_session_ = false;
+  double window_s_ = 30.0;
+  double query_spacing_m_ = 0.0;
+  double tilt_deg_ = 0.0;
+  std::string map_scans_dir_;
+  PoseOptions map_poses_;
+  bool times_ = false;
   std::string report_dir_;
   bool json_ = false;
   int num_threads_ = 0;
@@ -60,15 +76,39 @@ void EvalCommand::Declare(CLI::App& app) {
       ->type_name("DIR");
   app.add_option("--method", methods_,
                  "Methods, with commas between; NAME:K takes K candidates [all that the map "
-                 "serves: auto,a-pc,a-cc,pc,cc]")
+                 "serves: auto,a-pc,a-cc,pc,cc]; m2dp is a baseline, which needs --map-scans")
       ->delimiter(',')
       ->check([](const std::string& text) {
         return absl::StrCat(ParseEvalMethod(text).status().message());
       });
-  app.add_option("--within-m", within_m_,
-                 "A place this near to the query makes it a revisit, and a match right [m]")
+  app.add_option(
+         "--within-m", within_m_,
+         "A place this near to the query makes it a revisit, and a match right [m]; several "
+         "with commas between are measured one by one")
+      ->delimiter(',')
       ->check(InRange(0.1, 1000.0))
       ->capture_default_str();
+  app.add_option("--query-spacing-m", query_spacing_m_,
+                 "Travel between the scans that are looked up; 0: all [m]")
+      ->check(InRange(0.0, 1e6))
+      ->capture_default_str();
+  auto* in_session =
+      app.add_flag("--in-session", in_session_,
+                   "The map was made of this very drive: each scan sees only the places that are "
+                   "older than the window, as if the map grew");
+  app.add_option("--window-s", window_s_, "That window [s]")
+      ->check(InRange(0.0, 1e6))
+      ->needs(in_session)
+      ->capture_default_str();
+  app.add_option("--query-tilt-deg", tilt_deg_,
+                 "Turn each scan by a roll and a pitch of up to this, drawn by its number [deg]")
+      ->check(InRange(0.0, 90.0))
+      ->capture_default_str();
+  app.add_option("--map-scans", map_scans_dir_,
+                 "Folder of the scans that the map was made of; for baselines")
+      ->type_name("DIR");
+  map_poses_.DeclareFiles(app, "--map-poses", "--map-calib");
+  app.add_flag("--stage-times", times_, "Tell the time of each stage, too");
   app.add_option("--report", report_dir_,
                  "Folder to write report.html, results.json and matches.csv to; made if need be")
       ->type_name("DIR");
@@ -78,13 +118,25 @@ void EvalCommand::Declare(CLI::App& app) {
   selection_.Declare(app);
   app.footer(
       "Recall counts all revisits; a wrong match counts against precision whether its query is a\n"
-      "revisit or not. Matches are accepted by confidence where a method tells one, else by\n"
+      "revisit or not; one with the true position is never called wrong, if there is no place "
+      "near\n"
+      "it counts as none. Matches are accepted by confidence where a method tells one, else by\n"
       "distance.\n"
       "Examples:\n"
       "  scanloc eval town.scanloc --scans drive2 --poses drive2/poses.txt --report report\n"
       "  scanloc eval nclt.scanloc --scans nclt --poses nclt/poses.txt --from 468 --negatives "
       "kitti\n"
-      "  scanloc eval town.scanloc --scans drive2 --poses drive2/poses.txt --method a-pc,a-pc:10");
+      "  scanloc eval town.scanloc --scans drive2 --poses drive2/poses.txt --method a-pc,a-pc:10\n"
+      "  scanloc eval town.scanloc --scans drive2 --poses drive2/poses.txt --within-m 8,4,2,1\n"
+      "  scanloc eval 00.scanloc --scans 00 --poses 00.txt --calib calib.txt --times times.txt "
+      "--in-session");
+}
+
+absl::Status EvalCommand::CheckUsage() const {
+  if (map_scans_dir_.empty() != map_poses_.poses_file().empty()) {
+    return absl::InvalidArgumentError("--map-scans and --map-poses go together");
+  }
+  return selection_.CheckUsage();
 }
 
 absl::StatusOr<std::vector<EvalQuery>> EvalCommand::CollectQueries() const {
@@ -93,8 +145,16 @@ absl::StatusOr<std::vector<EvalQuery>> EvalCommand::CollectQueries() const {
   const absl::StatusOr<std::vector<dataset::Frame>> frames = Select(selection_, drive->frames);
   if (!frames.ok()) return frames.status();
   std::vector<EvalQuery> queries;
-  for (const dataset::Frame& frame : *frames) {
-    queries.push_back({.name = frame.name, .path = frame.path, .T_map_true = frame.T_map_sensor});
+  for (const std::size_t i : dataset::SelectBySpacing(*frames, query_spacing_m_)) {
+    const dataset::Frame& frame = (*frames)[i];
+    EvalQuery query{.name = frame.name,
+                    .path = frame.path,
+                    .T_map_true = frame.T_map_sensor,
+                    .stamp_ns = frame.stamp_ns};
+    if (in_session_) {
+      query.sees_until_ns = frame.stamp_ns - static_cast<std::int64_t>(window_s_ * 1e9);
+    }
+    queries.push_back(std::move(query));
   }
   for (const std::string& folder : negatives_) {
     const absl::StatusOr<std::vector<dataset::ScanFile>> scans = dataset::ListScans(folder);
@@ -112,7 +172,8 @@ absl::StatusOr<std::vector<EvalMethod>> EvalCommand::ChooseMethods(const Params&
   for (const std::string& name : methods_.empty() ? all : methods_) {
     absl::StatusOr<EvalMethod> method = ParseEvalMethod(name);
     if (!method.ok()) return method.status();
-    const absl::Status served = CheckServes(params, method->method);
+    const absl::Status served =
+        method->is_baseline ? absl::OkStatus() : CheckServes(params, method->method);
     if (served.ok()) {
       chosen.push_back(*std::move(method));
     } else if (!methods_.empty()) {
@@ -120,6 +181,48 @@ absl::StatusOr<std::vector<EvalMethod>> EvalCommand::ChooseMethods(const Params&
     }
   }
   return chosen;
+}
+
+absl::Status EvalCommand::CheckSession(const Map& map,
+                                       const std::vector<EvalQuery>& queries) const {
+  if (!in_session_) return absl::OkStatus();
+  if (map.sessions.size() > 1) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        "--in-session needs a map of one session; this one has ", map.sessions.size()));
+  }
+  // Drives may count their time from 0, which alone stands for none.
+  const bool has_places = std::any_of(map.places.begin(), map.places.end(),
+                                      [](const Place& place) { return place.stamp_ns != 0; });
+  const bool has_queries = std::any_of(queries.begin(), queries.end(),
+                                       [](const EvalQuery& query) { return query.stamp_ns != 0; });
+  if (has_places && has_queries) return absl::OkStatus();
+  return absl::InvalidArgumentError(
+      absl::StrCat("--in-session needs to know when scans were taken, and those of the ",
+                   has_places ? "queries have no times" : "map's places have none",
+                   "; give --times at build and here, or poses with stamps"));
+}
+
+absl::StatusOr<std::vector<std::string>> EvalCommand::FindPlaceScans(const Map& map) const {
+  std::vector<std::string> scans;
+  if (map_scans_dir_.empty() && !in_session_) return scans;
+  const absl::StatusOr<dataset::Drive> drive =
+      map_scans_dir_.empty() ? truth_.OpenDrive(scans_dir_) : map_poses_.OpenDrive(map_scans_dir_);
+  if (!drive.ok()) return drive.status();
+  for (const Place& place : map.places) {
+    const auto distance_m = [&](const dataset::Frame& frame) {
+      return (frame.T_map_sensor.translation() - place.T_map_place.translation()).norm();
+    };
+    const auto nearest = std::min_element(
+        drive->frames.begin(), drive->frames.end(),
+        [&](const auto& a, const auto& b) { return distance_m(a) < distance_m(b); });
+    if (distance_m(*nearest) > kSamePlace_m) {
+      return absl::InvalidArgumentError(absl::StrCat(
+          "no scan was taken where the map has place ", scans.size(), "; the nearest is ",
+          distance_m(*nearest), " m away. Is it the drive that the map was made of?"));
+    }
+    scans.push_back(nearest->path);
+  }
+  return scans;
 }
 
 absl::Status EvalCommand::WriteReport(const EvalReport& report) const {
@@ -143,7 +246,15 @@ absl::Status EvalCommand::Run() {
   if (!queries.ok()) return queries.status();
   absl::StatusOr<Map> loaded = mapdb::LoadMap(map_);
   if (!loaded.ok()) return loaded.status();
-  EvalOptions options{.within_m = within_m_, .num_threads = num_threads_};
+  EvalOptions options{.methods = {},
+                      .within_m = within_m_,
+                      .tilt_deg = tilt_deg_,
+                      .num_threads = num_threads_,
+                      .place_scans = {}};
+  if (absl::Status status = CheckSession(*loaded, *queries); !status.ok()) return status;
+  absl::StatusOr<std::vector<std::string>> place_scans = FindPlaceScans(*loaded);
+  if (!place_scans.ok()) return place_scans.status();
+  options.place_scans = *std::move(place_scans);
   absl::StatusOr<std::vector<EvalMethod>> methods = ChooseMethods(loaded->params);
   if (!methods.ok()) return methods.status();
   options.methods = *std::move(methods);
@@ -151,7 +262,7 @@ absl::Status EvalCommand::Run() {
       Localizer::Create(std::make_shared<const Map>(*std::move(loaded)));
   if (!localizer.ok()) return localizer.status();
   const Map& map = (*localizer)->map();
-  FindRevisits(map, within_m_, &*queries);
+  FindRevisits(map, within_m_.front(), &*queries);
 
   absl::StatusOr<std::vector<MethodResult>> results = std::vector<MethodResult>();
   {
@@ -163,7 +274,7 @@ absl::Status EvalCommand::Run() {
   if (!results.ok()) return results.status();
   EvalReport report{.map = map_,
                     .content_id = map.content_id,
-                    .within_m = within_m_,
+                    .within_m = within_m_.front(),
                     .queries = *std::move(queries),
                     .results = *std::move(results)};
   for (const Place& place : map.places) {
@@ -173,7 +284,7 @@ absl::Status EvalCommand::Run() {
   if (!report_dir_.empty()) {
     if (absl::Status status = WriteReport(report); !status.ok()) return status;
   }
-  return WriteText("-", json_ ? EvalAsJson(report) : EvalAsTable(report));
+  return WriteText("-", json_ ? EvalAsJson(report) : EvalAsTable(report, times_));
 }
 
 }  // namespace

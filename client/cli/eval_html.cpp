@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <optional>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
@@ -25,6 +26,19 @@ ChartLine LineOf(const std::string& name, std::size_t num_points, PointAt&& poin
   return line;
 }
 
+const char* KindTitle(eval::RevisitKind kind) {
+  return kind == eval::RevisitKind::kBoth ? "lateral and rotational" : eval::KindName(kind);
+}
+
+/// Those that the charts are drawn of.
+std::vector<MethodResult> MainResults(const EvalReport& report) {
+  std::vector<MethodResult> results;
+  for (const MethodResult& result : report.results) {
+    if (result.within_m == report.within_m) results.push_back(result);
+  }
+  return results;
+}
+
 std::string PrecisionRecallChart(const EvalReport& report) {
   std::vector<ChartLine> lines;
   for (const MethodResult& result : report.results) {
@@ -47,17 +61,24 @@ std::string F1Chart(const EvalReport& report) {
   return DrawChart("F1 over recall", {"recall (of all revisits)"}, {"F1"}, lines);
 }
 
-std::string DivergenceChart(const EvalReport& report) {
+/// Of all revisits, or of those of one kind; nothing where there are none of it.
+std::string DivergenceChart(const EvalReport& report, std::optional<std::size_t> kind) {
   std::vector<ChartLine> lines;
   double greatest = 0.0;
   for (const MethodResult& result : report.results) {
     const auto& points = result.precision_recall.points;
-    for (const double divergence : result.divergences) greatest = std::max(greatest, divergence);
+    const auto& divergences = kind ? result.kind_divergences[*kind] : result.divergences;
+    if (kind && divergences.empty()) continue;
+    for (const double divergence : divergences) greatest = std::max(greatest, divergence);
     lines.push_back(LineOf(result.name, points.size(), [&](std::size_t i) {
-      return Eigen::Vector2d(points[i].recall, result.divergences[i]);
+      return Eigen::Vector2d(points[i].recall, divergences[i]);
     }));
   }
-  return DrawChart("Distribution of what was found (DR)", {"recall (of all revisits)"},
+  if (lines.empty()) return "";
+  return DrawChart(kind ? absl::StrCat("DR of revisits that are ",
+                                       KindTitle(static_cast<eval::RevisitKind>(*kind)))
+                        : "Distribution of what was found (DR)",
+                   {"recall (of all revisits)"},
                    {"KL divergence from all [nats]", 0.0, greatest > 0.5 ? 1.0 : 0.5}, lines);
 }
 
@@ -165,7 +186,24 @@ std::string MatchGraph(const EvalReport& report, const MethodResult& result) {
 
 }  // namespace
 
-std::string EvalAsHtml(const EvalReport& report) {
+std::string ResultTable(const std::vector<MethodResult>& results, double within_m) {
+  std::string html = "<table><tr>";
+  for (const std::string& column : EvalColumns()) absl::StrAppend(&html, "<th>", column, "</th>");
+  html += "</tr>\n";
+  for (const MethodResult& result : results) {
+    if (result.within_m != within_m) continue;
+    html += "<tr>";
+    for (const std::string& cell : EvalRow(result)) {
+      absl::StrAppend(&html, "<td>", Escaped(cell), "</td>");
+    }
+    html += "</tr>\n";
+  }
+  return html + "</table>\n";
+}
+
+std::string EvalAsHtml(const EvalReport& whole) {
+  EvalReport report = whole;
+  report.results = MainResults(whole);
   std::string html =
       "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n"
       "<title>scanloc evaluation</title>\n<style>\n"
@@ -177,26 +215,25 @@ std::string EvalAsHtml(const EvalReport& report) {
       " solid #ddd; height: auto; max-width: 100% }\n</style></head><body>\n";
   absl::StrAppend(&html, "<h1>scanloc evaluation</h1>\n<p>Map <code>", Escaped(report.map),
                   "</code>, content id <code>", Escaped(report.content_id), "</code>. ",
-                  Escaped(EvalAsTable(report).substr(0, EvalAsTable(report).find('\n'))),
-                  ". A match is right if its place lies within ", report.within_m,
-                  " m of the query's true position.</p>\n<table><tr>");
-  for (const std::string& column : EvalColumns()) absl::StrAppend(&html, "<th>", column, "</th>");
-  html += "</tr>\n";
-  for (const MethodResult& result : report.results) {
-    html += "<tr>";
-    for (const std::string& cell : EvalRow(result)) {
-      absl::StrAppend(&html, "<td>", Escaped(cell), "</td>");
-    }
-    html += "</tr>\n";
+                  Escaped(EvalSummary(report)), ". A match is right if its place lies within ",
+                  report.within_m, " m of the query's true position.</p>\n",
+                  ResultTable(whole.results, whole.within_m));
+  double told_m = whole.within_m;
+  for (const MethodResult& result : whole.results) {
+    if (result.within_m == told_m) continue;
+    told_m = result.within_m;
+    absl::StrAppend(&html, "<h2>Within ", told_m, " m (", result.first_right.size(),
+                    " revisits)</h2>\n", ResultTable(whole.results, told_m));
   }
   html +=
-      "</table>\n<p>AUC: area under precision over recall. R@P100: recall at 100 % precision. EP: "
+      "<p>AUC: area under precision over recall. R@P100: recall at 100 % precision. EP: "
       "extended precision. KL: divergence of the revisits found from all, at the greatest F1. ECE: "
-      "expected calibration error. pos, yaw: median errors of right matches. ms: mean time to "
+      "expected calibration error. pos, lat, yaw: median errors of right matches. ms: mean time to "
       "describe and search, one thread.</p>\n<div class=\"charts\">\n";
   for (const std::string& chart :
-       {PrecisionRecallChart(report), F1Chart(report), DivergenceChart(report),
-        ReliabilityChart(report), RevisitHeatMap(report)}) {
+       {PrecisionRecallChart(report), F1Chart(report), ReliabilityChart(report),
+        RevisitHeatMap(report), DivergenceChart(report, std::nullopt), DivergenceChart(report, 0),
+        DivergenceChart(report, 1), DivergenceChart(report, 2), DivergenceChart(report, 3)}) {
     absl::StrAppend(&html, chart, "\n");
   }
   if (!report.results.empty()) {

@@ -12,9 +12,9 @@ namespace scanloc::cli {
 struct EvalReport {
   std::string map;  ///< file
   std::string content_id;
-  double within_m = 8.0;
+  double within_m = 8.0;  ///< the first of those that are asked for; curves are of this one
   std::vector<EvalQuery> queries;
-  std::vector<MethodResult> results;
+  std::vector<MethodResult> results;  ///< those of the first within_m, then those of the others
   std::vector<PicturedPlace> places;  ///< of the map
 };
 
@@ -22,8 +22,10 @@ struct EvalReport {
 [[nodiscard]] std::vector<std::string> EvalColumns();
 [[nodiscard]] std::vector<std::string> EvalRow(const MethodResult& result);
 
-/// A table for people.
-[[nodiscard]] std::string EvalAsTable(const EvalReport& report);
+/// One line: how many queries of which kind.
+[[nodiscard]] std::string EvalSummary(const EvalReport& report);
+/// A table for people; with_times: and one of the stages' times.
+[[nodiscard]] std::string EvalAsTable(const EvalReport& report, bool with_times = false);
 /// One JSON document: counts, measures and curves of every method.
 [[nodiscard]] std::string EvalAsJson(const EvalReport& report);
 /// One HTML page that needs no other file: table, curves, distribution of revisits, matches.

@@ -369,5 +369,61 @@ TEST(FirstPath, EvalRefusesWhatItCannotMeasure) {
   EXPECT_EQ(CountLines(missing.err), 1) << missing.err;
 }
 
+TEST(FirstPath, EvalComparesWithABaselineOfTheSameScans) {
+  const Args common = {"eval",    Town().map1,     "--scans",  Town().drive2,
+                       "--poses", Town().Poses2(), "--method", "auto,m2dp"};
+  Args args = common;
+  args.insert(args.end(), {"--map-scans", Town().drive1, "--map-poses", Town().Poses1(), "--json",
+                           "--quiet", "--within-m", "8,2", "--query-tilt-deg", "2"});
+  const json document = json::parse(MustScanloc(args));
+  ASSERT_EQ(document.at("results").size(), 4);
+  const json& baseline = document.at("results")[1];
+  EXPECT_EQ(baseline.at("method"), "m2dp");
+  EXPECT_TRUE(baseline.at("yaw_error_deg").is_null());
+  EXPECT_GT(baseline.at("recall_at_10"), 0.5);
+  EXPECT_GT(baseline.at("times_ms").at("describe"), 0.0);
+  EXPECT_EQ(document.at("results")[0].at("recall_at_1"), 1.0);
+  EXPECT_LT(document.at("results")[0].at("yaw_error_deg").at("p90"), 1.0);
+  EXPECT_EQ(document.at("results")[2].at("within_m"), 2.0);
+  EXPECT_LE(document.at("results")[3].at("recall_at_1"), baseline.at("recall_at_1"));
+
+  const ProcessResult unknown = Scanloc(common);
+  EXPECT_EQ(unknown.status, 1);
+  EXPECT_NE(unknown.err.find("baseline"), std::string::npos) << unknown.err;
+  Args other = common;
+  other.insert(other.end(), {"--map-scans", Town().drive2, "--map-poses", Town().Poses2()});
+  EXPECT_EQ(Scanloc(other).status, 1);
+}
+
+TEST(FirstPath, EvalWithinASessionSeesOnlyOlderPlaces) {
+  const TempDir dir;
+  const std::string times = Town().drive1 + "/times.txt";
+  MustScanloc({"build", dir.File("own.scanloc"), "--scans", Town().drive1, "--poses",
+               Town().Poses1(), "--times", times, "--spacing-m", "0", "--no-calibrate", "--quiet"});
+  Args args = {"eval",           dir.File("own.scanloc"),
+               "--scans",        Town().drive1,
+               "--poses",        Town().Poses1(),
+               "--times",        times,
+               "--in-session",   "--method",
+               "auto,a-pc,m2dp", "--json",
+               "--quiet",        "--window-s"};
+  // A drive that never comes back finds nothing, once its own surroundings are too young.
+  args.push_back("10000");
+  const json none = json::parse(MustScanloc(args));
+  EXPECT_EQ(none.at("num_revisits"), 0);
+  for (const json& result : none.at("results")) EXPECT_TRUE(result.at("curve").empty());
+  // Without a window each but the first sees the place before.
+  args.back() = "0";
+  const json all = json::parse(MustScanloc(args));
+  EXPECT_EQ(all.at("num_revisits"), TinyTown::kNumScans - 1);
+  EXPECT_GT(all.at("results")[0].at("recall_at_1"), 0.9);
+
+  Args without_times = args;
+  without_times[1] = Town().map1;
+  const ProcessResult refused = Scanloc(without_times);
+  EXPECT_EQ(refused.status, 1);
+  EXPECT_NE(refused.err.find("--times"), std::string::npos) << refused.err;
+}
+
 }  // namespace
 }  // namespace scanloc::test
