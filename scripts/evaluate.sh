@@ -25,7 +25,7 @@ table() {
          NR == 2 { printf "|"; for (i = 1; i <= NF; ++i) printf "---|"; print "" }'
 }
 
-methods=auto,a-pc,a-pc:10,a-cc,a-cc:10,pc,cc
+methods=auto,a-pc,a-pc:10,a-cc,a-cc:10,pc,cc,m2dp
 for town in 1 2 3; do
   drive=(--town-seed "$town" --length-m "$length")
   simulate "$work/map" "${drive[@]}" --session-seed 1
@@ -37,7 +37,8 @@ for town in 1 2 3; do
     shift
     simulate "$work/query" "${drive[@]}" --session-seed 2 --spacing-m 5 "$@"
     table "Town $town, $name" "$work/town.scanloc" --scans "$work/query" \
-      --poses "$work/query/poses.txt" --negatives "$work/else" --method "$methods"
+      --poses "$work/query/poses.txt" --negatives "$work/else" --method "$methods" \
+      --map-scans "$work/map" --map-poses "$work/map/poses.txt"
   }
   revisit "same direction"
   revisit "3.5 m to the side" --lane-shift-m 3.5
@@ -54,5 +55,6 @@ if [[ -n "$data" && -d "$data/nclt-2013-01-10" ]]; then
   nclt=(--scans "$data/nclt-2013-01-10" --poses "$data/nclt-2013-01-10/poses.txt")
   "$scanloc" build "$work/nclt.scanloc" "${nclt[@]}" --to 467 --spacing-m 0 --quiet >/dev/null
   table "NCLT, reverse revisits" "$work/nclt.scanloc" "${nclt[@]}" --from 468 \
-    --negatives "$data/kitti-00-first-827m" --method "$methods"
+    --negatives "$data/kitti-00-first-827m" --method "$methods" \
+    --map-scans "$data/nclt-2013-01-10" --map-poses "$data/nclt-2013-01-10/poses.txt"
 fi

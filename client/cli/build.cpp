@@ -163,7 +163,7 @@ absl::StatusOr<mapdb::BuildSummary> BuildCommand::Build(const mapdb::BuildOption
       options, plan,
       [&](std::size_t i) -> absl::StatusOr<PointCloud> {
         if (Interrupted()) return absl::CancelledError("interrupted");
-        absl::StatusOr<dataset::Scan> scan = dataset::ReadScan(frames[i].path);
+        absl::StatusOr<dataset::Scan> scan = dataset::ReadScan(frames[i].file());
         if (!scan.ok()) return scan.status();
         counts->num_not_finite += static_cast<std::int64_t>(scan->num_not_finite);
         return std::move(scan->points);

@@ -49,8 +49,8 @@ absl::Status ScanSelection::CheckUsage() const {
 CLI::Option* PoseOptions::Declare(CLI::App& app, const char* flag, const char* what) {
   CLI::Option* poses = app.add_option(flag, drive_.poses_file, what)->type_name("FILE");
   app.add_option("--format", format_,
-                 "Format of the poses: auto, kitti (12 numbers a row), mulran (global_pose.csv) or "
-                 "tum")
+                 "Format of the poses: auto, kitti (12 numbers a row), mulran (global_pose.csv), "
+                 "tum, nclt (groundtruth_*.csv) or oxford (ins.csv)")
       ->check([](const std::string& name) {
         return absl::StrCat(dataset::ParsePoseFormat(name).status().message());
       })

@@ -41,7 +41,7 @@ class EvalCommand : public Command {
   [[nodiscard]] absl::Status CheckSession(const Map& map,
                                           const std::vector<EvalQuery>& queries) const;
   /// The scan of each place; empty without --map-scans.
-  [[nodiscard]] absl::StatusOr<std::vector<std::string>> FindPlaceScans(const Map& map) const;
+  [[nodiscard]] absl::StatusOr<std::vector<dataset::ScanFile>> FindPlaceScans(const Map& map) const;
   [[nodiscard]] absl::Status WriteReport(const EvalReport& report) const;
 
   std::string map_;
@@ -148,7 +148,7 @@ absl::StatusOr<std::vector<EvalQuery>> EvalCommand::CollectQueries() const {
   for (const std::size_t i : dataset::SelectBySpacing(*frames, query_spacing_m_)) {
     const dataset::Frame& frame = (*frames)[i];
     EvalQuery query{.name = frame.name,
-                    .path = frame.path,
+                    .file = frame.file(),
                     .T_map_true = frame.T_map_sensor,
                     .stamp_ns = frame.stamp_ns};
     if (in_session_) {
@@ -160,7 +160,7 @@ absl::StatusOr<std::vector<EvalQuery>> EvalCommand::CollectQueries() const {
     const absl::StatusOr<std::vector<dataset::ScanFile>> scans = dataset::ListScans(folder);
     if (!scans.ok()) return scans.status();
     for (const dataset::ScanFile& scan : *scans) {
-      queries.push_back({.name = absl::StrCat(folder, "/", scan.name), .path = scan.path});
+      queries.push_back({.name = absl::StrCat(folder, "/", scan.name), .file = scan});
     }
   }
   return queries;
@@ -202,8 +202,8 @@ absl::Status EvalCommand::CheckSession(const Map& map,
                    "; give --times at build and here, or poses with stamps"));
 }
 
-absl::StatusOr<std::vector<std::string>> EvalCommand::FindPlaceScans(const Map& map) const {
-  std::vector<std::string> scans;
+absl::StatusOr<std::vector<dataset::ScanFile>> EvalCommand::FindPlaceScans(const Map& map) const {
+  std::vector<dataset::ScanFile> scans;
   if (map_scans_dir_.empty() && !in_session_) return scans;
   const absl::StatusOr<dataset::Drive> drive =
       map_scans_dir_.empty() ? truth_.OpenDrive(scans_dir_) : map_poses_.OpenDrive(map_scans_dir_);
@@ -220,7 +220,7 @@ absl::StatusOr<std::vector<std::string>> EvalCommand::FindPlaceScans(const Map& 
           "no scan was taken where the map has place ", scans.size(), "; the nearest is ",
           distance_m(*nearest), " m away. Is it the drive that the map was made of?"));
     }
-    scans.push_back(nearest->path);
+    scans.push_back(nearest->file());
   }
   return scans;
 }
@@ -252,7 +252,7 @@ absl::Status EvalCommand::Run() {
                       .num_threads = num_threads_,
                       .place_scans = {}};
   if (absl::Status status = CheckSession(*loaded, *queries); !status.ok()) return status;
-  absl::StatusOr<std::vector<std::string>> place_scans = FindPlaceScans(*loaded);
+  absl::StatusOr<std::vector<dataset::ScanFile>> place_scans = FindPlaceScans(*loaded);
   if (!place_scans.ok()) return place_scans.status();
   options.place_scans = *std::move(place_scans);
   absl::StatusOr<std::vector<EvalMethod>> methods = ChooseMethods(loaded->params);

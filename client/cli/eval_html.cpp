@@ -207,7 +207,7 @@ std::string EvalAsHtml(const EvalReport& whole) {
   std::string html =
       "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n"
       "<title>scanloc evaluation</title>\n<style>\n"
-      "body { font: 15px/1.5 sans-serif; margin: 2em auto; max-width: 1200px; color: #222 }\n"
+      "body { font: 15px/1.5 sans-serif; margin: 2em auto; max-width: 1340px; color: #222 }\n"
       "table { border-collapse: collapse; margin: 1em 0 } td, th { padding: .3em .8em;"
       " text-align: right; border-bottom: 1px solid #ddd } td:first-child, th:first-child {"
       " text-align: left }\n"

@@ -72,7 +72,7 @@ using BaselineIndices = std::map<std::string, eval::BaselineIndex>;  // by name
 
 absl::StatusOr<dataset::Scan> ReadTilted(std::size_t number, const EvalQuery& query,
                                          double tilt_deg) {
-  absl::StatusOr<dataset::Scan> scan = dataset::ReadScan(query.path);
+  absl::StatusOr<dataset::Scan> scan = dataset::ReadScan(query.file);
   if (!scan.ok() || tilt_deg <= 0.0) return scan;
   const Eigen::Matrix3f turn = TiltOf(number, tilt_deg).toRotationMatrix().cast<float>();
   for (Point& point : scan->points) {

@@ -12,6 +12,7 @@
 #include "scanloc/core/localizer.hpp"
 #include "scanloc/core/method.hpp"
 #include "scanloc/core/pose.hpp"
+#include "scanloc/dataset/scan_reader.hpp"
 #include "scanloc/eval/measures.hpp"
 #include "scanloc/eval/recall_distribution.hpp"
 
@@ -20,7 +21,7 @@ namespace scanloc::cli {
 /// One scan to be looked up.
 struct EvalQuery {
   std::string name;
-  std::string path;
+  dataset::ScanFile file;
   std::optional<Pose> T_map_true;  ///< none: taken elsewhere, no revisit of the map
   std::int64_t stamp_ns = 0;       ///< 0: not known
   /// Of a growing map: it sees only places older than this; none: all.
@@ -93,7 +94,7 @@ struct EvalOptions {
   double tilt_deg = 0.0;
   int num_threads = 0;  ///< 0: one a processor
   /// Scan of each place of the map, for baselines; empty: there are none.
-  std::vector<std::string> place_scans;
+  std::vector<dataset::ScanFile> place_scans;
 };
 
 /// Sets is_revisit, variance and has_place.

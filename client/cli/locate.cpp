@@ -305,7 +305,7 @@ absl::StatusOr<std::vector<QueryResult>> LocateCommand::AskAll(
   for (std::size_t i = 0; i < scans.size(); ++i) {
     QueryResult result{.query = scans[i].name};
     const Clock::time_point read_start = Clock::now();
-    const absl::StatusOr<dataset::Scan> scan = dataset::ReadScan(scans[i].path);
+    const absl::StatusOr<dataset::Scan> scan = dataset::ReadScan(scans[i]);
     result.read_ns = NsSince(read_start);
     if (!scan.ok()) {
       if (!skip_bad_scans_ || scans_dir_.empty()) return scan.status();

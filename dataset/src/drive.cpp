@@ -2,8 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <filesystem>
+#include <iterator>
 #include <limits>
+#include <map>
 #include <optional>
 #include <string_view>
 #include <system_error>
@@ -74,6 +77,45 @@ std::optional<std::int64_t> StampOfName(std::string_view name) {
   return std::nullopt;
 }
 
+/// Left and right scans of Oxford Radar RobotCar, each with its partner.
+absl::StatusOr<std::vector<ScanFile>> ListOxford(const fs::path& left, const fs::path& right) {
+  absl::StatusOr<std::vector<ScanFile>> scans = ListFolder(left);
+  if (!scans.ok()) return scans;
+  const absl::StatusOr<std::vector<ScanFile>> partners = ListFolder(right);
+  if (!partners.ok()) return partners.status();
+  std::map<std::int64_t, const ScanFile*> by_stamp;
+  for (const ScanFile& partner : *partners) {
+    if (const auto stamp_ns = StampOfName(partner.name)) by_stamp[*stamp_ns] = &partner;
+  }
+  std::vector<ScanFile> pairs;
+  for (ScanFile& scan : *scans) {
+    const auto stamp_ns = StampOfName(scan.name);
+    if (!stamp_ns || by_stamp.empty()) continue;
+    auto nearest = by_stamp.lower_bound(*stamp_ns);
+    if (nearest == by_stamp.end() ||
+        (nearest != by_stamp.begin() &&
+         *stamp_ns - std::prev(nearest)->first < nearest->first - *stamp_ns)) {
+      --nearest;
+    }
+    if (std::abs(nearest->first - *stamp_ns) > kMaxPartnerGap_ns) continue;
+    scan.layout = ScanLayout::kOxford;
+    scan.partner_path = nearest->second->path;
+    pairs.push_back(std::move(scan));
+  }
+  if (!pairs.empty()) return pairs;
+  return Bad(absl::StrCat("no scan of ", left.string(), " has one of ", right.string(), " within ",
+                          kMaxPartnerGap_ns, " ns; their names give the time in microseconds"));
+}
+
+absl::StatusOr<std::vector<ScanFile>> ListNclt(const fs::path& folder) {
+  absl::StatusOr<std::vector<ScanFile>> scans = ListFolder(folder);
+  if (!scans.ok()) return scans;
+  for (ScanFile& scan : *scans) {
+    if (fs::path(scan.name).extension() == ".bin") scan.layout = ScanLayout::kNclt;
+  }
+  return scans;
+}
+
 // One stamp a scan, or none at all.
 absl::StatusOr<std::vector<std::int64_t>> StampsOfScans(const std::vector<ScanFile>& scans,
                                                         const DriveOptions& options) {
@@ -135,7 +177,9 @@ absl::StatusOr<Drive> PairByIndex(const DriveOptions& options, const std::vector
     drive.frames.push_back({.path = scans[i].path,
                             .name = scans[i].name,
                             .T_map_sensor = trajectory.T_map_sensor[i],
-                            .stamp_ns = stamps_ns.empty() ? 0 : stamps_ns[i]});
+                            .stamp_ns = stamps_ns.empty() ? 0 : stamps_ns[i],
+                            .layout = scans[i].layout,
+                            .partner_path = scans[i].partner_path});
   }
   return drive;
 }
@@ -191,7 +235,9 @@ absl::StatusOr<Drive> PairByStamp(const DriveOptions& options, const std::vector
     drive.frames.push_back({.path = scans[i].path,
                             .name = scans[i].name,
                             .T_map_sensor = trajectory.T_map_sensor[*pose],
-                            .stamp_ns = scan_stamps_ns[i]});
+                            .stamp_ns = scan_stamps_ns[i],
+                            .layout = scans[i].layout,
+                            .partner_path = scans[i].partner_path});
   }
   if (drive.frames.empty()) {
     return Bad(absl::StrCat(
@@ -205,8 +251,21 @@ absl::StatusOr<Drive> PairByStamp(const DriveOptions& options, const std::vector
 }  // namespace
 
 absl::StatusOr<std::vector<ScanFile>> ListScans(const std::string& scans_dir) {
-  absl::StatusOr<std::vector<ScanFile>> scans = ListFolder(scans_dir);
+  const fs::path given(scans_dir);
+  const std::string name = (given.has_filename() ? given : given.parent_path()).filename().string();
+  absl::StatusOr<std::vector<ScanFile>> scans =
+      name == "velodyne_sync" ? ListNclt(given) : ListFolder(given);
   if (!scans.ok() || !scans->empty()) return scans;
+  std::error_code none;
+  if (const fs::path sync = given / "velodyne_sync"; fs::is_directory(sync, none)) {
+    scans = ListNclt(sync);
+    if (!scans.ok() || !scans->empty()) return scans;
+  }
+  const fs::path left = given / "velodyne_left";
+  const fs::path right = given / "velodyne_right";
+  if (fs::is_directory(left, none) && fs::is_directory(right, none)) {
+    return ListOxford(left, right);
+  }
   for (const std::string_view inner : {"velodyne", "Scans"}) {
     const fs::path folder = fs::path(scans_dir) / inner;
     std::error_code ignored;

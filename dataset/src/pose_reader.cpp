@@ -3,13 +3,16 @@
 #include <algorithm>
 #include <array>
 #include <functional>
+#include <limits>
 #include <new>
 #include <optional>
 #include <span>
 #include <utility>
 
+#include "absl/strings/match.h"
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
+#include "dataset_frames.hpp"
 #include "decimal_time.hpp"
 #include "file_bytes.hpp"
 #include "scanloc/core/limits.hpp"
@@ -27,10 +30,12 @@ struct FormatInfo {
   std::string_view name;
   std::size_t num_values;  ///< in a row
 };
-constexpr std::array<FormatInfo, 4> kFormats = {{{PoseFormat::kAuto, "auto", 0},
+constexpr std::array<FormatInfo, 6> kFormats = {{{PoseFormat::kAuto, "auto", 0},
                                                  {PoseFormat::kKitti, "kitti", 12},
                                                  {PoseFormat::kTum, "tum", 8},
-                                                 {PoseFormat::kMulran, "mulran", 13}}};
+                                                 {PoseFormat::kMulran, "mulran", 13},
+                                                 {PoseFormat::kNclt, "nclt", 7},
+                                                 {PoseFormat::kOxford, "oxford", 15}}};
 
 const FormatInfo& Info(PoseFormat format) { return kFormats[static_cast<std::size_t>(format)]; }
 
@@ -131,6 +136,68 @@ absl::StatusOr<std::int64_t> ParseNanoseconds(std::string_view token) {
   return ns;
 }
 
+absl::StatusOr<std::int64_t> ParseMicroseconds(std::string_view token) {
+  constexpr std::int64_t kMax_us = std::numeric_limits<std::int64_t>::max() / 1000;
+  std::int64_t us = 0;
+  if (!absl::SimpleAtoi(ToAbsl(token), &us) || us < 0 || us > kMax_us) {
+    return Bad(absl::StrCat(Quote(token), " is not a stamp in whole microseconds"));
+  }
+  return us * 1000;
+}
+
+// A body in a world of x north, y east, z down, as the sensor at this place of the body in a world
+// of z up.
+absl::StatusOr<Pose> PoseFromDownward(const Eigen::Vector3d& position_m,
+                                      const Eigen::Vector3d& roll_pitch_yaw_rad,
+                                      const Eigen::Vector3d& sensor_m) {
+  Eigen::Matrix<double, 3, 4> matrix;
+  matrix << RotationOf(roll_pitch_yaw_rad), position_m;
+  const absl::StatusOr<Pose> T_world_body = PoseFromMatrix(matrix);
+  if (!T_world_body.ok()) return T_world_body.status();
+  return Pose(Upward() * *T_world_body * Eigen::Translation3d(sensor_m) * Upward());
+}
+
+absl::StatusOr<Pose> ParseNclt(std::span<const std::string_view> tokens) {
+  const auto values = ParseValues<6>(tokens);
+  if (!values.ok()) return values.status();
+  const auto& [x, y, z, roll, pitch, yaw] = *values;
+  return PoseFromDownward({x, y, z}, {roll, pitch, yaw}, kNcltSensor_m);
+}
+
+// northing, easting and down are columns 5 to 7, roll, pitch and yaw 12 to 14.
+absl::StatusOr<Pose> ParseOxford(std::span<const std::string_view> tokens) {
+  const auto position = ParseValues<3>(tokens.subspan(5, 3));
+  if (!position.ok()) return position.status();
+  const auto turn = ParseValues<3>(tokens.subspan(12, 3));
+  if (!turn.ok()) return turn.status();
+  return PoseFromDownward(Eigen::Vector3d(position->data()), Eigen::Vector3d(turn->data()),
+                          OxfordSensor_m());
+}
+
+absl::Status CheckOxfordHeader(const Tokens& row) {
+  static constexpr std::array<std::pair<std::size_t, std::string_view>, 7> kColumns = {
+      {{0, "timestamp"},
+       {5, "northing"},
+       {6, "easting"},
+       {7, "down"},
+       {12, "roll"},
+       {13, "pitch"},
+       {14, "yaw"}}};
+  for (const auto& [column, name] : kColumns) {
+    if (column >= row.size() || row[column] != name) {
+      return Bad(absl::StrCat("column ", column + 1, " of the header is not ", ToAbsl(name),
+                              ", as that of ins.csv is"));
+    }
+  }
+  return absl::OkStatus();
+}
+
+bool HoldsNan(const Tokens& row) {
+  return std::any_of(row.begin(), row.end(), [](std::string_view token) {
+    return absl::EqualsIgnoreCase(ToAbsl(token), "nan");
+  });
+}
+
 // A row without its stamp, and the stamp if the format has one.
 struct Row {
   absl::StatusOr<Pose> pose;
@@ -143,6 +210,10 @@ Row ParseRow(PoseFormat format, std::span<const std::string_view> tokens) {
       return {ParseQuaternion(tokens.subspan(1)), ParseSeconds(tokens[0])};
     case PoseFormat::kMulran:
       return {ParseMatrix(tokens.subspan(1)), ParseNanoseconds(tokens[0])};
+    case PoseFormat::kNclt:
+      return {ParseNclt(tokens.subspan(1)), ParseMicroseconds(tokens[0])};
+    case PoseFormat::kOxford:
+      return {ParseOxford(tokens), ParseMicroseconds(tokens[0])};
     default:
       return {ParseMatrix(tokens), std::nullopt};
   }
@@ -151,6 +222,7 @@ Row ParseRow(PoseFormat format, std::span<const std::string_view> tokens) {
 absl::Status AppendRow(const Tokens& tokens, Trajectory& trajectory) {
   absl::Status status = CheckNumValues(tokens, Info(trajectory.format).num_values);
   if (!status.ok()) return status;
+  if (trajectory.format == PoseFormat::kNclt && HoldsNan(tokens)) return absl::OkStatus();
   const Row row = ParseRow(trajectory.format, tokens);
   if (row.stamp_ns.has_value()) {
     if (!row.stamp_ns->ok()) return row.stamp_ns->status();
@@ -166,7 +238,8 @@ absl::StatusOr<PoseFormat> DetectFormat(std::size_t num_values) {
     if (info.num_values == num_values && info.format != PoseFormat::kAuto) return info.format;
   }
   return Bad(absl::StrCat("cannot tell the format of the poses: the first row has ", num_values,
-                          " values; KITTI rows have 12, TUM rows 8, MulRan rows 13"));
+                          " values; KITTI rows have 12, TUM rows 8, MulRan rows 13, NCLT "
+                          "rows 7, Oxford's 15"));
 }
 
 absl::Status ApplyCalib(const std::string& calib_file, Trajectory& trajectory) {
@@ -184,7 +257,8 @@ absl::StatusOr<PoseFormat> ParsePoseFormat(std::string_view name) {
   for (const FormatInfo& info : kFormats) {
     if (info.name == name) return info.format;
   }
-  return Bad(absl::StrCat("pose format ", Quote(name), " is not auto, kitti, tum or mulran"));
+  return Bad(absl::StrCat("pose format ", Quote(name),
+                          " is not auto, kitti, tum, mulran, nclt or oxford"));
 }
 
 std::string_view PoseFormatName(PoseFormat format) { return Info(format).name; }
@@ -193,17 +267,28 @@ absl::StatusOr<Trajectory> ReadTrajectory(const std::string& poses_file, PoseFor
                                           const std::string& calib_file) try {
   Trajectory trajectory;
   trajectory.format = format;
+  bool has_header = false;
   absl::Status status =
       ForEachRow(poses_file, BlankLines::kOnlyAtEnd, [&](const Tokens& row) -> absl::Status {
+        if (row[0] == "timestamp" && !has_header &&
+            (trajectory.format == PoseFormat::kAuto || trajectory.format == PoseFormat::kOxford)) {
+          has_header = true;
+          trajectory.format = PoseFormat::kOxford;
+          return CheckOxfordHeader(row);
+        }
         if (trajectory.format == PoseFormat::kAuto) {
           const absl::StatusOr<PoseFormat> detected = DetectFormat(row.size());
           if (!detected.ok()) return detected.status();
           trajectory.format = *detected;
         }
+        if (trajectory.format == PoseFormat::kOxford && !has_header) {
+          return Bad("ins.csv begins with a header; this is none");
+        }
         return AppendRow(row, trajectory);
       });
   if (status.ok() && !calib_file.empty()) status = ApplyCalib(calib_file, trajectory);
   if (!status.ok()) return status;
+  if (trajectory.T_map_sensor.empty()) return Bad(absl::StrCat(poses_file, ": holds no pose"));
   return trajectory;
 } catch (const std::bad_alloc&) {
   return absl::ResourceExhaustedError(absl::StrCat(poses_file, ": out of memory"));

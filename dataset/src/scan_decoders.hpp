@@ -16,6 +16,9 @@ namespace scanloc::dataset {
 [[nodiscard]] absl::StatusOr<Scan> DecodeKittiBin(std::string_view bytes);
 [[nodiscard]] absl::StatusOr<Scan> DecodePcd(std::string_view bytes);
 [[nodiscard]] absl::StatusOr<Scan> DecodePly(std::string_view bytes);
+[[nodiscard]] absl::StatusOr<Scan> DecodeNcltSync(std::string_view bytes);
+/// Of one of the two sensors, in the frame of both together.
+[[nodiscard]] absl::StatusOr<Scan> DecodeOxford(std::string_view bytes, bool is_left);
 
 /// Whether a coordinate is beyond limits::kMaxCoordinate_m.
 [[nodiscard]] inline bool IsBeyondLimit(const Point& p) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <functional>
 #include <new>
 
 #include "absl/strings/match.h"
@@ -42,20 +43,44 @@ absl::Status CheckNearSensor(const Scan& scan) {
 
 bool IsScanFile(std::string_view path) { return FindFormat(path) != nullptr; }
 
-absl::StatusOr<Scan> ReadScan(const std::string& path) try {
+namespace {
+
+using Decode = std::function<absl::StatusOr<Scan>(std::string_view bytes)>;
+
+absl::StatusOr<Scan> ReadAs(const std::string& path, const Decode& decode) try {
   const absl::StatusOr<FileBytes> bytes = ReadFileBytes(path, limits::kMaxScanFileBytes);
   if (!bytes.ok()) return bytes.status();
-  const Format* format = FindFormat(path);
-  if (format == nullptr) {
-    return absl::InvalidArgumentError(
-        absl::StrCat(path, ": is no scan file; scans are .bin (KITTI), .pcd or .ply"));
-  }
-  absl::StatusOr<Scan> scan = format->decode(bytes->view());
+  absl::StatusOr<Scan> scan = decode(bytes->view());
   if (!scan.ok()) return Annotate(scan.status(), path);
   if (absl::Status status = CheckNearSensor(*scan); !status.ok()) return Annotate(status, path);
   return scan;
 } catch (const std::bad_alloc&) {
   return absl::ResourceExhaustedError(absl::StrCat(path, ": out of memory"));
+}
+
+}  // namespace
+
+absl::StatusOr<Scan> ReadScan(const std::string& path) {
+  return ReadAs(path, [&](std::string_view bytes) -> absl::StatusOr<Scan> {
+    const Format* format = FindFormat(path);
+    if (format != nullptr) return format->decode(bytes);
+    return absl::InvalidArgumentError("is no scan file; scans are .bin (KITTI), .pcd or .ply");
+  });
+}
+
+absl::StatusOr<Scan> ReadScan(const ScanFile& file) {
+  if (file.layout == ScanLayout::kNclt) return ReadAs(file.path, DecodeNcltSync);
+  if (file.layout != ScanLayout::kOxford) return ReadScan(file.path);
+  const auto read = [](const std::string& path, bool is_left) {
+    return ReadAs(path, [&](std::string_view bytes) { return DecodeOxford(bytes, is_left); });
+  };
+  absl::StatusOr<Scan> left = read(file.path, true);
+  if (!left.ok()) return left.status();
+  const absl::StatusOr<Scan> right = read(file.partner_path, false);
+  if (!right.ok()) return right.status();
+  left->points.insert(left->points.end(), right->points.begin(), right->points.end());
+  left->num_not_finite += right->num_not_finite;
+  return left;
 }
 
 }  // namespace scanloc::dataset

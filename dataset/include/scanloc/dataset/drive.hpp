@@ -9,23 +9,21 @@
 #include "absl/status/statusor.h"
 #include "scanloc/core/pose.hpp"
 #include "scanloc/dataset/pose_reader.hpp"
+#include "scanloc/dataset/scan_reader.hpp"
 
 namespace scanloc::dataset {
-
-/// A scan file of a drive.
-struct ScanFile {
-  std::string path;
-  std::string name;  ///< the file's name without its folder
-
-  friend bool operator==(const ScanFile&, const ScanFile&) = default;
-};
 
 /// The scan files (.bin, .pcd, .ply; hidden files left out) of a folder, by name in byte order.
 ///
 /// If the folder holds none of them but a folder `velodyne` (a KITTI sequence) or `Scans`, the
-/// files of that one are listed. NotFound: no such folder. InvalidArgument: not a folder, or no
-/// scan in it.
+/// files of that one are listed. A folder velodyne_sync, named or inside, is NCLT's; folders
+/// velodyne_left and velodyne_right inside are Oxford Radar RobotCar's: left scans whose nearest
+/// right one is no more than kMaxPartnerGap_ns off, with that one. NotFound: no such folder.
+/// InvalidArgument: not a folder, or no scan in it.
 [[nodiscard]] absl::StatusOr<std::vector<ScanFile>> ListScans(const std::string& scans_dir);
+
+/// Half a turn of a sensor at 20 Hz, and some [ns].
+inline constexpr std::int64_t kMaxPartnerGap_ns = 30'000'000;
 
 /// Where a drive lies; empty: not given.
 struct DriveOptions {
@@ -42,6 +40,10 @@ struct Frame {
   std::string name{};  ///< the file's name without its folder
   Pose T_map_sensor = Pose::Identity();
   std::int64_t stamp_ns = 0;  ///< of the scan, else of its pose; 0 if neither is known
+  ScanLayout layout = ScanLayout::kByExtension;
+  std::string partner_path{};  ///< as in ScanFile
+
+  [[nodiscard]] ScanFile file() const { return {path, name, layout, partner_path}; }
 };
 
 /// A recorded drive, in the name order of its scans.

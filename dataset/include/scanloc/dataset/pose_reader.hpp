@@ -15,12 +15,14 @@ enum class PoseFormat {
   kKitti,   ///< 12 values a row: [R t] row by row, no stamp
   kTum,     ///< stamp [s] tx ty tz qx qy qz qw; lines that begin with # are comments
   kMulran,  ///< global_pose.csv: stamp [ns],12 values as of KITTI, between commas
+  kNclt,    ///< groundtruth_DATE.csv: stamp [µs],x,y,z,roll,pitch,yaw of the robot, z down
+  kOxford,  ///< ins.csv of Oxford Radar RobotCar, with its header: stamp [µs], NED, z down
 };
 
-/// Parses `auto`, `kitti`, `tum` or `mulran`; InvalidArgument for other names.
+/// Parses `auto`, `kitti`, `tum`, `mulran`, `nclt` or `oxford`; InvalidArgument for other names.
 [[nodiscard]] absl::StatusOr<PoseFormat> ParsePoseFormat(std::string_view name);
 
-/// `auto`, `kitti`, `tum` or `mulran`.
+/// Its name, as above.
 [[nodiscard]] std::string_view PoseFormatName(PoseFormat format);
 
 /// The poses of a drive, in the order of the file.
@@ -37,7 +39,11 @@ struct Trajectory {
 ///   kKitti          T_map_sensor = Tr⁻¹ · T_row · Tr. The rows' own world is a camera frame, z
 ///                   forward; the map frame becomes the sensor frame where the camera's pose is the
 ///                   identity, that is the sensor frame of the first scan, z up.
-///   kTum, kMulran   T_map_sensor = T_row · Tr. The map frame is the world of the rows.
+///   others          T_map_sensor = T_row · Tr. The map frame is the world of the rows.
+///
+/// Rows of kNclt and kOxford become x forward, y left, z up (their worlds north, west, up) of the
+/// sensor that ReadScan gives scans of these datasets for. Of kNclt, rows with NaN are left out.
+/// Oxford's INS is taken for the vehicle's origin: the arm between them is not applied.
 ///
 /// NotFound: no such file. InvalidArgument, with file, line and value: a number that does not
 /// parse, a wrong number of values, NaN, a rotation that is none, a translation out of range, a

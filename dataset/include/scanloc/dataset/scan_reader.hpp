@@ -17,6 +17,23 @@ struct Scan {
   friend bool operator==(const Scan&, const Scan&) = default;
 };
 
+/// How the bytes of a scan file are laid out.
+enum class ScanLayout {
+  kByExtension,  ///< as ReadScan(path) says
+  kNclt,         ///< NCLT velodyne_sync
+  kOxford,       ///< Oxford Radar RobotCar, velodyne_left and velodyne_right
+};
+
+/// A scan file of a drive.
+struct ScanFile {
+  std::string path;
+  std::string name;  ///< the file's name without its folder
+  ScanLayout layout = ScanLayout::kByExtension;
+  std::string partner_path = {};  ///< kOxford: the scan of the right sensor
+
+  friend bool operator==(const ScanFile&, const ScanFile&) = default;
+};
+
 /// Whether ReadScan knows the file's extension: .bin, .pcd or .ply, in either case.
 [[nodiscard]] bool IsScanFile(std::string_view path);
 
@@ -30,5 +47,14 @@ struct Scan {
 /// points, malformed, or coordinates that no LiDAR gives (a file of another layout).
 /// ResourceExhausted: out of memory. Any number of threads may read at once.
 [[nodiscard]] absl::StatusOr<Scan> ReadScan(const std::string& path);
+
+/// Likewise, by its layout:
+///   kNclt    rows of three uint16, little endian, in steps of 5 mm from -100 m, and two bytes
+///            more: x forward, y right, z down of the robot, whose origin is near the ground. Given
+///            as x forward, y left, z up of a sensor 0.957 m above it (the HDL-32E's mount);
+///   kOxford  float32, little endian: all x, all y, all z, all intensities; both sensors' scans in
+///            one, as x forward, y left, z up of a sensor in the middle of the two.
+/// InvalidArgument also if either of the two files of kOxford is bad.
+[[nodiscard]] absl::StatusOr<Scan> ReadScan(const ScanFile& file);
 
 }  // namespace scanloc::dataset
