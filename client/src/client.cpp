@@ -7,9 +7,12 @@
 
 #include <fstream>
 #include <iterator>
+#include <random>
+#include <thread>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "backoff.hpp"
 #include "map_cache.hpp"
 #include "scanloc/core/limits.hpp"
 #include "scanloc/proto/convert.hpp"
@@ -70,6 +73,22 @@ std::shared_ptr<grpc::Channel> MakeChannel(
   return grpc::CreateCustomChannel(address, credentials, arguments);
 }
 
+double DrawShare() {
+  thread_local std::mt19937_64 random{std::random_device{}()};
+  return static_cast<double>(random() >> 11) / static_cast<double>(1ULL << 53);
+}
+
+absl::Status CheckRetry(const RetryOptions& retry) {
+  constexpr int kMaxAttempts = 100;
+  if (retry.max_attempts >= 1 && retry.max_attempts <= kMaxAttempts) {
+    absl::Status status = CheckTimeout("initial_backoff", retry.initial_backoff, milliseconds(1));
+    status.Update(CheckTimeout("max_backoff", retry.max_backoff, retry.initial_backoff));
+    return status;
+  }
+  return absl::InvalidArgumentError(absl::StrCat("max_attempts is ", retry.max_attempts,
+                                                 "; it must lie in [1, ", kMaxAttempts, "]"));
+}
+
 /// Ends at the first failure: a robot should learn at once that nobody listens there.
 bool AwaitReady(grpc::Channel& channel, Clock::time_point deadline) {
   while (true) {
@@ -94,6 +113,7 @@ absl::Status Validate(const ClientOptions& options) {
   if (auto token = CheckToken(options); !token.ok()) return token;
   absl::Status status = CheckTimeout("timeout", options.timeout, milliseconds(1));
   status.Update(CheckTimeout("connect_timeout", options.connect_timeout, milliseconds(0)));
+  status.Update(CheckRetry(options.retry));
   return status;
 }
 
@@ -107,7 +127,11 @@ struct Client::State {
 
   [[nodiscard]] absl::Status WithAddress(const absl::Status& status) const {
     if (status.ok()) return status;
-    return {status.code(), absl::StrCat("scanlocd at ", options.address, ": ", status.message())};
+    absl::Status told(status.code(),
+                      absl::StrCat("scanlocd at ", options.address, ": ", status.message()));
+    if (const auto delay_s = proto::RetryAfter(status))
+      return proto::WithRetryAfter(told, *delay_s);
+    return told;
   }
 
   /// The server's answer is at fault, not the caller's argument.
@@ -134,7 +158,15 @@ struct Client::State {
   [[nodiscard]] absl::StatusOr<Response> Call(
       Method<v1::Localization::Stub, Request, Response> method, const Request& request,
       Clock::time_point deadline) const {
-    return CallOn(*stub, method, request, deadline);
+    Backoff backoff(options.retry, DrawShare);
+    while (true) {
+      auto response = CallOn(*stub, method, request, deadline);
+      if (response.ok()) return response;
+      const auto wait = backoff.After(response.status());
+      const Clock::time_point again = Clock::now() + wait.value_or(milliseconds(0));
+      if (!wait || again >= deadline) return response;
+      std::this_thread::sleep_until(again);
+    }
   }
 
   template <typename Stub, typename Request, typename Response>

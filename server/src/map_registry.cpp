@@ -1,7 +1,6 @@
 #include "scanloc/server/map_registry.hpp"
 
 #include <cstddef>
-#include <optional>
 #include <utility>
 
 #include "absl/strings/escaping.h"
@@ -11,27 +10,6 @@ namespace scanloc::server {
 namespace {
 
 constexpr int kMaxNamesTold = 20;
-
-std::optional<Extent> ExtentOf(const std::vector<Place>& places) {
-  if (places.empty()) return std::nullopt;
-  Extent extent{.min_m = places.front().T_map_place.translation(),
-                .max_m = places.front().T_map_place.translation()};
-  for (const Place& place : places) {
-    extent.min_m = extent.min_m.cwiseMin(place.T_map_place.translation());
-    extent.max_m = extent.max_m.cwiseMax(place.T_map_place.translation());
-  }
-  return extent;
-}
-
-MapInfo InfoOf(const std::string& name, const Map& map) {
-  return {.name = name,
-          .content_id = map.content_id,
-          .params = map.params,
-          .sessions = map.sessions,
-          .num_places = static_cast<std::int64_t>(map.places.size()),
-          .extent = ExtentOf(map.places),
-          .generation = 0};
-}
 
 }  // namespace
 

@@ -179,8 +179,12 @@ TEST_F(ClientTest, RefusesAScanThatIsNone) {
 
 TEST_F(ClientTest, GivesUpAtTheDeadline) {
   Connect({{"town", test::SmallMap(1, 3)}});
+  // Clients take turns: as several of them, all hold their threads before the query comes.
   for (int i = 0; i < server_->workers().num_threads(); ++i) {
-    ASSERT_TRUE(server_->workers().Submit("test", [&](const absl::StatusOr<int>&) { gate_.Wait(); }).ok());
+    ASSERT_TRUE(server_->workers()
+                    .Submit("holder " + std::to_string(i),
+                            [&](const absl::StatusOr<int>&) { gate_.Wait(); })
+                    .ok());
   }
   RequestOptions options;
   options.timeout = std::chrono::milliseconds(30);

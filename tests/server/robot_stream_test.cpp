@@ -231,7 +231,9 @@ TEST(RobotStream, EndsWhenAnAnswerIsLate) {
   test::Gate gate;
   for (int i = 0; i < server->workers().num_threads(); ++i) {
     ASSERT_TRUE(
-        server->workers().Submit("test", [&](const absl::StatusOr<int>&) { gate.Wait(); }).ok());
+        server->workers()
+            .Submit("holder " + std::to_string(i), [&](const absl::StatusOr<int>&) { gate.Wait(); })
+            .ok());
   }
   const client::Client client = ConnectTo(*server);
   auto stream = client.OpenStream({.timeout = std::chrono::milliseconds(50)});

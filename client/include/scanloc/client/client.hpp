@@ -8,12 +8,23 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "scanloc/client/localization_client.hpp"
 #include "scanloc/client/robot_stream.hpp"
 #include "scanloc/core/localizer.hpp"
 #include "scanloc/core/point_cloud.hpp"
 #include "scanloc/proto/messages.hpp"
 
 namespace scanloc::client {
+
+/// How often and when a query is asked again that ended with Unavailable, or with
+/// ResourceExhausted and a time to come back. Queries change nothing, so asking twice is safe;
+/// streams and administration are never repeated. The call's timeout holds for all attempts.
+struct RetryOptions {
+  int max_attempts = 4;  ///< the first included; 1: never again
+  /// Waits are drawn from half to all of this, which doubles with each attempt up to max_backoff.
+  std::chrono::milliseconds initial_backoff{50};
+  std::chrono::milliseconds max_backoff{2000};
+};
 
 struct ClientOptions {
   std::string address = "127.0.0.1:50061";  ///< HOST:PORT of scanlocd
@@ -35,24 +46,19 @@ struct ClientOptions {
 
   /// How long Connect waits for the server; 0: it does not, and the first call connects.
   std::chrono::milliseconds connect_timeout{5000};
+
+  RetryOptions retry;
 };
 
 /// OK, or InvalidArgument that names the first bad field; times reach to one hour.
 [[nodiscard]] absl::Status Validate(const ClientOptions& options);
-
-/// What one query may say beside the scan.
-struct RequestOptions {
-  std::string map;                                   ///< empty: the server's only map
-  QueryOptions query;                                ///< now_ns is not used
-  std::optional<std::chrono::milliseconds> timeout;  ///< none: the client's
-};
 
 /// Asks a scanlocd. Blocking; any number of threads may call at once over the one connection.
 ///
 /// Every call ends in time: DeadlineExceeded if the server does not answer within the timeout,
 /// Unavailable if it cannot be reached. A lost connection is made again by later calls. Errors
 /// carry the server's text and address; its codes are those of proto/scanloc/v1/localization.proto.
-class Client {
+class Client : public LocalizationClient {
  public:
   /// Unavailable if the server cannot be reached now, or does not show the certificate that it
   /// should; InvalidArgument for bad options and files that cannot be read.
@@ -60,21 +66,21 @@ class Client {
 
   Client(Client&&) noexcept;
   Client& operator=(Client&&) noexcept;
-  ~Client();
+  ~Client() override;
 
-  [[nodiscard]] absl::StatusOr<std::vector<MapSummary>> ListMaps() const;
+  [[nodiscard]] absl::StatusOr<std::vector<MapSummary>> ListMaps() const override;
 
   /// An empty name stands for the server's only map.
-  [[nodiscard]] absl::StatusOr<MapInfo> GetMapInfo(const std::string& map = "") const;
+  [[nodiscard]] absl::StatusOr<MapInfo> GetMapInfo(const std::string& map = "") const override;
 
   /// Sends the scan as it is: 12 bytes a point.
   [[nodiscard]] absl::StatusOr<LocalizeReply> LocalizeScan(
-      PointView scan, const RequestOptions& options = {}) const;
+      PointView scan, const RequestOptions& options = {}) const override;
 
   /// Sends descriptors that were made with the map's parameters (GetMapInfo, Describer).
   /// FailedPrecondition if they were made with others.
   [[nodiscard]] absl::StatusOr<LocalizeReply> LocalizeDescriptor(
-      const SignedDescriptor& descriptor, const RequestOptions& options = {}) const;
+      const SignedDescriptor& descriptor, const RequestOptions& options = {}) const override;
 
   /// Describes the scan here and sends some kilobytes; the answer is the same as LocalizeScan's.
   /// Fetches the map's parameters at the first query and whenever the server has got others.

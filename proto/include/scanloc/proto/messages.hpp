@@ -9,6 +9,7 @@
 #include "scanloc/core/answer.hpp"
 #include "scanloc/core/descriptor.hpp"
 #include "scanloc/core/localizer.hpp"
+#include "scanloc/core/map.hpp"
 #include "scanloc/core/params.hpp"
 #include "scanloc/core/point_cloud.hpp"
 #include "scanloc/core/voxel_filter.hpp"
@@ -36,6 +37,9 @@ struct MapInfo {
 
   friend bool operator==(const MapInfo&, const MapInfo&) = default;
 };
+
+/// What there is to tell of a map; generation is left 0.
+[[nodiscard]] MapInfo InfoOf(const std::string& name, const Map& map);
 
 enum class MapState : std::uint8_t {  // on the wire, never renumber
   kLoading = 1,

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <chrono>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "scanloc/core/localizer.hpp"
+#include "scanloc/core/point_cloud.hpp"
+#include "scanloc/proto/messages.hpp"
+
+namespace scanloc::client {
+
+/// What one query may say beside the scan.
+struct RequestOptions {
+  std::string map;                                   ///< empty: the only map there is
+  QueryOptions query;                                ///< now_ns, excluded, is_unwanted: not used
+  std::optional<std::chrono::milliseconds> timeout;  ///< none: the client's
+};
+
+/// Who answers wake-up queries: a server (Client), or a map file in this process (OfflineClient).
+/// The same map gives the same answer either way. Thread-safe.
+class LocalizationClient {
+ public:
+  LocalizationClient() = default;
+  LocalizationClient(const LocalizationClient&) = default;
+  LocalizationClient& operator=(const LocalizationClient&) = default;
+  LocalizationClient(LocalizationClient&&) = default;
+  LocalizationClient& operator=(LocalizationClient&&) = default;
+  virtual ~LocalizationClient() = default;
+
+  [[nodiscard]] virtual absl::StatusOr<std::vector<MapSummary>> ListMaps() const = 0;
+
+  /// An empty name stands for the only map.
+  [[nodiscard]] virtual absl::StatusOr<MapInfo> GetMapInfo(const std::string& map) const = 0;
+
+  [[nodiscard]] virtual absl::StatusOr<LocalizeReply> LocalizeScan(
+      PointView scan, const RequestOptions& options) const = 0;
+
+  /// Descriptors that were made with the map's parameters (GetMapInfo, Describer).
+  /// FailedPrecondition if they were made with others.
+  [[nodiscard]] virtual absl::StatusOr<LocalizeReply> LocalizeDescriptor(
+      const SignedDescriptor& descriptor, const RequestOptions& options) const = 0;
+};
+
+}  // namespace scanloc::client

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "scanloc/client/localization_client.hpp"
+
+namespace scanloc::client {
+
+/// Answers from a map file in this process, as a server of the same map would: for robots without a
+/// network, and for tests. Queries run on the calling thread; timeouts are not used.
+class OfflineClient : public LocalizationClient {
+ public:
+  /// Loads and checks the map, which is known by the name. Errors as of mapdb::LoadMap.
+  [[nodiscard]] static absl::StatusOr<std::shared_ptr<const OfflineClient>> Open(
+      const std::string& map_file, const std::string& name = "map");
+
+  ~OfflineClient() override;
+  OfflineClient(const OfflineClient&) = delete;
+  OfflineClient& operator=(const OfflineClient&) = delete;
+
+  [[nodiscard]] absl::StatusOr<std::vector<MapSummary>> ListMaps() const override;
+  [[nodiscard]] absl::StatusOr<MapInfo> GetMapInfo(const std::string& map = "") const override;
+  [[nodiscard]] absl::StatusOr<LocalizeReply> LocalizeScan(
+      PointView scan, const RequestOptions& options = {}) const override;
+  [[nodiscard]] absl::StatusOr<LocalizeReply> LocalizeDescriptor(
+      const SignedDescriptor& descriptor, const RequestOptions& options = {}) const override;
+
+ private:
+  struct State;
+  explicit OfflineClient(std::unique_ptr<State> state);
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace scanloc::client

@@ -1,0 +1,99 @@
+#include "scanloc/client/offline_client.hpp"
+
+#include <gtest/gtest.h>
+
+#include <thread>
+#include <vector>
+
+#include "scanloc/client/client.hpp"
+#include "scanloc/core/descriptor.hpp"
+#include "scanloc/mapdb/map_file.hpp"
+#include "support/map_files.hpp"
+#include "support/same_answer.hpp"
+#include "support/temp_dir.hpp"
+#include "support/test_server.hpp"
+
+namespace scanloc::client {
+namespace {
+
+constexpr int kNumPlaces = 8;
+
+class OfflineClientTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    path_ = dir_.File("town.scanloc");
+    test::WriteSmallMap(path_, 1, kNumPlaces);
+    auto opened = OfflineClient::Open(path_, "town");
+    ASSERT_TRUE(opened.ok()) << opened.status();
+    offline_ = *opened;
+  }
+
+  test::TempDir dir_;
+  std::string path_;
+  std::shared_ptr<const OfflineClient> offline_;
+};
+
+TEST_F(OfflineClientTest, AnswersAsAServerOfTheSameMap) {
+  server::ServerOptions options;
+  options.maps = {{.name = "town", .path = path_}};
+  options.listen = "127.0.0.1:0";
+  const auto server = *server::Server::Start(options, mapdb::LoadMap);
+  ASSERT_TRUE(server->LoadMaps().ok());
+  const Client online = *Client::Connect({.address = server->address()});
+  EXPECT_EQ(*offline_->GetMapInfo("town"), *online.GetMapInfo("town"));
+  EXPECT_EQ(*offline_->ListMaps(), *online.ListMaps());
+  auto describer = *Describer::Create(offline_->GetMapInfo()->params);
+  for (const LocalizationClient* either : {static_cast<const LocalizationClient*>(&online),
+                                           static_cast<const LocalizationClient*>(&*offline_)}) {
+    for (int place = 0; place < kNumPlaces; ++place) {
+      RequestOptions request;
+      request.query.max_answers = 3;
+      const PointCloud scan = test::QueryScan(1, place);
+      const auto expected = online.LocalizeScan(scan, request);
+      ASSERT_TRUE(expected.ok()) << expected.status();
+      const auto by_scan = either->LocalizeScan(scan, request);
+      ASSERT_TRUE(by_scan.ok()) << by_scan.status();
+      test::ExpectSameAnswer(by_scan->answer, expected->answer);
+      EXPECT_EQ(by_scan->map, "town");
+      EXPECT_EQ(by_scan->scan_counts->num_points, expected->scan_counts->num_points);
+      const SignedDescriptor descriptor{DescriptorSignature(offline_->GetMapInfo()->params),
+                                        describer.Describe(scan)};
+      const auto by_descriptor = either->LocalizeDescriptor(descriptor, request);
+      ASSERT_TRUE(by_descriptor.ok()) << by_descriptor.status();
+      test::ExpectSameAnswer(by_descriptor->answer, expected->answer);
+    }
+  }
+}
+
+TEST_F(OfflineClientTest, AnswersManyThreadsAtOnce) {
+  const auto expected = offline_->LocalizeScan(test::QueryScan(1, 3));
+  ASSERT_TRUE(expected.ok());
+  std::vector<std::thread> threads;
+  for (int i = 0; i < 4; ++i) {
+    threads.emplace_back([&] {
+      for (int j = 0; j < 10; ++j) {
+        const auto reply = offline_->LocalizeScan(test::QueryScan(1, 3));
+        ASSERT_TRUE(reply.ok());
+        test::ExpectSameAnswer(reply->answer, expected->answer);
+      }
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+}
+
+TEST_F(OfflineClientTest, RefusesWhatAServerRefuses) {
+  EXPECT_EQ(offline_->GetMapInfo("other").status().code(), absl::StatusCode::kNotFound);
+  EXPECT_EQ(offline_->LocalizeScan(test::QueryScan(1, 1), {.map = "other"}).status().code(),
+            absl::StatusCode::kNotFound);
+  EXPECT_EQ(offline_->LocalizeDescriptor({.signature = "other"}).status().code(),
+            absl::StatusCode::kFailedPrecondition);
+  RequestOptions bad;
+  bad.query.num_candidates = 0;
+  EXPECT_EQ(offline_->LocalizeScan(test::QueryScan(1, 1), bad).status().code(),
+            absl::StatusCode::kInvalidArgument);
+  EXPECT_EQ(OfflineClient::Open(dir_.File("absent")).status().code(), absl::StatusCode::kNotFound);
+  EXPECT_FALSE(OfflineClient::Open(dir_.Write("text", "no map")).ok());
+}
+
+}  // namespace
+}  // namespace scanloc::client
