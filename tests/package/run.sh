@@ -1,0 +1,39 @@
+#!/usr/bin/env bash
+# Installs scanloc into an empty folder, builds the outside project against it, and runs it on a map
+# and a server of it; then compares the documented example with the one that was built.
+#   run.sh SOURCE_DIR BUILD_DIR
+set -euo pipefail
+source_dir=$1 build_dir=$2
+work=$(mktemp -d)
+server=
+cleanup() {
+  [[ -n "$server" ]] && kill "$server" 2>/dev/null && wait "$server" || true
+  rm -rf "$work"
+}
+trap cleanup EXIT
+
+cmake --install "$build_dir" --prefix "$work/prefix" >/dev/null
+if grep -rlE '#include [<"](grpc|google/|sqlite3|pcl/|nanoflann|spdlog)' "$work/prefix/include"; then
+  echo "an installed header includes one of a dependency that users need not have" >&2
+  exit 1
+fi
+cmake -S "$source_dir/tests/package" -B "$work/build" -G Ninja -DCMAKE_PREFIX_PATH="$work/prefix" \
+  -DCMAKE_BUILD_TYPE=Release >/dev/null
+cmake --build "$work/build" >/dev/null
+
+PATH=$work/prefix/bin:$PATH
+scanloc simulate "$work/drive" --town-seed 1 --session-seed 1 --length-m 30 --quiet >/dev/null
+scanloc build "$work/town.scanloc" --scans "$work/drive" --poses "$work/drive/poses.txt" --quiet \
+  >/dev/null
+"$work/build/where_am_i_offline" "$work/town.scanloc" | grep insufficient_scan
+
+mkfifo "$work/ready"
+scanlocd --map "town=$work/town.scanloc" --listen 127.0.0.1:0 >"$work/ready" 2>/dev/null &
+server=$!
+read -r line <"$work/ready"
+"$work/build/where_am_i" "${line##* }" | grep -E '^(localized|ambiguous|not_recognized|insufficient)'
+
+# The example in the documentation is the one that was just built.
+sed -n '/^```cpp$/,/^```$/p' "$source_dir/docs/client.md" | sed '1d;$d' |
+  diff - "$source_dir/tests/package/where_am_i.cpp"
+echo "package: all well"
