@@ -10,6 +10,7 @@ std::vector<std::unique_ptr<Command>> AllCommands() {
   std::vector<std::unique_ptr<Command>> commands;
   commands.push_back(MakeSimulateCommand());
   commands.push_back(MakeBuildCommand());
+  commands.push_back(MakeHealthCommand());
   commands.push_back(MakeInfoCommand());
   commands.push_back(MakeVerifyCommand());
   commands.push_back(MakeLocateCommand());

@@ -33,6 +33,7 @@ class Command {
 
 std::unique_ptr<Command> MakeSimulateCommand();
 std::unique_ptr<Command> MakeBuildCommand();
+std::unique_ptr<Command> MakeHealthCommand();
 std::unique_ptr<Command> MakeInfoCommand();
 std::unique_ptr<Command> MakeVerifyCommand();
 std::unique_ptr<Command> MakeLocateCommand();

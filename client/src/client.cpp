@@ -13,6 +13,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "backoff.hpp"
+#include "grpc/health/v1/health.grpc.pb.h"
 #include "map_cache.hpp"
 #include "scanloc/core/limits.hpp"
 #include "scanloc/proto/convert.hpp"
@@ -274,6 +275,18 @@ absl::StatusOr<std::vector<MapSummary>> Client::ListMaps() const {
 
 absl::StatusOr<MapInfo> Client::GetMapInfo(const std::string& map) const {
   return state_->FetchInfo(map, Clock::now() + state_->options.timeout);
+}
+
+absl::StatusOr<bool> Client::IsServing(const std::string& map) const {
+  using grpc::health::v1::Health;
+  using grpc::health::v1::HealthCheckResponse;
+  const auto health = Health::NewStub(state_->channel);
+  grpc::health::v1::HealthCheckRequest request;
+  if (!map.empty()) request.set_service(absl::StrCat("scanloc.map/", map));
+  const auto response = state_->CallOn(*health, &Health::Stub::Check, request,
+                                       Clock::now() + state_->options.timeout);
+  if (!response.ok()) return response.status();
+  return response->status() == HealthCheckResponse::SERVING;
 }
 
 absl::StatusOr<MapSummary> Client::ReloadMap(const std::string& map,

@@ -63,6 +63,20 @@ TEST(ServedAnswers, AreThoseOfTheMapFileByteForByte) {
   EXPECT_EQ(server.Stop(), 0);
 }
 
+TEST(ServedAnswers, AreAnnouncedByHealth) {
+  RunningServer server({"one=" + Town().map1});
+  for (const Args& map : {Args{}, Args{"--map", "one"}}) {
+    Args args = {"health", "--server", server.address()};
+    args.insert(args.end(), map.begin(), map.end());
+    EXPECT_EQ(MustScanloc(args), "serving\n");
+  }
+  EXPECT_EQ(Scanloc({"health", "--server", server.address(), "--map", "two"}).status, 1);
+  EXPECT_EQ(server.Stop(), 0);
+  const ProcessResult gone = Scanloc({"health", "--server", server.address()});
+  EXPECT_EQ(gone.status, 1);
+  EXPECT_NE(gone.err.find(server.address()), std::string::npos) << gone.err;
+}
+
 TEST(ServedAnswers, WithoutAPlaceAreReplayedFromWhatTheServerKept) {
   const TempDir kept;
   // No confidence is 1: nothing is localized, all is kept.

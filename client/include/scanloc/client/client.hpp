@@ -90,6 +90,10 @@ class Client : public LocalizationClient {
   /// For a robot that keeps moving. What is wrong with map or options is told with the first scan.
   [[nodiscard]] absl::StatusOr<RobotStream> OpenStream(const StreamOptions& options = {}) const;
 
+  /// Whether the server answers for the map; an empty name: for all that it has to serve. Needs no
+  /// token. Not repeated. NotFound: it does not know the map.
+  [[nodiscard]] absl::StatusOr<bool> IsServing(const std::string& map = "") const;
+
   /// What an operator may do, if the server serves administration and the token allows it
   /// (proto/scanloc/v1/admin.proto): the map as it then is. A map takes its time to load; the
   /// timeout must allow for it.

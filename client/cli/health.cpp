@@ -1,0 +1,54 @@
+#include <CLI/CLI.hpp>
+#include <chrono>
+#include <memory>
+#include <string>
+
+#include "absl/strings/str_cat.h"
+#include "cli/command.hpp"
+#include "cli/connection_options.hpp"
+#include "cli/output.hpp"
+
+namespace scanloc::cli {
+namespace {
+
+class HealthCommand : public Command {
+ public:
+  [[nodiscard]] std::string name() const override { return "health"; }
+  [[nodiscard]] std::string summary() const override {
+    return "Say whether a server answers for a map, or for all of its maps";
+  }
+
+  void Declare(CLI::App& app) override {
+    DeclareConnection(app, "The server", &server_)->required();
+    app.add_option("--map", server_.map, "Name of the map [the server as a whole]");
+    app.add_option("--deadline-s", deadline_s_, "Longest wait [s]")
+        ->check(InRange(0.001, 3600.0))
+        ->capture_default_str();
+    app.footer(
+        "Exit status 0 if it answers, 1 if it does not (yet, or any more), or cannot be reached.\n"
+        "Example, as a container's health check:\n"
+        "  scanloc health --server 127.0.0.1:50061");
+  }
+
+  [[nodiscard]] absl::Status Run() override {
+    server_.deadline = std::chrono::milliseconds(static_cast<std::int64_t>(deadline_s_ * 1000.0));
+    const absl::StatusOr<client::Client> client = Connect(server_);
+    if (!client.ok()) return client.status();
+    const absl::StatusOr<bool> is_serving = client->IsServing(server_.map);
+    if (!is_serving.ok()) return is_serving.status();
+    if (*is_serving) return WriteText("-", "serving\n");
+    return absl::UnavailableError(
+        absl::StrCat("not serving ", server_.map.empty() ? "its maps" : server_.map,
+                     ": it is starting or stopping, or the map does not load"));
+  }
+
+ private:
+  ServerQuery server_;
+  double deadline_s_ = 5.0;
+};
+
+}  // namespace
+
+std::unique_ptr<Command> MakeHealthCommand() { return std::make_unique<HealthCommand>(); }
+
+}  // namespace scanloc::cli
