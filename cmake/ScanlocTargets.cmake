@@ -35,6 +35,9 @@ if(SCANLOC_SANITIZE)
   add_compile_definitions(SCANLOC_SANITIZED)
   add_link_options(-fsanitize=${SCANLOC_SANITIZE})
 endif()
+if(SCANLOC_FUZZ)
+  add_compile_options(-fsanitize=fuzzer-no-link)
+endif()
 
 # scanloc_add_library(core SOURCES a.cpp PUBLIC_DEPS x PRIVATE_DEPS y)
 # declares scanloc_core, known as scanloc::core, with its public headers in include/.

@@ -13,6 +13,9 @@ packages=(
 if [[ "${1:-}" == "--with-checks" ]]; then
   packages+=(clang-format-14 clang-tidy-14 clang-format clang-tidy)
 fi
+if [[ "${1:-}" == "--with-fuzz" ]]; then
+  packages+=(clang-14 libclang-rt-14-dev)
+fi
 
 missing=()
 for package in "${packages[@]}"; do

@@ -1,0 +1,33 @@
+// Map files: loaded, told of and verified; a map that loads must answer.
+#include <unistd.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <cstdlib>
+#include <fstream>
+#include <memory>
+#include <string>
+
+#include "scanloc/core/localizer.hpp"
+#include "scanloc/mapdb/map_file.hpp"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  using namespace scanloc;
+  static const std::string path = "/dev/shm/scanloc-fuzz-" + std::to_string(getpid());
+  static const bool is_removed_at_exit = [] {
+    std::atexit([] { unlink(path.c_str()); });
+    return true;
+  }();
+  (void)is_removed_at_exit;
+  {
+    std::ofstream file(path, std::ios::binary | std::ios::trunc);
+    file.write(reinterpret_cast<const char*>(data), static_cast<std::streamsize>(size));
+  }
+  (void)mapdb::Verify(path);
+  auto map = mapdb::LoadMap(path);
+  if (map.ok()) {
+    const auto localizer = Localizer::Create(std::make_shared<const Map>(*std::move(map)));
+    if (localizer.ok()) (void)(*localizer)->Localize(ScanDescriptor());
+  }
+  return 0;
+}

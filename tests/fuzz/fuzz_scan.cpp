@@ -1,0 +1,29 @@
+// Scan files: the first byte chooses the layout, the rest is the file.
+#include <cstddef>
+#include <cstdint>
+#include <string_view>
+
+#include "scan_decoders.hpp"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  using namespace scanloc::dataset;
+  if (size == 0) return 0;
+  const std::string_view bytes(reinterpret_cast<const char*>(data) + 1, size - 1);
+  switch (data[0] % 6) {
+    case 0:
+      (void)DecodeKittiBin(bytes);
+      break;
+    case 1:
+      (void)DecodePcd(bytes);
+      break;
+    case 2:
+      (void)DecodePly(bytes);
+      break;
+    case 3:
+      (void)DecodeNcltSync(bytes);
+      break;
+    default:
+      (void)DecodeOxford(bytes, data[0] % 6 == 4);
+  }
+  return 0;
+}

@@ -1,0 +1,139 @@
+// Writes good inputs for every fuzz target: make_seeds DIR
+#include <cstdint>
+#include <cstdio>
+#include <cstring>
+#include <exception>
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+#include "scanloc/proto/convert.hpp"
+#include "scanloc/proto/status.hpp"
+#include "scanloc/v1/capture.pb.h"
+#include "support/map_files.hpp"
+#include "support/paths.hpp"
+#include "support/temp_dir.hpp"
+
+namespace scanloc::test {
+namespace {
+
+class Seeds {
+ public:
+  explicit Seeds(const std::filesystem::path& root) : root_(root) {}
+
+  /// An input that begins with the number of what it is for.
+  void Add(const std::string& target, int choice, const std::string& name,
+           const std::string& bytes) const {
+    Write(target, name, std::string(1, static_cast<char>(choice)) + bytes);
+  }
+  void Write(const std::string& target, const std::string& name, const std::string& bytes) const {
+    std::filesystem::create_directories(root_ / target);
+    std::ofstream(root_ / target / name, std::ios::binary) << bytes;
+  }
+
+ private:
+  std::filesystem::path root_;
+};
+
+std::string FloatRows(const PointCloud& points, int num_columns) {
+  std::string bytes;
+  for (const Point& p : points) {
+    const float row[4] = {p.x, p.y, p.z, 0.5F};
+    bytes.append(reinterpret_cast<const char*>(row),
+                 static_cast<std::size_t>(num_columns) * sizeof(float));
+  }
+  return bytes;
+}
+
+void AddScans(const Seeds& seeds) {
+  const PointCloud points = {{1.0F, 2.0F, 0.5F}, {-3.0F, 4.0F, 1.5F}, {10.0F, 0.0F, 0.0F}};
+  seeds.Add("scan", 0, "kitti", FloatRows(points, 4));
+  const std::string fields =
+      "VERSION .7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 3\nHEIGHT 1\n"
+      "VIEWPOINT 0 0 0 1 0 0 0\nPOINTS 3\n";
+  seeds.Add("scan", 1, "pcd_ascii", fields + "DATA ascii\n1 2 .5\n-3 4 nan\n10 0 0\n");
+  seeds.Add("scan", 1, "pcd_binary", fields + "DATA binary\n" + FloatRows(points, 3));
+  seeds.Add("scan", 1, "pcd_compressed",
+            fields + "DATA binary_compressed\n" + std::string("\x08\0\0\0\x24\0\0\0\x03zzzz", 13));
+  const std::string element =
+      "element vertex 3\nproperty float x\nproperty float y\n"
+      "property float z\nend_header\n";
+  seeds.Add("scan", 2, "ply_ascii", "ply\nformat ascii 1.0\n" + element + "1 2 3\n4 5 6\n7 8 9\n");
+  seeds.Add("scan", 2, "ply_binary",
+            "ply\nformat binary_little_endian 1.0\n" + element + FloatRows(points, 3));
+  seeds.Add("scan", 3, "nclt", std::string(24, '\x50'));
+  seeds.Add("scan", 4, "oxford_left", FloatRows(points, 4));
+  seeds.Add("scan", 5, "oxford_right", FloatRows(points, 4));
+}
+
+void AddPoses(const Seeds& seeds) {
+  const std::string identity = "1 0 0 0 0 1 0 0 0 0 1 0\n";
+  seeds.Add("poses", 0, "auto", identity + identity);
+  seeds.Add("poses", 1, "kitti", identity);
+  seeds.Add("poses", 2, "tum", "# stamp\n1.5 1 2 3 0 0 0 1\n");
+  seeds.Add("poses", 3, "mulran", "1567496784952532897,1,0,0,5,0,1,0,6,0,0,1,7\n");
+  seeds.Add("poses", 4, "nclt", "1357847247396864,1,2,3,0,0,1.5\n1,nan,0,0,0,0,0\n");
+  seeds.Add("poses", 5, "oxford",
+            "timestamp,ins_status,latitude,longitude,altitude,northing,easting,down,utm_zone,"
+            "velocity_north,velocity_east,velocity_down,roll,pitch,yaw\n"
+            "1547120789640420,OK,1,2,3,4,5,6,30U,0,0,0,0,0,1\n");
+  seeds.Add("poses", 6, "times", "0.0\n1.5e0\n1567496784.952532897\n");
+  seeds.Add("poses", 7, "calib", "P0: 1 2\nTr: " + identity);
+}
+
+void AddMaps(const Seeds& seeds) {
+  for (const char* golden : {"golden_map_v1.scanloc", "golden_map_v2.scanloc"}) {
+    seeds.Write("map", golden, ReadFile(SourceDir() + "/tests/data/" + golden));
+  }
+  seeds.Write("map", "sqlite", "SQLite format 3");
+}
+
+void AddMessages(const Seeds& seeds) {
+  const Map map = SmallMap(1, 3);
+  auto describer = Describer::Create(map.params).value();
+  const SignedDescriptor query{.signature = DescriptorSignature(map.params),
+                               .descriptor = describer.Describe(QueryScan(1, 1))};
+  v1::LocalizeRequest request;
+  request.set_map("town");
+  QueryOptions options;
+  options.num_candidates = 2;
+  *request.mutable_options() = proto::ToProto(options);
+  *request.mutable_scan() = proto::ToProto(PointCloud(5, Point{1.0F, 2.0F, 3.0F}));
+  seeds.Add("wire", 0, "scan", request.SerializeAsString());
+  *request.mutable_descriptors() = proto::ToProto(query);
+  seeds.Add("wire", 0, "descriptors", request.SerializeAsString());
+  v1::LocalizeStreamRequest stream;
+  *stream.mutable_query() = request;
+  proto::SetOdometry(Pose::Identity(), &stream);
+  seeds.Add("wire", 1, "stream", stream.SerializeAsString());
+  const LocalizeReply reply{.answer = *LocalizerOf(map)->Localize(query.descriptor), .map = "town"};
+  const v1::LocalizeResponse response = proto::ToProto(reply);
+  seeds.Add("wire", 2, "response", response.SerializeAsString());
+  seeds.Add("wire", 3, "tracked",
+            proto::ToProto(TrackedReply{.reply = reply, .num_scans = 2}).SerializeAsString());
+  v1::GetMapInfoResponse info;
+  *info.mutable_info() = proto::ToProto(InfoOf("town", map));
+  seeds.Add("wire", 4, "info", info.SerializeAsString());
+  v1::CapturedQuery captured;
+  *captured.mutable_request() = request;
+  *captured.mutable_response() = response;
+  seeds.Add("wire", 5, "captured", captured.SerializeAsString());
+  seeds.Add("wire", 6, "details",
+            proto::ToGrpc(proto::WithRetryAfter(absl::ResourceExhaustedError("busy"), 1.5))
+                .error_details());
+}
+
+}  // namespace
+}  // namespace scanloc::test
+
+int main(int argc, char** argv) try {
+  if (argc != 2) return std::fprintf(stderr, "usage: make_seeds DIR\n"), 2;
+  const scanloc::test::Seeds seeds(argv[1]);
+  scanloc::test::AddScans(seeds);
+  scanloc::test::AddPoses(seeds);
+  scanloc::test::AddMaps(seeds);
+  scanloc::test::AddMessages(seeds);
+  return 0;
+} catch (const std::exception& error) {
+  return std::fprintf(stderr, "make_seeds: %s\n", error.what()), 1;
+}
