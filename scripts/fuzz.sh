@@ -22,7 +22,7 @@ for target in "${targets[@]}"; do
   [[ -d tests/fuzz/regressions/$target ]] && dirs+=("tests/fuzz/regressions/$target")
   echo "fuzz: $target for $seconds s"
   "$out/tests/fuzz/fuzz_$target" "${dirs[@]}" -max_total_time="$seconds" -timeout=10 \
-    -rss_limit_mb=2048 -max_len=65536 -print_final_stats=1 \
+    -rss_limit_mb=2048 -max_len=131072 -print_final_stats=1 \
     -artifact_prefix="$out/findings/$target/" >"$out/$target.log" 2>&1 || {
     tail -30 "$out/$target.log" >&2
     echo "fuzz: $target found something; its log is $out/$target.log" >&2
