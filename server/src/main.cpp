@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "health_probe.hpp"
 #include "library_logs.hpp"
 #include "lifecycle.hpp"
 #include "logs.hpp"
@@ -37,6 +38,7 @@ struct CommandLine {
   std::vector<std::string> maps;
   std::string log_level = "info";
   LogFormat log_format = LogFormat::kText;
+  std::string probe;
 };
 
 void Declare(CLI::App& app, CommandLine& line) {
@@ -110,6 +112,9 @@ void Declare(CLI::App& app, CommandLine& line) {
   app.add_option("--log-level", line.log_level, "what to log on stderr")
       ->check(CLI::IsMember({"debug", "info", "warn", "error", "off"}))
       ->capture_default_str();
+  app.add_option("--probe", line.probe,
+                 "ask the server at HOST:PORT whether it serves, and exit with 0 or 1: for the "
+                 "health check of a container; nothing is served");
   app.set_version_flag("--version", std::string("scanlocd ") + BuildVersion());
   app.footer(kExamples);
 }
@@ -120,6 +125,10 @@ int Fail(int exit_status, const absl::Status& status) {
 }
 
 int Run(CommandLine line) {
+  if (!line.probe.empty()) {
+    const absl::Status status = ProbeHealth(line.probe);
+    return status.ok() ? 0 : Fail(kExitFailed, status);
+  }
   for (const std::string& text : line.maps) {
     const auto source = ParseMapSource(text);
     if (!source.ok()) return Fail(kExitUsage, source.status());

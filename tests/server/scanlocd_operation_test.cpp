@@ -137,6 +137,16 @@ TEST_F(ScanlocdOperationTest, LogsOneJsonObjectALine) {
   EXPECT_TRUE(requests[1].contains("reason"));
 }
 
+TEST_F(ScanlocdOperationTest, ProbesWhetherAServerServes) {
+  Start({"--map", "town=" + WriteMap("town", 1)});
+  EXPECT_EQ(test::RunProcess(Command({"--probe", address_})).status, 0);
+  scanlocd_->Signal(SIGTERM);
+  ASSERT_EQ(scanlocd_->Wait(), 0);
+  const test::ProcessResult gone = test::RunProcess(Command({"--probe", address_}));
+  EXPECT_EQ(gone.status, 1);
+  EXPECT_THAT(gone.err, HasSubstr(address_));
+}
+
 TEST_F(ScanlocdOperationTest, NeverLogsAToken) {
   const std::string tokens = dir_.Write("tokens", "robot query secret-secret-secret-1\n");
   Start({"--map", "town=" + WriteMap("town", 1), "--token-file", tokens, "--log-requests", "all",
