@@ -460,8 +460,9 @@ absl::StatusOr<std::vector<MethodResult>> Evaluate(const Localizer& localizer,
               [&](std::size_t number, Worker& worker) {
                 absl::StatusOr<Answers> all =
                     AnswerAll(localizer, *indices, number, queries[number], options, worker);
-                if (all.ok()) answers[number] = *std::move(all);
-                return all.status();
+                absl::Status status = all.status();
+                if (status.ok()) answers[number] = *std::move(all);
+                return status;
               },
               told);
   if (!answered.ok()) return answered;

@@ -24,8 +24,8 @@ std::string DetailsOf(const absl::Status& status, const std::string& message) {
   v1::ErrorStatus details;
   status.ForEachPayload([&](absl::string_view type_url, const absl::Cord& payload) {
     auto* detail = details.add_details();
-    detail->set_type_url(std::string(type_url));
-    detail->set_value(std::string(payload));
+    detail->set_type_url(absl::StrCat(type_url));
+    absl::CopyCordToString(payload, detail->mutable_value());
   });
   if (details.details().empty()) return {};
   details.set_code(status.raw_code());
@@ -48,7 +48,10 @@ absl::Status WithRetryAfter(absl::Status status, double delay_s) {
 std::optional<double> RetryAfter(const absl::Status& status) {
   const auto payload = status.GetPayload(kRetryInfoUrl);
   v1::RetryInfo info;
-  if (!payload || !info.ParseFromString(std::string(*payload))) return std::nullopt;
+  if (!payload) return std::nullopt;
+  std::string bytes;
+  absl::CopyCordToString(*payload, &bytes);
+  if (!info.ParseFromString(bytes)) return std::nullopt;
   const double delay_s = static_cast<double>(info.retry_delay().seconds()) +
                          info.retry_delay().nanos() / kNanosPerSecond;
   if (!(delay_s >= 0.0)) return std::nullopt;

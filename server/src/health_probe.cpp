@@ -20,11 +20,11 @@ absl::Status ProbeHealth(const std::string& address) {
   grpc::ClientContext context;
   context.set_deadline(std::chrono::system_clock::now() + kPatience);
   HealthCheckResponse response;
-  const absl::Status status = proto::FromGrpc(health->Check(&context, {}, &response));
-  if (status.ok() && response.status() == HealthCheckResponse::SERVING) return status;
-  return absl::UnavailableError(absl::StrCat(
-      address, " does not serve: ",
-      status.ok() ? "it is starting or stopping" : absl::string_view(status.message())));
+  const absl::Status asked = proto::FromGrpc(health->Check(&context, {}, &response));
+  if (asked.ok() && response.status() == HealthCheckResponse::SERVING) return absl::OkStatus();
+  return absl::UnavailableError(
+      absl::StrCat(address, " does not serve: ",
+                   asked.ok() ? absl::string_view("it is starting or stopping") : asked.message()));
 }
 
 }  // namespace scanloc::server

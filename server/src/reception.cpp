@@ -98,7 +98,7 @@ void Reception::Log(const Call& call, const absl::Status& status, double seconds
   if (!call.map.empty()) fields.emplace_back("map", call.map);
   if (!call.content_id.empty()) fields.emplace_back("content_id", call.content_id);
   if (call.outcome) fields.emplace_back("outcome", OutcomeName(*call.outcome));
-  if (!status.ok()) fields.emplace_back("reason", std::string(status.message()));
+  if (!status.ok()) fields.emplace_back("reason", absl::StrCat(status.message()));
   if (num_unlogged > 0) fields.emplace_back("requests_not_logged", absl::StrCat(num_unlogged));
   const bool is_ours = status.code() == absl::StatusCode::kInternal ||
                        status.code() == absl::StatusCode::kUnknown ||

@@ -18,8 +18,8 @@ struct Place {
 };
 
 /// How the evidence of a verified answer becomes the probability that it is right: the logistic
-/// function of bias + score_weight · score + margin_weight · (score - rival), but never more than the
-/// defaults give, which come from real drives. See calibrate.hpp.
+/// function of bias + score_weight · score + margin_weight · (score - rival), but never more than
+/// the defaults give, which come from real drives. See calibrate.hpp.
 struct Calibration {
   double bias = -9.0;
   double score_weight = 10.0;
