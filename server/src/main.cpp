@@ -69,6 +69,9 @@ void Declare(CLI::App& app, CommandLine& line) {
   app.add_option("--max-inflight", options.max_inflight,
                  "queries that run or wait; one more is refused at once")
       ->capture_default_str();
+  app.add_option("--max-wait-seconds", options.max_wait_s,
+                 "longest that a query may have to wait for a thread; one more is refused at once")
+      ->capture_default_str();
   app.add_option("--max-streams", options.max_streams,
                  "robots on a stream at once; one more is refused at once")
       ->capture_default_str();

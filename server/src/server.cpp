@@ -50,7 +50,7 @@ struct Server::State {
         load_map(std::move(loader)),
         access(std::move(callers)),
         sources(server_options.maps, server_options.maps_dir),
-        workers(NumThreads(server_options), server_options.max_inflight),
+        workers(NumThreads(server_options), server_options.max_inflight, server_options.max_wait_s),
         metrics([this] { return Look(); }),
         capture(open_capture(metrics)),
         reception(*access, metrics, server_options.max_rate_per_s, server_options.log_requests),

@@ -115,6 +115,7 @@ absl::Status Validate(const ServerOptions& options) {
   }
   status.Update(CheckRange("num_threads", options.num_threads, 0, kMaxThreads));
   status.Update(CheckRange("max_inflight", options.max_inflight, 1, kMaxInflight));
+  status.Update(CheckRange("max_wait_s", options.max_wait_s, 0.001, kMaxDrain_s));
   status.Update(CheckRange("max_streams", options.max_streams, 0, kMaxStreams));
   status.Update(
       CheckRange("max_streams_per_client", options.max_streams_per_client, 0, kMaxStreams));

@@ -17,7 +17,8 @@ constexpr double kMinRetry_s = 0.05;
 
 }  // namespace
 
-WorkerPool::WorkerPool(int num_threads, int max_inflight) : max_inflight_(max_inflight) {
+WorkerPool::WorkerPool(int num_threads, int max_inflight, double max_wait_s)
+    : max_inflight_(max_inflight), max_wait_s_(max_wait_s) {
   threads_.reserve(num_threads);
   for (int worker = 0; worker < num_threads; ++worker) {
     threads_.emplace_back([this, worker] { Run(worker); });
@@ -42,7 +43,7 @@ absl::Status WorkerPool::Submit(const std::string& client, Task task) {
   absl::Status busy;
   {
     const std::lock_guard lock(mutex_);
-    if (num_waiting_ + num_running_ >= max_inflight_) {
+    if (num_waiting_ + num_running_ >= max_inflight_ || Wait_s() > max_wait_s_) {
       busy = BusyError();
       displaced = MakeRoomFor(client);
       if (!displaced) return busy;
@@ -57,13 +58,16 @@ absl::Status WorkerPool::Submit(const std::string& client, Task task) {
   return absl::OkStatus();
 }
 
+double WorkerPool::Wait_s() const {
+  return mean_task_s_ * num_waiting_ /
+         static_cast<double>(std::max<std::size_t>(1, threads_.size()));
+}
+
 absl::Status WorkerPool::BusyError() const {
-  const double queue_s =
-      mean_task_s_ * max_inflight_ / static_cast<double>(std::max<std::size_t>(1, threads_.size()));
-  return proto::WithRetryAfter(
-      absl::ResourceExhaustedError(absl::StrCat("the server is busy with ", max_inflight_,
-                                                " queries, its limit; try again later")),
-      std::max(kMinRetry_s, queue_s));
+  return proto::WithRetryAfter(absl::ResourceExhaustedError(absl::StrCat(
+                                   "the server is busy with ", num_waiting_ + num_running_,
+                                   " queries, its limit; try again later")),
+                               std::max(kMinRetry_s, Wait_s()));
 }
 
 WorkerPool::Task WorkerPool::MakeRoomFor(const std::string& client) {

@@ -156,6 +156,21 @@ TEST(WorkerPool, MakesRoomForAClientThatHasFewerTasks) {
   EXPECT_EQ(pool.RunAll(), (std::vector<std::string>{"a1", "b1", "a2", "b2"}));
 }
 
+TEST(WorkerPool, RefusesWhatWouldWaitTooLong) {
+  test::Gate gate;
+  WorkerPool pool(1, 1000, 0.035);  // of tasks that last 0.01 s until it knows better
+  const auto submit = [&] {
+    return pool.Submit("a", [&](const absl::StatusOr<int>&) { gate.Wait(); });
+  };
+  int num_taken = 0;
+  while (num_taken < 1000 && submit().ok()) ++num_taken;
+  // One may run already; of the others four wait, the last for the 0.03 s of those before it.
+  EXPECT_GE(num_taken, 4);
+  EXPECT_LE(num_taken, 5);
+  EXPECT_TRUE(proto::RetryAfter(submit()).has_value());
+  gate.Open();
+}
+
 TEST(WorkerPool, SaysWhenToComeBack) {
   HeldPool pool(1);
   const auto delay_s = proto::RetryAfter(pool.Submit("a", "a1"));

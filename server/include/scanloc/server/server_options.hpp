@@ -70,6 +70,11 @@ struct ServerOptions {
   /// is answered while the robot still waits.
   int max_inflight = 64;
 
+  /// How long a query may have to wait for a thread, as those before it last on the average [s];
+  /// one that would wait longer is refused at once. What is accepted is then answered in time,
+  /// however much is asked, whether queries take a tenth of a millisecond or ten.
+  double max_wait_s = 0.1;
+
   /// Requests a second that one client may send, with a second's worth at once; 0: as many as it
   /// likes. A client is a token, else a certificate's name, else an address: behind a proxy without
   /// tokens all robots are one client.

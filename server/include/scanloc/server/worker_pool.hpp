@@ -3,6 +3,7 @@
 #include <condition_variable>
 #include <cstdint>
 #include <deque>
+#include <limits>
 #include <map>
 #include <mutex>
 #include <string>
@@ -28,8 +29,10 @@ class WorkerPool {
     int num_running = 0;
   };
 
-  /// Requires num_threads ≥ 1 and max_inflight ≥ 1.
-  WorkerPool(int num_threads, int max_inflight);
+  /// Requires num_threads ≥ 1 and max_inflight ≥ 1. max_wait_s: a task that would wait longer, as
+  /// the ones before it last on the average, is one too many; infinite: none is.
+  WorkerPool(int num_threads, int max_inflight,
+             double max_wait_s = std::numeric_limits<double>::infinity());
 
   /// Finish.
   ~WorkerPool();
@@ -38,8 +41,9 @@ class WorkerPool {
   WorkerPool& operator=(const WorkerPool&) = delete;
 
   /// Takes a task, which is then certain to be called and must not throw; those of one client start
-  /// in the order taken. While max_inflight tasks run or wait, ResourceExhausted at once and the
-  /// task is dropped, unless another client has at least two more waiting: its last one makes room.
+  /// in the order taken. While max_inflight tasks run or wait, or it would wait longer than
+  /// max_wait_s, ResourceExhausted at once and the task is dropped, unless another client has at
+  /// least two more waiting: its last one makes room.
   /// The status holds a RetryInfo (proto/status.hpp) with the time the queue needs.
   [[nodiscard]] absl::Status Submit(const std::string& client, Task task);
 
@@ -59,7 +63,10 @@ class WorkerPool {
   [[nodiscard]] Task MakeRoomFor(const std::string& client);
   [[nodiscard]] absl::Status BusyError() const;
 
+  [[nodiscard]] double Wait_s() const;  // of one more task
+
   const int max_inflight_;
+  const double max_wait_s_;
   mutable std::mutex mutex_;
   std::condition_variable has_work_;
   std::map<std::string, Queue> waiting_;  // by client; none is empty
