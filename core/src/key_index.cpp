@@ -2,31 +2,34 @@
 
 #include <Eigen/Core>
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cmath>
 #include <limits>
 #include <nanoflann.hpp>
-#include <numeric>
+#include <utility>
 
+#include "key_batches.hpp"
 #include "principal_axes.hpp"
 
 namespace scanloc {
 namespace {
 
-/// Components of a key that the tree looks at; the rest only adds to the distance of what it lets
-/// through. The components are ordered by variance, and eight have nearly all of it.
+/// Components of a key that the tree cuts; they are ordered by variance, and eight have nearly all
+/// of it.
 constexpr std::size_t kNumLead = 8;
 
-/// A leaf is scanned from front to back, which is faster than finding out what of it to leave out.
-constexpr std::size_t kLeafSize = 64;
+/// A leaf is scanned from front to back: sixteen keys side by side cost less than finding out which
+/// of them to leave out.
+constexpr std::size_t kLeafSize = 512;
+
+constexpr std::size_t kNumLanes = KeyBatches::kNumLanes;
 
 /// Components are added four side by side in a fixed order: SIMD does not change a bit.
 constexpr std::size_t kBlockSize = 4;
 using Block = Eigen::Array4f;
 
-inline Block SquaredDifference(const float* a, const float* b) {
-  return (Eigen::Map<const Block>(a) - Eigen::Map<const Block>(b)).square();
-}
-inline float Sum(const Block& block) { return (block[0] + block[2]) + (block[1] + block[3]); }
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
 /// A key on the principal axes, padded with zeros to kNumLead and whole blocks.
 std::vector<float> PaddedKey(const PrincipalAxes& axes, std::span<const std::int32_t> key_cm) {
@@ -37,117 +40,93 @@ std::vector<float> PaddedKey(const PrincipalAxes& axes, std::span<const std::int
   return key_m;
 }
 
-/// Keys, parted into what the tree looks at and the rest.
-struct KeyRows {
-  struct Owner {
-    std::uint32_t entry = 0;  // of the table
-    std::int32_t place = 0;
-    bool augmented = false;
-  };
+/// Keys in the order of the table, as nanoflann asks for them.
+struct PaddedKeys {
+  PaddedKeys(const ContextTable& table, const PrincipalAxes& axes) : num_keys(table.size()) {
+    for (std::size_t i = 0; i < num_keys; ++i) {
+      const std::vector<float> key_m = PaddedKey(axes, table.retrieval_key_cm(i));
+      size = key_m.size();
+      components_m.insert(components_m.end(), key_m.begin(), key_m.end());
+    }
+  }
 
-  std::size_t rest_size = 0;
-  std::vector<float> lead_m;
-  std::vector<float> rest_m;
-  std::vector<Owner> owners;
+  std::size_t num_keys = 0;
+  std::size_t size = kNumLead;  // of one
+  std::vector<float> components_m;
 
-  [[nodiscard]] const float* Lead(std::size_t row) const { return lead_m.data() + row * kNumLead; }
-  [[nodiscard]] const float* Rest(std::size_t row) const { return rest_m.data() + row * rest_size; }
+  [[nodiscard]] const float* Key(std::size_t i) const { return components_m.data() + i * size; }
 
-  // What nanoflann asks for.
-  [[nodiscard]] std::size_t kdtree_get_point_count() const { return owners.size(); }
-  [[nodiscard]] float kdtree_get_pt(std::size_t row, std::size_t component) const {
-    return Lead(row)[component];
+  [[nodiscard]] std::size_t kdtree_get_point_count() const { return num_keys; }
+  [[nodiscard]] float kdtree_get_pt(std::size_t i, std::size_t component) const {
+    return Key(i)[component];
   }
   template <typename Box>
   bool kdtree_get_bbox(Box&) const {
     return false;
   }
+};
 
-  void Append(const float* row_lead_m, const float* row_rest_m, const Owner& owner) {
-    lead_m.insert(lead_m.end(), row_lead_m, row_lead_m + kNumLead);
-    rest_m.insert(rest_m.end(), row_rest_m, row_rest_m + rest_size);
-    owners.push_back(owner);
+/// Keys in the order of the tree's leaves, in batches of kNumLanes rows; the last batch of a leaf
+/// is filled up with rows that nobody owns.
+struct KeyRows {
+  struct Owner {
+    std::int32_t place = -1;
+    std::uint32_t entry = 0;  // of the table
+    bool augmented = false;
+  };
+
+  std::size_t key_size = 0;
+  std::vector<float> components_m;  // row, component
+  std::vector<Owner> owners;        // by row
+  KeyBatches batches;
+
+  [[nodiscard]] const float* Key(std::size_t row) const {
+    return components_m.data() + row * key_size;
   }
 
-  /// Row i of the result is row order[i].
-  [[nodiscard]] KeyRows InOrder(const std::vector<std::uint32_t>& order) const {
-    KeyRows rows{.rest_size = rest_size};
-    rows.lead_m.reserve(lead_m.size());
-    rows.rest_m.reserve(rest_m.size());
-    rows.owners.reserve(owners.size());
-    for (const std::uint32_t row : order) rows.Append(Lead(row), Rest(row), owners[row]);
-    return rows;
+  void AppendLeaf(const ContextTable& table, const PaddedKeys& keys,
+                  std::span<const std::uint32_t> entries) {
+    for (std::size_t begin = 0; begin < entries.size(); begin += kNumLanes) {
+      std::vector<const float*> batch;
+      for (const std::uint32_t i :
+           entries.subspan(begin, std::min(kNumLanes, entries.size() - begin))) {
+        const ContextTable::Entry& entry = table.entry(i);
+        owners.push_back({entry.place, i, entry.augmented});
+        batch.push_back(keys.Key(i));
+        components_m.insert(components_m.end(), batch.back(), batch.back() + key_size);
+      }
+      batches.Append(batch);
+      owners.resize(batches.num_batches() * kNumLanes);
+      components_m.resize(owners.size() * key_size);
+    }
   }
 };
 
-KeyRows MakeRows(const ContextTable& table, const PrincipalAxes& axes) {
-  KeyRows rows;
-  for (std::size_t i = 0; i < table.size(); ++i) {
-    const std::vector<float> key_m = PaddedKey(axes, table.retrieval_key_cm(i));
-    rows.rest_size = key_m.size() - kNumLead;
-    const ContextTable::Entry& entry = table.entry(i);
-    rows.Append(key_m.data(), key_m.data() + kNumLead,
-                {static_cast<std::uint32_t>(i), entry.place, entry.augmented});
-  }
-  return rows;
-}
-
-/// Squared L2 distance over the leading components, for nanoflann.
-struct LeadDistance {
-  using ElementType = float;
-  using DistanceType = float;
-
-  explicit LeadDistance(const KeyRows& rows_in) : rows(rows_in) {}
-
-  // NOLINTNEXTLINE(readability-identifier-naming): nanoflann calls it so.
-  [[nodiscard]] float evalMetric(const float* key_m, std::uint32_t row, std::size_t) const {
-    static_assert(kNumLead == 2 * kBlockSize);
-    const float* lead_m = rows.Lead(row);
-    return Sum(SquaredDifference(key_m, lead_m) +
-               SquaredDifference(key_m + kBlockSize, lead_m + kBlockSize));
-  }
-  // NOLINTNEXTLINE(readability-identifier-naming): nanoflann calls it so.
-  [[nodiscard]] float accum_dist(float a, float b, std::size_t) const { return (a - b) * (a - b); }
-
-  const KeyRows& rows;
-};
-
-/// The k nearest places, one entry a place, for nanoflann to fill.
+/// The k nearest places, one entry a place.
 ///
 /// Ordered by (distance, entry), so that the result does not depend on the order in which the tree
 /// is walked, nor on its shape.
 class NearestPlaces {
  public:
-  using DistanceType = float;
-
   NearestPlaces(const KeyRows& rows, const std::vector<float>& key_m, std::size_t k, bool augmented,
                 const std::vector<bool>* excluded)
       : rows_(rows),
-        key_rest_m_(key_m.data() + kNumLead),
+        key_m_(key_m),
+        query_(rows.batches.Quantize(key_m.data())),
         k_(k),
         augmented_(augmented),
         excluded_(excluded) {
     found_.reserve(k + 1);
   }
 
-  [[nodiscard]] std::size_t size() const { return found_.size(); }
-  [[nodiscard]] bool full() const { return found_.size() == k_; }
-  // nanoflann passes over what is not nearer than this.
-  // NOLINTNEXTLINE(readability-identifier-naming): nanoflann calls it so.
-  [[nodiscard]] float worstDist() const { return reach_; }
+  /// Squared; nothing at this distance or beyond is of interest.
+  [[nodiscard]] float reach() const { return reach_; }
 
-  // `lead_distance` is at most the distance, so nothing near enough is ever passed over.
-  // NOLINTNEXTLINE(readability-identifier-naming): nanoflann calls it so.
-  bool addPoint(float lead_distance, std::uint32_t row) {
-    const float distance = lead_distance + RestDistance(row);
-    if (distance >= reach_) return true;
-    const KeyRows::Owner& owner = rows_.owners[row];
-    if (!augmented_ && owner.augmented) return true;
-    const Found candidate{distance, owner.entry, owner.place};
-    if (full() && !(candidate < found_.back())) return true;
-    if (excluded_ != nullptr && (*excluded_)[static_cast<std::size_t>(owner.place)]) return true;
-    Insert(candidate);
-    return true;
+  void AddBatch(std::size_t batch) {
+    std::uint32_t near = rows_.batches.NearLanes(batch, query_, limit_);
+    for (; near != 0; near &= near - 1) {
+      Add(batch * kNumLanes + static_cast<std::size_t>(std::countr_zero(near)));
+    }
   }
 
   [[nodiscard]] std::vector<KeyIndex::Neighbor> Neighbors() const {
@@ -158,8 +137,6 @@ class NearestPlaces {
   }
 
  private:
-  static constexpr float kInfinity = std::numeric_limits<float>::infinity();
-
   struct Found {
     float distance;  // squared
     std::uint32_t entry;
@@ -169,13 +146,23 @@ class NearestPlaces {
     }
   };
 
-  [[nodiscard]] float RestDistance(std::uint32_t row) const {
-    const float* rest_m = rows_.Rest(row);
+  void Add(std::size_t row) {
+    const KeyRows::Owner& owner = rows_.owners[row];
+    if (owner.place < 0 || (!augmented_ && owner.augmented)) return;
+    const Found candidate{SquaredDistance(row), owner.entry, owner.place};
+    if (found_.size() == k_ && !(candidate < found_.back())) return;
+    if (excluded_ != nullptr && (*excluded_)[static_cast<std::size_t>(owner.place)]) return;
+    Insert(candidate);
+  }
+
+  [[nodiscard]] float SquaredDistance(std::size_t row) const {
+    const float* row_m = rows_.Key(row);
     Block sums = Block::Zero();
-    for (std::size_t i = 0; i < rows_.rest_size; i += kBlockSize) {
-      sums += SquaredDifference(key_rest_m_ + i, rest_m + i);
+    for (std::size_t i = 0; i < rows_.key_size; i += kBlockSize) {
+      sums += (Eigen::Map<const Block>(key_m_.data() + i) - Eigen::Map<const Block>(row_m + i))
+                  .square();
     }
-    return Sum(sums);
+    return (sums[0] + sums[2]) + (sums[1] + sums[3]);
   }
 
   void Insert(const Found& candidate) {
@@ -184,44 +171,129 @@ class NearestPlaces {
     if (same != found_.end()) {
       if (!(candidate < *same)) return;
       found_.erase(same);
-    } else if (full()) {
+    } else if (found_.size() == k_) {
       found_.pop_back();
     }
     found_.insert(std::upper_bound(found_.begin(), found_.end(), candidate), candidate);
-    if (full()) {
-      // Ties are let in, and what nanoflann's rounding on the way to a branch might cost.
+    if (found_.size() == k_) {
+      // Ties are let in, and what rounding on the way to a branch might cost.
       constexpr float kSlack = 1.00001F;
       reach_ = std::nextafter(found_.back().distance * kSlack, kInfinity);
+      limit_ = rows_.batches.LimitOf(reach_);
     }
   }
 
   const KeyRows& rows_;
-  const float* key_rest_m_;
+  const std::vector<float>& key_m_;
+  const KeyBatches::Query query_;
   std::size_t k_;
   bool augmented_;
   const std::vector<bool>* excluded_;
   float reach_ = kInfinity;
+  std::int32_t limit_ = std::numeric_limits<std::int32_t>::max();
   std::vector<Found> found_;
 };
 
 }  // namespace
 
+/// The k-d tree that nanoflann builds, laid out for a walk of ours: nanoflann's own hands over the
+/// keys of a leaf one by one, where a processor can compare many side by side.
 struct KeyIndex::Tree {
-  using Index = nanoflann::KDTreeSingleIndexAdaptor<LeadDistance, KeyRows, kNumLead, std::uint32_t>;
+  Tree(const ContextTable& table, KeyScale scale) : axes(table, scale) {
+    const PaddedKeys keys(table, axes);
+    if (keys.num_keys == 0) return;
+    Index index(kNumLead, keys, nanoflann::KDTreeSingleIndexAdaptorParams(kLeafSize));
+    rows.key_size = keys.size;
+    rows.batches = KeyBatches(keys.components_m, keys.size);
+    for (std::size_t c = 0; c < kNumLead; ++c) {
+      box[c] = {index.root_bbox[c].low, index.root_bbox[c].high};
+    }
+    CopySubtree(table, keys, index, *index.root_node);
+  }
 
-  Tree(const ContextTable& table, KeyScale scale)
-      : axes(table, scale),
-        rows(MakeRows(table, axes)),
-        index(kNumLead, rows, nanoflann::KDTreeSingleIndexAdaptorParams(kLeafSize)) {
-    // The tree knows its points by their places in vAcc. From here on rows are in that order, so
-    // that those of a leaf follow each other.
-    rows = rows.InOrder(index.vAcc);
-    std::iota(index.vAcc.begin(), index.vAcc.end(), 0U);
+  void Search(const std::vector<float>& key_m, NearestPlaces& nearest) const {
+    Gaps gaps{};
+    float distance = 0.0F;
+    for (std::size_t c = 0; c < kNumLead; ++c) {
+      const float gap = std::max({box[c].low - key_m[c], key_m[c] - box[c].high, 0.0F});
+      gaps[c] = gap * gap;
+      distance += gaps[c];
+    }
+    Visit(0, key_m, distance, gaps, nearest);
   }
 
   PrincipalAxes axes;
   KeyRows rows;
-  Index index;
+
+ private:
+  using Index = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<float, PaddedKeys>,
+                                                    PaddedKeys, kNumLead, std::uint32_t>;
+  /// Squared distance of a key from the node at hand, component by component.
+  using Gaps = std::array<float, kNumLead>;
+
+  struct Interval {
+    float low = 0.0F;
+    float high = 0.0F;
+  };
+
+  /// A leaf has no second child; the first child of an inner node follows it.
+  struct Node {
+    std::uint32_t second = 0;
+    std::uint32_t component = 0;  // where it is cut
+    Interval gap;                 // no key lies in it: the first child ends, the second begins
+    std::uint32_t first_batch = 0;
+    std::uint32_t num_batches = 0;
+  };
+
+  void CopySubtree(const ContextTable& table, const PaddedKeys& keys, const Index& index,
+                   const Index::Node& from) {
+    const std::size_t node = nodes.size();
+    nodes.emplace_back();
+    if (from.child1 == nullptr) {
+      const std::size_t left = from.node_type.lr.left;
+      const std::size_t first_batch = rows.batches.num_batches();
+      rows.AppendLeaf(table, keys,
+                      std::span(index.vAcc).subspan(left, from.node_type.lr.right - left));
+      nodes[node].first_batch = static_cast<std::uint32_t>(first_batch);
+      nodes[node].num_batches =
+          static_cast<std::uint32_t>(rows.batches.num_batches() - first_batch);
+      return;
+    }
+    nodes[node].component = static_cast<std::uint32_t>(from.node_type.sub.divfeat);
+    nodes[node].gap = {from.node_type.sub.divlow, from.node_type.sub.divhigh};
+    CopySubtree(table, keys, index, *from.child1);
+    nodes[node].second = static_cast<std::uint32_t>(nodes.size());
+    CopySubtree(table, keys, index, *from.child2);
+  }
+
+  /// Visits what of the subtree may hold nearer keys, the nearer child first. `distance` is the sum
+  /// of the gaps, a lower bound of the distance to any key of the subtree.
+  void Visit(std::size_t node_index, const std::vector<float>& key_m, float distance, Gaps& gaps,
+             NearestPlaces& nearest) const {
+    const Node& node = nodes[node_index];
+    if (node.second == 0) {
+      for (std::uint32_t i = 0; i < node.num_batches; ++i) nearest.AddBatch(node.first_batch + i);
+      return;
+    }
+    const float value = key_m[node.component];
+    const float beyond_low = value - node.gap.low;
+    const float beyond_high = value - node.gap.high;
+    const bool first_is_nearer = beyond_low + beyond_high < 0.0F;
+    const std::size_t nearer = first_is_nearer ? node_index + 1 : node.second;
+    const std::size_t farther = first_is_nearer ? node.second : node_index + 1;
+    Visit(nearer, key_m, distance, gaps, nearest);
+
+    const float gap = first_is_nearer ? beyond_high * beyond_high : beyond_low * beyond_low;
+    const float gap_before = std::exchange(gaps[node.component], gap);
+    const float farther_distance = distance + gap - gap_before;
+    if (farther_distance <= nearest.reach()) {
+      Visit(farther, key_m, farther_distance, gaps, nearest);
+    }
+    gaps[node.component] = gap_before;
+  }
+
+  std::array<Interval, kNumLead> box;
+  std::vector<Node> nodes;  // the root first
 };
 
 KeyIndex::KeyIndex(const ContextTable& table, KeyScale scale)
@@ -237,7 +309,7 @@ std::vector<KeyIndex::Neighbor> KeyIndex::Search(std::span<const std::int32_t> r
   if (k <= 0 || tree_->rows.owners.empty()) return {};
   const std::vector<float> key_m = PaddedKey(tree_->axes, retrieval_cm);
   NearestPlaces nearest(tree_->rows, key_m, static_cast<std::size_t>(k), augmented, excluded);
-  tree_->index.findNeighbors(nearest, key_m.data(), nanoflann::SearchParams());
+  tree_->Search(key_m, nearest);
   return nearest.Neighbors();
 }
 

@@ -1,0 +1,55 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace scanloc {
+
+/// Keys in 16 bits a component, sixteen keys side by side: tells at a fraction of a distance's cost
+/// which of them cannot be nearer than some distance. Thread-safe once filled.
+class KeyBatches {
+ public:
+  static constexpr std::size_t kNumLanes = 16;
+
+  /// A key to compare with, as the batches hold theirs.
+  struct Query {
+    std::vector<std::int16_t> components;
+  };
+
+  KeyBatches() = default;
+
+  /// Will hold some of the keys that lie one behind the other in `components`, `size` each.
+  KeyBatches(std::span<const float> components, std::size_t size);
+
+  /// Appends a batch of at most kNumLanes of the keys; the lanes left over hold nothing.
+  void Append(std::span<const float* const> keys);
+
+  [[nodiscard]] std::size_t num_batches() const {
+    return batch_size_ == 0 ? 0 : components_.size() / batch_size_;
+  }
+
+  [[nodiscard]] Query Quantize(const float* key) const;
+
+  /// What NearLanes wants for a squared L2 distance; infinity is fine.
+  [[nodiscard]] std::int32_t LimitOf(float squared_distance) const;
+
+  /// Bit i is set if the key of lane i may lie within the limit; lanes that hold nothing may have
+  /// their bits set, too.
+  [[nodiscard]] std::uint32_t NearLanes(std::size_t batch, const Query& query,
+                                        std::int32_t limit) const;
+
+ private:
+  [[nodiscard]] std::int16_t Quantized(float value, std::size_t component) const;
+
+  std::size_t size_ = 0;
+  std::size_t num_pairs_ = 0;   // of components, padded with zeros
+  std::size_t batch_size_ = 0;  // [components]
+  std::int32_t max_ = 0;        // components lie in [-max_, max_]
+  float scale_ = 1.0F;
+  std::vector<float> centers_;
+  std::vector<std::int16_t> components_;  // batch, pair, lane, component of the pair
+};
+
+}  // namespace scanloc
