@@ -76,7 +76,7 @@ void BuildCommand::Declare(CLI::App& app) {
                "Pose of the sensor at each scan: the i-th row is that of the i-th scan by name")
       ->required();
   app.add_option("--session", session_, "Name of this drive in the map [the name of its folder]");
-  app.add_option("--spacing-m", spacing_m_, "Travel between places; 0 keeps every scan [m]")
+  app.add_option("--spacing-m", spacing_m_, "Distance between places; 0 keeps every scan [m]")
       ->check(InRange(0.0, 1e6))
       ->capture_default_str();
   app.add_flag("--append", append_, "Add the drive to a map as a further session");

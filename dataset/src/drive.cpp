@@ -294,15 +294,13 @@ absl::StatusOr<Drive> OpenDrive(const DriveOptions& options) {
 std::vector<std::size_t> SelectBySpacing(std::span<const Frame> frames, double spacing_m) {
   constexpr double kSlack_m = 1e-3;
   std::vector<std::size_t> kept;
-  double travelled_m = 0.0;  // since the last one kept
   for (std::size_t i = 0; i < frames.size(); ++i) {
-    if (i > 0) {
-      travelled_m +=
-          (frames[i].T_map_sensor.translation() - frames[i - 1].T_map_sensor.translation()).norm();
+    if (!kept.empty()) {
+      const Eigen::Vector3d moved_m =
+          frames[i].T_map_sensor.translation() - frames[kept.back()].T_map_sensor.translation();
+      if (moved_m.norm() < spacing_m - kSlack_m) continue;
     }
-    if (i > 0 && travelled_m < spacing_m - kSlack_m) continue;
     kept.push_back(i);
-    travelled_m = 0.0;
   }
   return kept;
 }

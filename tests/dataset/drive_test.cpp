@@ -249,13 +249,24 @@ std::vector<Frame> FramesAt(const std::vector<double>& xs) {
   return frames;
 }
 
-TEST(SelectBySpacing, KeepsTheFirstAndEachThatTravelledFarEnough) {
+TEST(SelectBySpacing, KeepsTheFirstAndEachThatIsFarEnoughFromTheLastKept) {
   EXPECT_THAT(SelectBySpacing(FramesAt({0, 0.5, 0.9, 1.2, 2.1, 2.3, 5, 5.5}), 1.0),
               ElementsAre(0, 3, 5, 6));
 }
 
-TEST(SelectBySpacing, CountsTravelAndNotDistance) {
-  EXPECT_THAT(SelectBySpacing(FramesAt({0, 0.6, 0, 0.6}), 1.0), ElementsAre(0, 2));
+TEST(SelectBySpacing, CountsDistanceAndNotTravel) {
+  EXPECT_THAT(SelectBySpacing(FramesAt({0, 0.6, 0, 0.6, 1.1}), 1.0), ElementsAre(0, 4));
+}
+
+TEST(SelectBySpacing, KeepsOneOfAStandstillWhosePosesShake) {
+  std::vector<double> xs;
+  for (int i = 0; i < 1000; ++i) xs.push_back(i % 2 == 0 ? -0.1 : 0.1);
+  xs.push_back(5.0);
+  EXPECT_THAT(SelectBySpacing(FramesAt(xs), 1.0), ElementsAre(0, 1000));
+}
+
+TEST(SelectBySpacing, KeepsPlacesThatTheDriveComesBackTo) {
+  EXPECT_THAT(SelectBySpacing(FramesAt({0, 1, 2, 1, 0}), 1.0), ElementsAre(0, 1, 2, 3, 4));
 }
 
 TEST(SelectBySpacing, KeepsAllWithoutSpacing) {

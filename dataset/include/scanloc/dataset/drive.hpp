@@ -70,9 +70,9 @@ inline constexpr std::int64_t kMaxStampGap_ns = 100'000'000;
 [[nodiscard]] absl::StatusOr<Drive> OpenDrive(const DriveOptions& options);
 
 /// The indices of the frames to keep for equidistant places (paper, Sec. VI): the first, and then
-/// each that the sensor reached spacing_m of travel after the last one kept. Up to a millimetre
-/// short counts as reached, for positions rounded in a text file. A spacing_m of 0 or less keeps
-/// all.
+/// each that lies spacing_m or more from the last one kept. Length of path does not count: at a
+/// standstill it grows by the noise of the poses. Up to a millimetre less is enough, for positions
+/// rounded in a text file. A spacing_m of 0 or less keeps all.
 [[nodiscard]] std::vector<std::size_t> SelectBySpacing(std::span<const Frame> frames,
                                                        double spacing_m);
 
