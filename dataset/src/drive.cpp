@@ -273,7 +273,7 @@ absl::StatusOr<std::vector<ScanFile>> ListScans(const std::string& scans_dir) {
     scans = ListFolder(folder);
     if (!scans.ok() || !scans->empty()) return scans;
   }
-  return Bad(absl::StrCat(scans_dir, ": holds no scan (.bin, .pcd or .ply)"));
+  return Bad(absl::StrCat(scans_dir, ": holds no scan (.bin, .npy, .pcd or .ply)"));
 }
 
 absl::StatusOr<Drive> OpenDrive(const DriveOptions& options) {

@@ -12,6 +12,7 @@
 #include "scanloc/v1/capture.pb.h"
 #include "support/map_files.hpp"
 #include "support/paths.hpp"
+#include "support/scan_files.hpp"
 #include "support/temp_dir.hpp"
 
 namespace scanloc::test {
@@ -64,6 +65,10 @@ void AddScans(const Seeds& seeds) {
   seeds.Add("scan", 3, "nclt", std::string(24, '\x50'));
   seeds.Add("scan", 4, "oxford_left", FloatRows(points, 4));
   seeds.Add("scan", 5, "oxford_right", FloatRows(points, 4));
+  seeds.Add("scan", 6, "npy_float32", NaverBytes(points));
+  seeds.Add("scan", 6, "npy_int16",
+            NpyBytes("{'shape': (2, 3), 'fortran_order': True, 'descr': '<i2'}",
+                     std::string("\0\x10\0\x11\0\x12\0\x13\0\x14\0\x15", 12)));
 }
 
 void AddPoses(const Seeds& seeds) {

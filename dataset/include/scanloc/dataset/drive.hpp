@@ -13,7 +13,8 @@
 
 namespace scanloc::dataset {
 
-/// The scan files (.bin, .pcd, .ply; hidden files left out) of a folder, by name in byte order.
+/// The scan files (.bin, .npy, .pcd, .ply; hidden files left out) of a folder, by name in byte
+/// order.
 ///
 /// If the folder holds none of them but a folder `velodyne` (a KITTI sequence) or `Scans`, the
 /// files of that one are listed. A folder velodyne_sync, named or inside, is NCLT's; folders
