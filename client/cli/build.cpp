@@ -68,7 +68,8 @@ class BuildCommand : public Command {
 void BuildCommand::Declare(CLI::App& app) {
   app.add_option("MAP", map_, "Map file to make, by custom *.scanloc")->required();
   app.add_option("--scans", scans_dir_,
-                 "Folder of the scans (.bin, .npy, .pcd, .ply), or one with a folder velodyne")
+                 "Folder of the scans (.bin, .npy, .pcd, .ply), or one with a folder velodyne, "
+                 "train/lidars or the like")
       ->required()
       ->type_name("DIR");
   poses_

@@ -14,8 +14,7 @@
 
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
-#include "decimal_time.hpp"
-#include "scanloc/dataset/scan_reader.hpp"
+#include "scan_list.hpp"
 #include "text.hpp"
 
 namespace scanloc::dataset {
@@ -23,106 +22,36 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::string_view kDigits = "0123456789";
+constexpr std::int64_t kNsPerMs = 1'000'000;
 
 absl::Status Bad(std::string_view reason) { return absl::InvalidArgumentError(ToAbsl(reason)); }
 
-absl::StatusOr<std::vector<ScanFile>> ListFolder(const fs::path& folder) {
-  std::error_code error;
-  if (!fs::exists(folder, error)) {
-    return absl::NotFoundError(absl::StrCat(folder.string(), ": no such folder"));
+// The poses; what the user should know of them is added to notes.
+absl::StatusOr<Trajectory> ReadPoses(const DriveOptions& options, std::vector<std::string>& notes) {
+  absl::StatusOr<Trajectory> trajectory =
+      ReadTrajectory(options.poses_file, options.format, options.calib_file);
+  if (!trajectory.ok()) return trajectory;
+  if (trajectory->num_left_out > 0) {
+    notes.push_back(absl::StrCat(trajectory->num_left_out, " rows of ", options.poses_file,
+                                 " are left out: they hold no good pose"));
   }
-  if (!fs::is_directory(folder, error)) {
-    return Bad(absl::StrCat(folder.string(), ": is not a folder"));
-  }
-  std::vector<ScanFile> scans;
-  fs::directory_iterator entry(folder, error);
-  for (const fs::directory_iterator end; !error && entry != end; entry.increment(error)) {
-    ScanFile scan{entry->path().string(), entry->path().filename().string()};
-    std::error_code unreadable;
-    if (scan.name.front() != '.' && IsScanFile(scan.name) && entry->is_regular_file(unreadable)) {
-      scans.push_back(std::move(scan));
-    }
-  }
-  if (error) {
-    return absl::ErrnoToStatus(error.value(), absl::StrCat(folder.string(), ": cannot be listed"));
-  }
-  std::sort(scans.begin(), scans.end(),
-            [](const ScanFile& a, const ScanFile& b) { return a.name < b.name; });
-  return scans;
-}
-
-std::string_view Stem(std::string_view name) { return name.substr(0, name.rfind('.')); }
-
-bool IsNumber(std::string_view text) {
-  return !text.empty() && text.find_first_not_of(kDigits) == std::string_view::npos;
-}
-
-std::optional<std::int64_t> StampOfName(std::string_view name) {
-  const std::string_view stem = Stem(name);
-  const std::size_t point = stem.find('.');
-  if (point != std::string_view::npos) {
-    const bool is_decimal = IsNumber(stem.substr(0, point)) && IsNumber(stem.substr(point + 1));
-    return is_decimal ? ParseSecondsAsNs(stem) : std::nullopt;
-  }
-  std::int64_t value = 0;
-  if (!IsNumber(stem) || !absl::SimpleAtoi(ToAbsl(stem), &value)) {
-    return std::nullopt;
-  }
-  if (stem.size() == 19) return value;
-  if (stem.size() == 16) {
-    constexpr std::int64_t kMax_us = std::numeric_limits<std::int64_t>::max() / 1000;
-    return value <= kMax_us ? std::optional(value * 1000) : std::nullopt;
-  }
-  return std::nullopt;
-}
-
-/// Left and right scans of Oxford Radar RobotCar, each with its partner.
-absl::StatusOr<std::vector<ScanFile>> ListOxford(const fs::path& left, const fs::path& right) {
-  absl::StatusOr<std::vector<ScanFile>> scans = ListFolder(left);
-  if (!scans.ok()) return scans;
-  const absl::StatusOr<std::vector<ScanFile>> partners = ListFolder(right);
-  if (!partners.ok()) return partners.status();
-  std::map<std::int64_t, const ScanFile*> by_stamp;
-  for (const ScanFile& partner : *partners) {
-    if (const auto stamp_ns = StampOfName(partner.name)) by_stamp[*stamp_ns] = &partner;
-  }
-  std::vector<ScanFile> pairs;
-  for (ScanFile& scan : *scans) {
-    const auto stamp_ns = StampOfName(scan.name);
-    if (!stamp_ns || by_stamp.empty()) continue;
-    auto nearest = by_stamp.lower_bound(*stamp_ns);
-    if (nearest == by_stamp.end() ||
-        (nearest != by_stamp.begin() &&
-         *stamp_ns - std::prev(nearest)->first < nearest->first - *stamp_ns)) {
-      --nearest;
-    }
-    if (std::abs(nearest->first - *stamp_ns) > kMaxPartnerGap_ns) continue;
-    scan.layout = ScanLayout::kOxford;
-    scan.partner_path = nearest->second->path;
-    pairs.push_back(std::move(scan));
-  }
-  if (!pairs.empty()) return pairs;
-  return Bad(absl::StrCat("no scan of ", left.string(), " has one of ", right.string(), " within ",
-                          kMaxPartnerGap_ns, " ns; their names give the time in microseconds"));
-}
-
-absl::StatusOr<std::vector<ScanFile>> ListNclt(const fs::path& folder) {
-  absl::StatusOr<std::vector<ScanFile>> scans = ListFolder(folder);
-  if (!scans.ok()) return scans;
-  for (ScanFile& scan : *scans) {
-    if (fs::path(scan.name).extension() == ".bin") scan.layout = ScanLayout::kNclt;
-  }
-  return scans;
+  return trajectory;
 }
 
 // One stamp a scan, or none at all.
 absl::StatusOr<std::vector<std::int64_t>> StampsOfScans(const std::vector<ScanFile>& scans,
-                                                        const DriveOptions& options) {
-  if (!options.times_file.empty()) {
-    absl::StatusOr<std::vector<std::int64_t>> stamps_ns = ReadTimes(options.times_file);
+                                                        const DriveOptions& options,
+                                                        PoseFormat format) {
+  std::string times_file = options.times_file;
+  if (times_file.empty() && format == PoseFormat::kNaver) {
+    const fs::path beside = fs::path(options.poses_file).replace_filename("timestamps.txt");
+    std::error_code none;
+    if (fs::is_regular_file(beside, none)) times_file = beside.string();
+  }
+  if (!times_file.empty()) {
+    absl::StatusOr<std::vector<std::int64_t>> stamps_ns = ReadTimes(times_file);
     if (stamps_ns.ok() && stamps_ns->size() != scans.size()) {
-      return Bad(absl::StrCat(options.times_file, ": holds ", stamps_ns->size(), " times, but ",
+      return Bad(absl::StrCat(times_file, ": holds ", stamps_ns->size(), " times, but ",
                               options.scans_dir, " holds ", scans.size(), " scans"));
     }
     return stamps_ns;
@@ -250,45 +179,29 @@ absl::StatusOr<Drive> PairByStamp(const DriveOptions& options, const std::vector
 
 }  // namespace
 
-absl::StatusOr<std::vector<ScanFile>> ListScans(const std::string& scans_dir) {
-  const fs::path given(scans_dir);
-  const std::string name = (given.has_filename() ? given : given.parent_path()).filename().string();
-  absl::StatusOr<std::vector<ScanFile>> scans =
-      name == "velodyne_sync" ? ListNclt(given) : ListFolder(given);
-  if (!scans.ok() || !scans->empty()) return scans;
-  std::error_code none;
-  if (const fs::path sync = given / "velodyne_sync"; fs::is_directory(sync, none)) {
-    scans = ListNclt(sync);
-    if (!scans.ok() || !scans->empty()) return scans;
-  }
-  const fs::path left = given / "velodyne_left";
-  const fs::path right = given / "velodyne_right";
-  if (fs::is_directory(left, none) && fs::is_directory(right, none)) {
-    return ListOxford(left, right);
-  }
-  for (const std::string_view inner : {"velodyne", "Scans"}) {
-    const fs::path folder = fs::path(scans_dir) / inner;
-    std::error_code ignored;
-    if (!fs::is_directory(folder, ignored)) continue;
-    scans = ListFolder(folder);
-    if (!scans.ok() || !scans->empty()) return scans;
-  }
-  return Bad(absl::StrCat(scans_dir, ": holds no scan (.bin, .npy, .pcd or .ply)"));
-}
-
 absl::StatusOr<Drive> OpenDrive(const DriveOptions& options) {
   if (options.scans_dir.empty()) return Bad("no folder of scans is given");
   if (options.poses_file.empty()) return Bad("no file of poses is given");
   const absl::StatusOr<std::vector<ScanFile>> scans = ListScans(options.scans_dir);
   if (!scans.ok()) return scans.status();
-  const absl::StatusOr<Trajectory> trajectory =
-      ReadTrajectory(options.poses_file, options.format, options.calib_file);
+  std::vector<std::string> notes;
+  const absl::StatusOr<Trajectory> trajectory = ReadPoses(options, notes);
   if (!trajectory.ok()) return trajectory.status();
-  const absl::StatusOr<std::vector<std::int64_t>> scan_stamps_ns = StampsOfScans(*scans, options);
+  const absl::StatusOr<std::vector<std::int64_t>> scan_stamps_ns =
+      StampsOfScans(*scans, options, trajectory->format);
   if (!scan_stamps_ns.ok()) return scan_stamps_ns.status();
   const bool both_have_stamps = !trajectory->stamps_ns.empty() && !scan_stamps_ns->empty();
-  return both_have_stamps ? PairByStamp(options, *scans, *scan_stamps_ns, *trajectory)
-                          : PairByIndex(options, *scans, *scan_stamps_ns, *trajectory);
+  absl::StatusOr<Drive> drive = both_have_stamps
+                                    ? PairByStamp(options, *scans, *scan_stamps_ns, *trajectory)
+                                    : PairByIndex(options, *scans, *scan_stamps_ns, *trajectory);
+  if (!drive.ok()) return drive;
+  if (drive->num_without_pose > 0) {
+    notes.push_back(absl::StrCat(drive->num_without_pose, " of the ", scans->size(), " scans of ",
+                                 options.scans_dir, " are left out: no pose lies within ",
+                                 kMaxStampGap_ns / kNsPerMs, " ms of them"));
+  }
+  drive->notes = std::move(notes);
+  return drive;
 }
 
 std::vector<std::size_t> SelectBySpacing(std::span<const Frame> frames, double spacing_m) {

@@ -78,7 +78,7 @@ TEST(ListScans, GivesScanFilesByNameAndNothingElse) {
 }
 
 TEST(ListScans, LooksIntoASequenceFolder) {
-  for (const std::string inner : {"velodyne", "Scans"}) {
+  for (const std::string inner : {"velodyne", "Scans", "lidars", "train/lidars"}) {
     const TempDir dir;
     WriteScan(dir, inner + "/000000.bin");
     const auto scans = ListScans(dir.path().string());
