@@ -157,7 +157,8 @@ class TrajectoryReader {
     }
     if (format() == PoseFormat::kNaver) return AppendNaver(row);
     if (absl::Status num = CheckNumValues(row, Info(format()).num_values); !num.ok()) return num;
-    if (format() == PoseFormat::kNclt && HoldsNan(row)) {
+    if ((format() == PoseFormat::kNclt && HoldsNan(row)) ||
+        (format() == PoseFormat::kOxford && !IsGoodOxfordSolution(row))) {
       ++trajectory_.num_left_out;
       return ParseMicroseconds(row[0]).status();
     }
@@ -168,8 +169,10 @@ class TrajectoryReader {
     if (num_values_ != 0) return BadText("ends within a matrix; NAVER LABS's have 16 values");
     if (!trajectory_.T_map_sensor.empty()) return std::move(trajectory_);
     if (trajectory_.num_left_out == 0) return BadText("holds no pose");
-    return BadText(absl::StrCat("holds no pose that can be used: none of its ",
-                                trajectory_.num_left_out, " rows is without NaN"));
+    return BadText(absl::StrCat(
+        "holds no pose that can be used: none of its ", trajectory_.num_left_out, " rows ",
+        format() == PoseFormat::kOxford ? "has the ins_status INS_SOLUTION_GOOD"
+                                        : "is without NaN"));
   }
 
  private:

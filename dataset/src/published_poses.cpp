@@ -37,13 +37,15 @@ absl::StatusOr<Pose> ParseOxford(std::span<const std::string_view> tokens) {
   if (!position.ok()) return position.status();
   const auto turn = ParseValues<3>(tokens.subspan(12, 3));
   if (!turn.ok()) return turn.status();
+  static const Eigen::Vector3d kSensor_m = OxfordSensor_m();
   return PoseFromDownward(Eigen::Vector3d(position->data()), Eigen::Vector3d(turn->data()),
-                          OxfordSensor_m());
+                          kSensor_m);
 }
 
 absl::Status CheckOxfordHeader(const Tokens& row) {
-  static constexpr std::array<std::pair<std::size_t, std::string_view>, 7> kColumns = {
+  static constexpr std::array<std::pair<std::size_t, std::string_view>, 8> kColumns = {
       {{0, "timestamp"},
+       {1, "ins_status"},
        {5, "northing"},
        {6, "easting"},
        {7, "down"},
@@ -57,6 +59,10 @@ absl::Status CheckOxfordHeader(const Tokens& row) {
     }
   }
   return absl::OkStatus();
+}
+
+bool IsGoodOxfordSolution(std::span<const std::string_view> tokens) {
+  return tokens[1] == "INS_SOLUTION_GOOD";
 }
 
 }  // namespace scanloc::dataset

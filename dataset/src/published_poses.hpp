@@ -21,4 +21,7 @@ namespace scanloc::dataset {
 /// InvalidArgument if a column that is read has another name.
 [[nodiscard]] absl::Status CheckOxfordHeader(const Tokens& row);
 
+/// Whether a row of ins.csv holds a solution that the INS vouches for. Requires 2 tokens.
+[[nodiscard]] bool IsGoodOxfordSolution(std::span<const std::string_view> tokens);
+
 }  // namespace scanloc::dataset

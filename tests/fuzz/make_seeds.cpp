@@ -81,7 +81,7 @@ void AddPoses(const Seeds& seeds) {
   seeds.Add("poses", 5, "oxford",
             "timestamp,ins_status,latitude,longitude,altitude,northing,easting,down,utm_zone,"
             "velocity_north,velocity_east,velocity_down,roll,pitch,yaw\n"
-            "1547120789640420,OK,1,2,3,4,5,6,30U,0,0,0,0,0,1\n");
+            "1547120789640420,INS_SOLUTION_GOOD,1,2,3,4,5,6,30U,0,0,0,0,0,1\n");
   seeds.Add("poses", 6, "naver", "1 0 0 5 0 1 0 6 0 0 1 7 0 0 0 1\n");
   seeds.Add("poses", 6, "naver_lines", "1 0 0 5\n0 1 0 6\n0 0 1 7\n0 0 0 1\n");
   seeds.Add("poses", 7, "times", "0.0\n1.5e0\n1567496784.952532897\n");

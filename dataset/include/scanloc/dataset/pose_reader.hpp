@@ -50,7 +50,7 @@ struct Trajectory {
 ///
 /// Rows of kNclt and kOxford become x forward, y left, z up (their worlds north, west, up) of the
 /// sensor that ReadScan gives scans of these datasets for. Left out and counted are rows of kNclt
-/// with NaN. Oxford's INS is taken for the vehicle's origin: the arm between them is not applied.
+/// with NaN, and of kOxford whose ins_status is not INS_SOLUTION_GOOD.
 ///
 /// NotFound: no such file. InvalidArgument, with file, line and value: a number that does not
 /// parse, a wrong number of values, NaN, a rotation that is none, a translation out of range, a

@@ -56,7 +56,8 @@ struct ScanFile {
 ///            more: x forward, y right, z down of the robot, whose origin is near the ground. Given
 ///            as x forward, y left, z up of a sensor 0.957 m above it (the HDL-32E's mount);
 ///   kOxford  float32, little endian: all x, all y, all z, all intensities; both sensors' scans in
-///            one, as x forward, y left, z up of a sensor in the middle of the two.
+///            one, as x forward, y left, z up of a sensor in the middle of the two, with the axes
+///            of the INS, which stands level in the vehicle.
 /// InvalidArgument also if either of the two files of kOxford is bad.
 [[nodiscard]] absl::StatusOr<Scan> ReadScan(const ScanFile& file);
 
