@@ -69,7 +69,7 @@ void BuildCommand::Declare(CLI::App& app) {
   app.add_option("MAP", map_, "Map file to make, by custom *.scanloc")->required();
   app.add_option("--scans", scans_dir_,
                  "Folder of the scans (.bin, .npy, .pcd, .ply), or one with a folder velodyne, "
-                 "train/lidars or the like")
+                 "sensor_data/Ouster, train/lidars or the like")
       ->required()
       ->type_name("DIR");
   poses_
@@ -104,7 +104,7 @@ void BuildCommand::Declare(CLI::App& app) {
       "  scanloc build town.scanloc --scans drive1 --poses drive1/poses.txt\n"
       "  scanloc build kitti00.scanloc --scans sequences/00 --poses poses/00.txt --calib "
       "sequences/00/calib.txt\n"
-      "  scanloc build kaist.scanloc --scans KAIST03/Ouster --poses KAIST03/global_pose.csv\n"
+      "  scanloc build kaist.scanloc --scans KAIST03 --poses KAIST03/global_pose.csv\n"
       "  scanloc build town.scanloc --scans drive2 --poses drive2/poses.txt --append\n"
       "  scanloc build half.scanloc --scans drive1 --poses drive1/poses.txt --every 2");
 }

@@ -63,7 +63,8 @@ CLI::Option* PoseOptions::Declare(CLI::App& app, const char* flag, const char* w
   app.add_option(
          "--calib", drive_.calib_file,
          "Calibration that maps sensor points to the body that the poses are of: a file with "
-         "a row Tr:, or NAVER LABS's calibration.json [NAVER LABS: looked for above the poses]")
+         "a row Tr:, or NAVER LABS's calibration.json [NAVER LABS: looked for above the poses; "
+         "MulRan: the published mount of its Ouster]")
       ->type_name("FILE")
       ->needs(poses);
   app.add_option(
@@ -104,8 +105,12 @@ absl::StatusOr<dataset::Trajectory> PoseOptions::ReadTrajectory() const {
 
 std::string DefaultSessionName(const std::string& scans_dir) {
   // A folder of scans, and the one that it stands in.
-  static constexpr std::array<std::pair<std::string_view, std::string_view>, 4> kScanFolders = {
-      {{"velodyne", ""}, {"velodyne_sync", ""}, {"Scans", ""}, {"lidars", "train"}}};
+  static constexpr std::array<std::pair<std::string_view, std::string_view>, 5> kScanFolders = {
+      {{"velodyne", ""},
+       {"velodyne_sync", ""},
+       {"Scans", ""},
+       {"Ouster", "sensor_data"},
+       {"lidars", "train"}}};
   std::error_code error;
   std::filesystem::path folder = std::filesystem::weakly_canonical(scans_dir, error);
   if (error) folder = scans_dir;

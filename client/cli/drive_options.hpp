@@ -66,7 +66,7 @@ class PoseOptions {
 };
 
 /// The name of a session that was given none: the folder's, or the one above folders that datasets
-/// keep their scans in, such as `velodyne` or `train/lidars`.
+/// keep their scans in, such as `velodyne` or `sensor_data/Ouster`.
 [[nodiscard]] std::string DefaultSessionName(const std::string& scans_dir);
 
 }  // namespace scanloc::cli

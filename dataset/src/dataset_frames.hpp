@@ -54,4 +54,10 @@ inline const Mount kOxfordRight = {{-0.61153, 0.55676, -0.27023}, {0.0027052, -0
   return 0.5 * (InOxfordIns(kOxfordLeft).translation() + InOxfordIns(kOxfordRight).translation());
 }
 
+/// MulRan's Ouster in the frame of the vehicle that global_pose.csv is of: x forward, y left, z up.
+[[nodiscard]] inline Pose MulranOuster() {
+  constexpr double kRadPerDeg = EIGEN_PI / 180.0;
+  return PoseOf({{1.7042, -0.021, 1.8047}, kRadPerDeg * Eigen::Vector3d(0.0001, 0.0003, 179.6654)});
+}
+
 }  // namespace scanloc::dataset

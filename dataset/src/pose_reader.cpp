@@ -132,6 +132,7 @@ absl::StatusOr<Pose> FindNaverMount(const std::string& poses_file) {
 absl::StatusOr<Pose> FindMount(const std::string& poses_file, PoseFormat format,
                                const std::string& calib_file) {
   if (!calib_file.empty()) return ReadCalib(calib_file);
+  if (format == PoseFormat::kMulran) return MulranOuster();
   if (format == PoseFormat::kNaver) return FindNaverMount(poses_file);
   return Pose::Identity();
 }

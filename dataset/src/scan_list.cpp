@@ -24,9 +24,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Where a sequence keeps its scans: KITTI, PCD exports, NAVER LABS.
-constexpr std::array<std::string_view, 4> kInnerFolders = {"velodyne", "Scans", "lidars",
-                                                           "train/lidars"};
+// Where a sequence keeps its scans: KITTI, PCD exports, MulRan, NAVER LABS.
+constexpr std::array<std::string_view, 6> kInnerFolders = {
+    "velodyne", "Scans", "Ouster", "sensor_data/Ouster", "lidars", "train/lidars"};
 
 absl::Status Bad(std::string_view reason) { return absl::InvalidArgumentError(ToAbsl(reason)); }
 

@@ -78,7 +78,8 @@ TEST(ListScans, GivesScanFilesByNameAndNothingElse) {
 }
 
 TEST(ListScans, LooksIntoASequenceFolder) {
-  for (const std::string inner : {"velodyne", "Scans", "lidars", "train/lidars"}) {
+  for (const std::string inner :
+       {"velodyne", "Scans", "Ouster", "sensor_data/Ouster", "lidars", "train/lidars"}) {
     const TempDir dir;
     WriteScan(dir, inner + "/000000.bin");
     const auto scans = ListScans(dir.path().string());
@@ -185,7 +186,9 @@ TEST(OpenDrive, PairsStampedScansWithTheNearestPose) {
                                                    {"1567410201120000000", 3}}) {
     absl::StrAppend(&rows, stamp, ",1,0,0,", x, ",0,1,0,0,0,0,1,0\n");
   }
-  const auto drive = OpenDrive(Options(dir, rows));
+  DriveOptions options = Options(dir, rows);
+  options.calib_file = dir.Write("calib.txt", "Tr: 1 0 0 0 0 1 0 0 0 0 1 0\n");
+  const auto drive = OpenDrive(options);
   ASSERT_TRUE(drive.ok()) << drive.status();
   EXPECT_THAT(Pairs(*drive), ElementsAre(std::pair("1567410201000000000.bin", 1.0),
                                          std::pair("1567410201100000000.bin", 9.0)));

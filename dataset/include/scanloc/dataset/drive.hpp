@@ -17,11 +17,11 @@ namespace scanloc::dataset {
 /// order.
 ///
 /// If the folder holds none of them, the files of the first of these folders in it that holds some
-/// are listed: `velodyne` (a KITTI sequence), `Scans`, `lidars`, `train/lidars` (NAVER LABS). A
-/// folder velodyne_sync, named or inside, is NCLT's; folders velodyne_left and velodyne_right
-/// inside are Oxford Radar RobotCar's: left scans whose nearest right one is no more than
-/// kMaxPartnerGap_ns off, with that one. NotFound: no such folder. InvalidArgument: not a folder,
-/// or no scan in it.
+/// are listed: `velodyne` (a KITTI sequence), `Scans`, `Ouster`, `sensor_data/Ouster` (MulRan),
+/// `lidars`, `train/lidars` (NAVER LABS). A folder velodyne_sync, named or inside, is NCLT's;
+/// folders velodyne_left and velodyne_right inside are Oxford Radar RobotCar's: left scans whose
+/// nearest right one is no more than kMaxPartnerGap_ns off, with that one. NotFound: no such
+/// folder. InvalidArgument: not a folder, or no scan in it.
 [[nodiscard]] absl::StatusOr<std::vector<ScanFile>> ListScans(const std::string& scans_dir);
 
 /// Half a turn of a sensor at 20 Hz, and some [ns].

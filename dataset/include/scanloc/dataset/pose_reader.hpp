@@ -15,7 +15,7 @@ enum class PoseFormat {
   kAuto,    ///< told by the number of values in the first row
   kKitti,   ///< 12 values a row: [R t] row by row, no stamp
   kTum,     ///< stamp [s] tx ty tz qx qy qz qw; lines that begin with # are comments
-  kMulran,  ///< global_pose.csv: stamp [ns],12 values as of KITTI, between commas
+  kMulran,  ///< global_pose.csv: stamp [ns],12 values as of KITTI, between commas, of the vehicle
   kNclt,    ///< groundtruth_DATE.csv: stamp [µs],x,y,z,roll,pitch,yaw of the robot, z down
   kOxford,  ///< ins.csv of Oxford Radar RobotCar, with its header: stamp [µs], NED, z down
   kNaver,   ///< NAVER LABS: 4x4 matrices of the vehicle, 16 values a row or 4 rows of 4, no stamp
@@ -45,8 +45,8 @@ struct Trajectory {
 ///                   camera's pose is the identity, that is the sensor frame of the first scan, z
 ///                   up.
 ///   others          T_map_sensor = T_row · T_body_sensor. The map frame is the world of the rows.
-/// Without it, kNaver takes the calibration.json in one of the four folders above the file, and the
-/// rows of the others are T_map_sensor.
+/// Without it, kMulran takes the published mount of the Ouster, kNaver the calibration.json in one
+/// of the four folders above the file, and the rows of the others are T_map_sensor.
 ///
 /// Rows of kNclt and kOxford become x forward, y left, z up (their worlds north, west, up) of the
 /// sensor that ReadScan gives scans of these datasets for. Left out and counted are rows of kNclt
