@@ -63,8 +63,8 @@ CLI::Option* PoseOptions::Declare(CLI::App& app, const char* flag, const char* w
   app.add_option(
          "--calib", drive_.calib_file,
          "Calibration that maps sensor points to the body that the poses are of: a file with "
-         "a row Tr:, or NAVER LABS's calibration.json [NAVER LABS: looked for above the poses; "
-         "MulRan: the published mount of its Ouster]")
+         "a row Tr:, or NAVER LABS's calibration.json [KITTI, NAVER LABS: looked for near "
+         "the scans; MulRan: the published mount of its Ouster]")
       ->type_name("FILE")
       ->needs(poses);
   app.add_option(

@@ -26,8 +26,21 @@ constexpr std::int64_t kNsPerMs = 1'000'000;
 
 absl::Status Bad(std::string_view reason) { return absl::InvalidArgumentError(ToAbsl(reason)); }
 
+// KITTI's calib.txt, beside the folder of the scans.
+std::string FindKittiCalib(const std::vector<ScanFile>& scans) {
+  std::error_code error;
+  const fs::path folder = fs::absolute(scans.front().path, error).parent_path();
+  for (const fs::path& calib : {folder / "calib.txt", folder.parent_path() / "calib.txt"}) {
+    std::error_code none;
+    if (fs::is_regular_file(calib, none)) return calib.string();
+  }
+  return "";
+}
+
 // The poses; what the user should know of them is added to notes.
-absl::StatusOr<Trajectory> ReadPoses(const DriveOptions& options, std::vector<std::string>& notes) {
+absl::StatusOr<Trajectory> ReadPoses(const DriveOptions& options,
+                                     const std::vector<ScanFile>& scans,
+                                     std::vector<std::string>& notes) {
   absl::StatusOr<Trajectory> trajectory =
       ReadTrajectory(options.poses_file, options.format, options.calib_file);
   if (!trajectory.ok()) return trajectory;
@@ -35,7 +48,21 @@ absl::StatusOr<Trajectory> ReadPoses(const DriveOptions& options, std::vector<st
     notes.push_back(absl::StrCat(trajectory->num_left_out, " rows of ", options.poses_file,
                                  " are left out: they hold no good pose"));
   }
-  return trajectory;
+  if (trajectory->format != PoseFormat::kKitti || !options.calib_file.empty() ||
+      !MovesLikeACamera(*trajectory)) {
+    return trajectory;
+  }
+  const std::string calib = FindKittiCalib(scans);
+  if (calib.empty()) {
+    notes.push_back(absl::StrCat("the poses of ", options.poses_file,
+                                 " move along their z, as those of a camera: if they are KITTI's, "
+                                 "give the calib.txt of the sequence as --calib"));
+    return trajectory;
+  }
+  notes.push_back(absl::StrCat("the poses of ", options.poses_file,
+                               " move along their z, as those of a camera: ", calib,
+                               " is used to make them poses of the sensor"));
+  return ReadTrajectory(options.poses_file, PoseFormat::kKitti, calib);
 }
 
 // One stamp a scan, or none at all.
@@ -185,7 +212,7 @@ absl::StatusOr<Drive> OpenDrive(const DriveOptions& options) {
   const absl::StatusOr<std::vector<ScanFile>> scans = ListScans(options.scans_dir);
   if (!scans.ok()) return scans.status();
   std::vector<std::string> notes;
-  const absl::StatusOr<Trajectory> trajectory = ReadPoses(options, notes);
+  const absl::StatusOr<Trajectory> trajectory = ReadPoses(options, *scans, notes);
   if (!trajectory.ok()) return trajectory.status();
   const absl::StatusOr<std::vector<std::int64_t>> scan_stamps_ns =
       StampsOfScans(*scans, options, trajectory->format);

@@ -240,6 +240,17 @@ absl::StatusOr<Trajectory> ReadTrajectory(const std::string& poses_file, PoseFor
   return absl::ResourceExhaustedError(absl::StrCat(poses_file, ": out of memory"));
 }
 
+bool MovesLikeACamera(const Trajectory& trajectory) {
+  constexpr double kLeastTravel_m = 1.0;
+  Eigen::Vector3d travel_m = Eigen::Vector3d::Zero();  // along each axis of the body
+  for (std::size_t i = 1; i < trajectory.T_map_sensor.size(); ++i) {
+    const Pose& last = trajectory.T_map_sensor[i - 1];
+    const Pose& next = trajectory.T_map_sensor[i];
+    travel_m += (last.linear().transpose() * (next.translation() - last.translation())).cwiseAbs();
+  }
+  return travel_m.z() > kLeastTravel_m && travel_m.z() > travel_m.x() + travel_m.y();
+}
+
 absl::StatusOr<std::vector<std::int64_t>> ReadTimes(const std::string& times_file) try {
   std::vector<std::int64_t> stamps_ns;
   absl::Status status =

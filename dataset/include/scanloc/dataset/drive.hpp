@@ -68,6 +68,10 @@ inline constexpr std::int64_t kMaxStampGap_ns = 100'000'000;
 /// kNaver; scans have those of times_file (kNaver: else of timestamps.txt beside the poses), else
 /// those that all their names give: 19 digits [ns], 16 digits [µs] or seconds with a decimal point.
 ///
+/// KITTI's poses without calib_file are those of a camera if MovesLikeACamera says so: then the
+/// calib.txt in the folder of the scans or the one above is used, and a note says so, or that there
+/// is none.
+///
 /// Errors as of ListScans, ReadTrajectory and ReadTimes. InvalidArgument too: numbers of scans,
 /// poses or times that differ (both are named); numbered scans whose names do not sort by number;
 /// or not one scan within kMaxStampGap_ns of a pose.

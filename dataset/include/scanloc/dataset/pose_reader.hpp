@@ -59,6 +59,10 @@ struct Trajectory {
                                                         PoseFormat format = PoseFormat::kAuto,
                                                         const std::string& calib_file = "");
 
+/// Whether the body of the poses moves along its own z, as the cameras of KITTI do and no LiDAR
+/// whose z is up. False if it moves less than a metre.
+[[nodiscard]] bool MovesLikeACamera(const Trajectory& trajectory);
+
 /// Reads T_body_sensor: the `Tr:` row (12 values) of a calibration file as that of the KITTI
 /// odometry benchmark, or "Lidar" of "Extrinsic" (4x4) of NAVER LABS's calibration.json. Errors as
 /// of ReadTrajectory.
