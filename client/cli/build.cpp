@@ -68,7 +68,8 @@ class BuildCommand : public Command {
 void BuildCommand::Declare(CLI::App& app) {
   app.add_option("MAP", map_, "Map file to make, by custom *.scanloc")->required();
   app.add_option("--scans", scans_dir_,
-                 "Folder of the scans (.bin, .pcd, .ply), or one with a folder velodyne")
+                 "Folder of the scans (.bin, .npy, .pcd, .ply), or one with a folder velodyne, "
+                 "sensor_data/Ouster, train/lidars or the like")
       ->required()
       ->type_name("DIR");
   poses_
@@ -76,7 +77,7 @@ void BuildCommand::Declare(CLI::App& app) {
                "Pose of the sensor at each scan: the i-th row is that of the i-th scan by name")
       ->required();
   app.add_option("--session", session_, "Name of this drive in the map [the name of its folder]");
-  app.add_option("--spacing-m", spacing_m_, "Travel between places; 0 keeps every scan [m]")
+  app.add_option("--spacing-m", spacing_m_, "Distance between places; 0 keeps every scan [m]")
       ->check(InRange(0.0, 1e6))
       ->capture_default_str();
   app.add_flag("--append", append_, "Add the drive to a map as a further session");
@@ -103,7 +104,7 @@ void BuildCommand::Declare(CLI::App& app) {
       "  scanloc build town.scanloc --scans drive1 --poses drive1/poses.txt\n"
       "  scanloc build kitti00.scanloc --scans sequences/00 --poses poses/00.txt --calib "
       "sequences/00/calib.txt\n"
-      "  scanloc build kaist.scanloc --scans KAIST03/Ouster --poses KAIST03/global_pose.csv\n"
+      "  scanloc build kaist.scanloc --scans KAIST03 --poses KAIST03/global_pose.csv\n"
       "  scanloc build town.scanloc --scans drive2 --poses drive2/poses.txt --append\n"
       "  scanloc build half.scanloc --scans drive1 --poses drive1/poses.txt --every 2");
 }

@@ -1,8 +1,12 @@
 #include "cli/drive_options.hpp"
 
 #include <CLI/CLI.hpp>
+#include <array>
 #include <filesystem>
+#include <iostream>
+#include <string_view>
 #include <system_error>
+#include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "cli/command.hpp"
@@ -50,17 +54,23 @@ CLI::Option* PoseOptions::Declare(CLI::App& app, const char* flag, const char* w
   CLI::Option* poses = app.add_option(flag, drive_.poses_file, what)->type_name("FILE");
   app.add_option("--format", format_,
                  "Format of the poses: auto, kitti (12 numbers a row), mulran (global_pose.csv), "
-                 "tum, nclt (groundtruth_*.csv) or oxford (ins.csv)")
+                 "tum, nclt (groundtruth_*.csv), oxford (ins.csv) or naver (4x4 matrices)")
       ->check([](const std::string& name) {
         return absl::StrCat(dataset::ParsePoseFormat(name).status().message());
       })
       ->capture_default_str()
       ->needs(poses);
-  app.add_option("--calib", drive_.calib_file,
-                 "Calibration whose row Tr: maps sensor points to the body that the poses are of")
+  app.add_option(
+         "--calib", drive_.calib_file,
+         "Calibration that maps sensor points to the body that the poses are of: a file with "
+         "a row Tr:, or NAVER LABS's calibration.json [KITTI, NAVER LABS: looked for near "
+         "the scans; MulRan: the published mount of its Ouster]")
       ->type_name("FILE")
       ->needs(poses);
-  app.add_option("--times", drive_.times_file, "When each scan was taken: a line a scan [s]")
+  app.add_option(
+         "--times", drive_.times_file,
+         "When each scan was taken: a line a scan [s]; NAVER LABS: timestamps.txt beside the "
+         "poses, if this is not given")
       ->type_name("FILE")
       ->needs(poses);
   return poses;
@@ -80,7 +90,11 @@ absl::StatusOr<dataset::Drive> PoseOptions::OpenDrive(const std::string& scans_d
   const absl::StatusOr<dataset::PoseFormat> format = dataset::ParsePoseFormat(format_);
   if (!format.ok()) return format.status();
   options.format = *format;
-  return dataset::OpenDrive(options);
+  absl::StatusOr<dataset::Drive> drive = dataset::OpenDrive(options);
+  if (drive.ok()) {
+    for (const std::string& note : drive->notes) std::cerr << "scanloc: note: " << note << '\n';
+  }
+  return drive;
 }
 
 absl::StatusOr<dataset::Trajectory> PoseOptions::ReadTrajectory() const {
@@ -90,12 +104,22 @@ absl::StatusOr<dataset::Trajectory> PoseOptions::ReadTrajectory() const {
 }
 
 std::string DefaultSessionName(const std::string& scans_dir) {
+  // A folder of scans, and the one that it stands in.
+  static constexpr std::array<std::pair<std::string_view, std::string_view>, 5> kScanFolders = {
+      {{"velodyne", ""},
+       {"velodyne_sync", ""},
+       {"Scans", ""},
+       {"Ouster", "sensor_data"},
+       {"lidars", "train"}}};
   std::error_code error;
   std::filesystem::path folder = std::filesystem::weakly_canonical(scans_dir, error);
   if (error) folder = scans_dir;
   if (!folder.has_filename()) folder = folder.parent_path();
-  if (folder.filename() == "velodyne" || folder.filename() == "Scans") {
+  for (const auto& [inner, outer] : kScanFolders) {
+    if (folder.filename() != inner) continue;
     folder = folder.parent_path();
+    if (!outer.empty() && folder.filename() == outer) folder = folder.parent_path();
+    break;
   }
   return folder.filename().empty() ? "session" : folder.filename().string();
 }

@@ -54,7 +54,7 @@ class PoseOptions {
 
   [[nodiscard]] const std::string& poses_file() const { return drive_.poses_file; }
 
-  /// The drive of the scans in the folder with these poses.
+  /// The drive of the scans in the folder with these poses. Its notes are written to stderr.
   [[nodiscard]] absl::StatusOr<dataset::Drive> OpenDrive(const std::string& scans_dir) const;
 
   /// The poses alone, in the order of the file.
@@ -65,8 +65,8 @@ class PoseOptions {
   std::string format_ = "auto";
 };
 
-/// The name of a session that was given none: the folder's, or the one above a `velodyne` or
-/// `Scans` folder.
+/// The name of a session that was given none: the folder's, or the one above folders that datasets
+/// keep their scans in, such as `velodyne` or `sensor_data/Ouster`.
 [[nodiscard]] std::string DefaultSessionName(const std::string& scans_dir);
 
 }  // namespace scanloc::cli

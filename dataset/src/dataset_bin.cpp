@@ -60,10 +60,9 @@ absl::StatusOr<Scan> DecodeOxford(std::string_view bytes, bool is_left) {
       .xyz = {{{0, kValueBytes}, {row_bytes, kValueBytes}, {2 * row_bytes, kValueBytes}}}};
   Scan scan = ReadBinary(layout, *num_points, bytes);
   const Mount& mount = is_left ? kOxfordLeft : kOxfordRight;
-  const Eigen::Matrix3d turn = RotationOf(mount.roll_pitch_yaw_rad);
-  const Eigen::Vector3d origin_m = mount.origin_m - OxfordSensor_m();
+  const Pose T_merged_mount = Eigen::Translation3d(-OxfordSensor_m()) * InOxfordIns(mount);
   for (Point& point : scan.points) {
-    const Eigen::Vector3d moved = turn * Eigen::Vector3d(point.x, point.y, point.z) + origin_m;
+    const Eigen::Vector3d moved = T_merged_mount * Eigen::Vector3d(point.x, point.y, point.z);
     point = {static_cast<float>(moved.x()), static_cast<float>(-moved.y()),
              static_cast<float>(-moved.z())};
   }

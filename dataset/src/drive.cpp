@@ -14,8 +14,7 @@
 
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
-#include "decimal_time.hpp"
-#include "scanloc/dataset/scan_reader.hpp"
+#include "scan_list.hpp"
 #include "text.hpp"
 
 namespace scanloc::dataset {
@@ -23,106 +22,63 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::string_view kDigits = "0123456789";
+constexpr std::int64_t kNsPerMs = 1'000'000;
 
 absl::Status Bad(std::string_view reason) { return absl::InvalidArgumentError(ToAbsl(reason)); }
 
-absl::StatusOr<std::vector<ScanFile>> ListFolder(const fs::path& folder) {
+// KITTI's calib.txt, beside the folder of the scans.
+std::string FindKittiCalib(const std::vector<ScanFile>& scans) {
   std::error_code error;
-  if (!fs::exists(folder, error)) {
-    return absl::NotFoundError(absl::StrCat(folder.string(), ": no such folder"));
+  const fs::path folder = fs::absolute(scans.front().path, error).parent_path();
+  for (const fs::path& calib : {folder / "calib.txt", folder.parent_path() / "calib.txt"}) {
+    std::error_code none;
+    if (fs::is_regular_file(calib, none)) return calib.string();
   }
-  if (!fs::is_directory(folder, error)) {
-    return Bad(absl::StrCat(folder.string(), ": is not a folder"));
-  }
-  std::vector<ScanFile> scans;
-  fs::directory_iterator entry(folder, error);
-  for (const fs::directory_iterator end; !error && entry != end; entry.increment(error)) {
-    ScanFile scan{entry->path().string(), entry->path().filename().string()};
-    std::error_code unreadable;
-    if (scan.name.front() != '.' && IsScanFile(scan.name) && entry->is_regular_file(unreadable)) {
-      scans.push_back(std::move(scan));
-    }
-  }
-  if (error) {
-    return absl::ErrnoToStatus(error.value(), absl::StrCat(folder.string(), ": cannot be listed"));
-  }
-  std::sort(scans.begin(), scans.end(),
-            [](const ScanFile& a, const ScanFile& b) { return a.name < b.name; });
-  return scans;
+  return "";
 }
 
-std::string_view Stem(std::string_view name) { return name.substr(0, name.rfind('.')); }
-
-bool IsNumber(std::string_view text) {
-  return !text.empty() && text.find_first_not_of(kDigits) == std::string_view::npos;
-}
-
-std::optional<std::int64_t> StampOfName(std::string_view name) {
-  const std::string_view stem = Stem(name);
-  const std::size_t point = stem.find('.');
-  if (point != std::string_view::npos) {
-    const bool is_decimal = IsNumber(stem.substr(0, point)) && IsNumber(stem.substr(point + 1));
-    return is_decimal ? ParseSecondsAsNs(stem) : std::nullopt;
+// The poses; what the user should know of them is added to notes.
+absl::StatusOr<Trajectory> ReadPoses(const DriveOptions& options,
+                                     const std::vector<ScanFile>& scans,
+                                     std::vector<std::string>& notes) {
+  absl::StatusOr<Trajectory> trajectory =
+      ReadTrajectory(options.poses_file, options.format, options.calib_file);
+  if (!trajectory.ok()) return trajectory;
+  if (trajectory->num_left_out > 0) {
+    notes.push_back(absl::StrCat(trajectory->num_left_out, " rows of ", options.poses_file,
+                                 " are left out: they hold no good pose"));
   }
-  std::int64_t value = 0;
-  if (!IsNumber(stem) || !absl::SimpleAtoi(ToAbsl(stem), &value)) {
-    return std::nullopt;
+  if (trajectory->format != PoseFormat::kKitti || !options.calib_file.empty() ||
+      !MovesLikeACamera(*trajectory)) {
+    return trajectory;
   }
-  if (stem.size() == 19) return value;
-  if (stem.size() == 16) {
-    constexpr std::int64_t kMax_us = std::numeric_limits<std::int64_t>::max() / 1000;
-    return value <= kMax_us ? std::optional(value * 1000) : std::nullopt;
+  const std::string calib = FindKittiCalib(scans);
+  if (calib.empty()) {
+    notes.push_back(absl::StrCat("the poses of ", options.poses_file,
+                                 " move along their z, as those of a camera: if they are KITTI's, "
+                                 "give the calib.txt of the sequence as --calib"));
+    return trajectory;
   }
-  return std::nullopt;
-}
-
-/// Left and right scans of Oxford Radar RobotCar, each with its partner.
-absl::StatusOr<std::vector<ScanFile>> ListOxford(const fs::path& left, const fs::path& right) {
-  absl::StatusOr<std::vector<ScanFile>> scans = ListFolder(left);
-  if (!scans.ok()) return scans;
-  const absl::StatusOr<std::vector<ScanFile>> partners = ListFolder(right);
-  if (!partners.ok()) return partners.status();
-  std::map<std::int64_t, const ScanFile*> by_stamp;
-  for (const ScanFile& partner : *partners) {
-    if (const auto stamp_ns = StampOfName(partner.name)) by_stamp[*stamp_ns] = &partner;
-  }
-  std::vector<ScanFile> pairs;
-  for (ScanFile& scan : *scans) {
-    const auto stamp_ns = StampOfName(scan.name);
-    if (!stamp_ns || by_stamp.empty()) continue;
-    auto nearest = by_stamp.lower_bound(*stamp_ns);
-    if (nearest == by_stamp.end() ||
-        (nearest != by_stamp.begin() &&
-         *stamp_ns - std::prev(nearest)->first < nearest->first - *stamp_ns)) {
-      --nearest;
-    }
-    if (std::abs(nearest->first - *stamp_ns) > kMaxPartnerGap_ns) continue;
-    scan.layout = ScanLayout::kOxford;
-    scan.partner_path = nearest->second->path;
-    pairs.push_back(std::move(scan));
-  }
-  if (!pairs.empty()) return pairs;
-  return Bad(absl::StrCat("no scan of ", left.string(), " has one of ", right.string(), " within ",
-                          kMaxPartnerGap_ns, " ns; their names give the time in microseconds"));
-}
-
-absl::StatusOr<std::vector<ScanFile>> ListNclt(const fs::path& folder) {
-  absl::StatusOr<std::vector<ScanFile>> scans = ListFolder(folder);
-  if (!scans.ok()) return scans;
-  for (ScanFile& scan : *scans) {
-    if (fs::path(scan.name).extension() == ".bin") scan.layout = ScanLayout::kNclt;
-  }
-  return scans;
+  notes.push_back(absl::StrCat("the poses of ", options.poses_file,
+                               " move along their z, as those of a camera: ", calib,
+                               " is used to make them poses of the sensor"));
+  return ReadTrajectory(options.poses_file, PoseFormat::kKitti, calib);
 }
 
 // One stamp a scan, or none at all.
 absl::StatusOr<std::vector<std::int64_t>> StampsOfScans(const std::vector<ScanFile>& scans,
-                                                        const DriveOptions& options) {
-  if (!options.times_file.empty()) {
-    absl::StatusOr<std::vector<std::int64_t>> stamps_ns = ReadTimes(options.times_file);
+                                                        const DriveOptions& options,
+                                                        PoseFormat format) {
+  std::string times_file = options.times_file;
+  if (times_file.empty() && format == PoseFormat::kNaver) {
+    const fs::path beside = fs::path(options.poses_file).replace_filename("timestamps.txt");
+    std::error_code none;
+    if (fs::is_regular_file(beside, none)) times_file = beside.string();
+  }
+  if (!times_file.empty()) {
+    absl::StatusOr<std::vector<std::int64_t>> stamps_ns = ReadTimes(times_file);
     if (stamps_ns.ok() && stamps_ns->size() != scans.size()) {
-      return Bad(absl::StrCat(options.times_file, ": holds ", stamps_ns->size(), " times, but ",
+      return Bad(absl::StrCat(times_file, ": holds ", stamps_ns->size(), " times, but ",
                               options.scans_dir, " holds ", scans.size(), " scans"));
     }
     return stamps_ns;
@@ -250,59 +206,41 @@ absl::StatusOr<Drive> PairByStamp(const DriveOptions& options, const std::vector
 
 }  // namespace
 
-absl::StatusOr<std::vector<ScanFile>> ListScans(const std::string& scans_dir) {
-  const fs::path given(scans_dir);
-  const std::string name = (given.has_filename() ? given : given.parent_path()).filename().string();
-  absl::StatusOr<std::vector<ScanFile>> scans =
-      name == "velodyne_sync" ? ListNclt(given) : ListFolder(given);
-  if (!scans.ok() || !scans->empty()) return scans;
-  std::error_code none;
-  if (const fs::path sync = given / "velodyne_sync"; fs::is_directory(sync, none)) {
-    scans = ListNclt(sync);
-    if (!scans.ok() || !scans->empty()) return scans;
-  }
-  const fs::path left = given / "velodyne_left";
-  const fs::path right = given / "velodyne_right";
-  if (fs::is_directory(left, none) && fs::is_directory(right, none)) {
-    return ListOxford(left, right);
-  }
-  for (const std::string_view inner : {"velodyne", "Scans"}) {
-    const fs::path folder = fs::path(scans_dir) / inner;
-    std::error_code ignored;
-    if (!fs::is_directory(folder, ignored)) continue;
-    scans = ListFolder(folder);
-    if (!scans.ok() || !scans->empty()) return scans;
-  }
-  return Bad(absl::StrCat(scans_dir, ": holds no scan (.bin, .pcd or .ply)"));
-}
-
 absl::StatusOr<Drive> OpenDrive(const DriveOptions& options) {
   if (options.scans_dir.empty()) return Bad("no folder of scans is given");
   if (options.poses_file.empty()) return Bad("no file of poses is given");
   const absl::StatusOr<std::vector<ScanFile>> scans = ListScans(options.scans_dir);
   if (!scans.ok()) return scans.status();
-  const absl::StatusOr<Trajectory> trajectory =
-      ReadTrajectory(options.poses_file, options.format, options.calib_file);
+  std::vector<std::string> notes;
+  const absl::StatusOr<Trajectory> trajectory = ReadPoses(options, *scans, notes);
   if (!trajectory.ok()) return trajectory.status();
-  const absl::StatusOr<std::vector<std::int64_t>> scan_stamps_ns = StampsOfScans(*scans, options);
+  const absl::StatusOr<std::vector<std::int64_t>> scan_stamps_ns =
+      StampsOfScans(*scans, options, trajectory->format);
   if (!scan_stamps_ns.ok()) return scan_stamps_ns.status();
   const bool both_have_stamps = !trajectory->stamps_ns.empty() && !scan_stamps_ns->empty();
-  return both_have_stamps ? PairByStamp(options, *scans, *scan_stamps_ns, *trajectory)
-                          : PairByIndex(options, *scans, *scan_stamps_ns, *trajectory);
+  absl::StatusOr<Drive> drive = both_have_stamps
+                                    ? PairByStamp(options, *scans, *scan_stamps_ns, *trajectory)
+                                    : PairByIndex(options, *scans, *scan_stamps_ns, *trajectory);
+  if (!drive.ok()) return drive;
+  if (drive->num_without_pose > 0) {
+    notes.push_back(absl::StrCat(drive->num_without_pose, " of the ", scans->size(), " scans of ",
+                                 options.scans_dir, " are left out: no pose lies within ",
+                                 kMaxStampGap_ns / kNsPerMs, " ms of them"));
+  }
+  drive->notes = std::move(notes);
+  return drive;
 }
 
 std::vector<std::size_t> SelectBySpacing(std::span<const Frame> frames, double spacing_m) {
   constexpr double kSlack_m = 1e-3;
   std::vector<std::size_t> kept;
-  double travelled_m = 0.0;  // since the last one kept
   for (std::size_t i = 0; i < frames.size(); ++i) {
-    if (i > 0) {
-      travelled_m +=
-          (frames[i].T_map_sensor.translation() - frames[i - 1].T_map_sensor.translation()).norm();
+    if (!kept.empty()) {
+      const Eigen::Vector3d moved_m =
+          frames[i].T_map_sensor.translation() - frames[kept.back()].T_map_sensor.translation();
+      if (moved_m.norm() < spacing_m - kSlack_m) continue;
     }
-    if (i > 0 && travelled_m < spacing_m - kSlack_m) continue;
     kept.push_back(i);
-    travelled_m = 0.0;
   }
   return kept;
 }

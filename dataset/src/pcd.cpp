@@ -38,7 +38,7 @@ absl::StatusOr<Scan> DecodeBinary(const PcdHeader& header, std::string_view body
   BinaryLayout layout;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const PcdField& field = FindField(header.fields, kAxes[axis]);
-    layout.xyz[axis] = {field.offset, header.record_bytes, field.size == 8};
+    layout.xyz[axis] = {field.offset, header.record_bytes, FloatOf(field.size)};
   }
   return ReadBinary(layout, header.num_points, body);
 }
@@ -78,7 +78,8 @@ absl::StatusOr<Scan> DecodeCompressed(const PcdHeader& header, std::string_view 
   for (const PcdField& field : header.fields) {
     if (field.name == "_") continue;
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      if (field.name == kAxes[axis]) layout.xyz[axis] = {num_bytes, field.size, field.size == 8};
+      if (field.name == kAxes[axis])
+        layout.xyz[axis] = {num_bytes, field.size, FloatOf(field.size)};
     }
     num_bytes += header.num_points * field.size * field.count;
   }

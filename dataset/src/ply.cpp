@@ -157,7 +157,7 @@ absl::StatusOr<Scan> DecodeBinary(const PlyHeader& header, const std::array<std:
     for (std::size_t axis = 0; axis < 3; ++axis) {
       if (xyz[axis] != i) continue;
       layout.xyz[axis].offset_bytes = vertex_bytes;
-      layout.xyz[axis].is_double = property.size_bytes == 8;
+      layout.xyz[axis].type = FloatOf(property.size_bytes);
     }
     vertex_bytes += property.size_bytes;
   }

@@ -2,6 +2,7 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <cstdint>
 #include <cstring>
 #include <limits>
 #include <optional>
@@ -20,12 +21,12 @@ bool IsFinite(const Point& p) {
   return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
 }
 
-template <typename Float>
-Float Load(const char* bytes, bool big_endian) {
-  std::array<char, sizeof(Float)> raw;
+template <typename Number>
+Number Load(const char* bytes, bool big_endian) {
+  std::array<char, sizeof(Number)> raw;
   std::memcpy(raw.data(), bytes, raw.size());
   if (big_endian) std::reverse(raw.begin(), raw.end());
-  return std::bit_cast<Float>(raw);
+  return std::bit_cast<Number>(raw);
 }
 
 // A cast of a double beyond the range of float is undefined; no LiDAR gives one either.
@@ -39,8 +40,16 @@ float ToFloat(double value) {
 template <bool kBigEndian>
 float LoadCoordinate(const char* bytes, const Coordinate& coordinate, std::size_t point) {
   bytes += coordinate.offset_bytes + point * coordinate.stride_bytes;
-  if (coordinate.is_double) return ToFloat(Load<double>(bytes, kBigEndian));
-  return Load<float>(bytes, kBigEndian);
+  switch (coordinate.type) {
+    case NumberType::kFloat64:
+      return ToFloat(Load<double>(bytes, kBigEndian));
+    case NumberType::kInt16:
+      return Load<std::int16_t>(bytes, kBigEndian);
+    case NumberType::kInt32:
+      return static_cast<float>(Load<std::int32_t>(bytes, kBigEndian));
+    default:
+      return Load<float>(bytes, kBigEndian);
+  }
 }
 
 template <bool kBigEndian>

@@ -17,6 +17,8 @@ namespace scanloc::dataset {
 [[nodiscard]] absl::StatusOr<Scan> DecodePcd(std::string_view bytes);
 [[nodiscard]] absl::StatusOr<Scan> DecodePly(std::string_view bytes);
 [[nodiscard]] absl::StatusOr<Scan> DecodeNcltSync(std::string_view bytes);
+/// NumPy arrays of NAVER LABS.
+[[nodiscard]] absl::StatusOr<Scan> DecodeNpy(std::string_view bytes);
 /// Of one of the two sensors, in the frame of both together.
 [[nodiscard]] absl::StatusOr<Scan> DecodeOxford(std::string_view bytes, bool is_left);
 
@@ -36,11 +38,17 @@ struct RowLayout {
 [[nodiscard]] absl::StatusOr<Scan> ReadTextRows(const RowLayout& layout, std::size_t num_rows,
                                                 LineReader& lines);
 
+enum class NumberType { kFloat32, kFloat64, kInt16, kInt32 };
+
+[[nodiscard]] constexpr NumberType FloatOf(std::size_t size_bytes) {
+  return size_bytes == 8 ? NumberType::kFloat64 : NumberType::kFloat32;
+}
+
 /// Where the values of one coordinate lie in a block of bytes.
 struct Coordinate {
   std::size_t offset_bytes = 0;  ///< of the first point's value
   std::size_t stride_bytes = 0;  ///< from one point's value to the next
-  bool is_double = false;        ///< else float
+  NumberType type = NumberType::kFloat32;
 };
 
 struct BinaryLayout {

@@ -18,8 +18,8 @@ struct Format {
   std::string_view extension;
   absl::StatusOr<Scan> (*decode)(std::string_view bytes);
 };
-constexpr std::array<Format, 3> kFormats = {
-    {{".bin", DecodeKittiBin}, {".pcd", DecodePcd}, {".ply", DecodePly}}};
+constexpr std::array<Format, 4> kFormats = {
+    {{".bin", DecodeKittiBin}, {".npy", DecodeNpy}, {".pcd", DecodePcd}, {".ply", DecodePly}}};
 
 const Format* FindFormat(std::string_view path) {
   const auto* const format =
@@ -64,7 +64,8 @@ absl::StatusOr<Scan> ReadScan(const std::string& path) {
   return ReadAs(path, [&](std::string_view bytes) -> absl::StatusOr<Scan> {
     const Format* format = FindFormat(path);
     if (format != nullptr) return format->decode(bytes);
-    return absl::InvalidArgumentError("is no scan file; scans are .bin (KITTI), .pcd or .ply");
+    return absl::InvalidArgumentError(
+        "is no scan file; scans are .bin (KITTI), .npy (NAVER LABS), .pcd or .ply");
   });
 }
 

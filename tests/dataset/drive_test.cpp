@@ -78,7 +78,8 @@ TEST(ListScans, GivesScanFilesByNameAndNothingElse) {
 }
 
 TEST(ListScans, LooksIntoASequenceFolder) {
-  for (const std::string inner : {"velodyne", "Scans"}) {
+  for (const std::string inner :
+       {"velodyne", "Scans", "Ouster", "sensor_data/Ouster", "lidars", "train/lidars"}) {
     const TempDir dir;
     WriteScan(dir, inner + "/000000.bin");
     const auto scans = ListScans(dir.path().string());
@@ -185,7 +186,9 @@ TEST(OpenDrive, PairsStampedScansWithTheNearestPose) {
                                                    {"1567410201120000000", 3}}) {
     absl::StrAppend(&rows, stamp, ",1,0,0,", x, ",0,1,0,0,0,0,1,0\n");
   }
-  const auto drive = OpenDrive(Options(dir, rows));
+  DriveOptions options = Options(dir, rows);
+  options.calib_file = dir.Write("calib.txt", "Tr: 1 0 0 0 0 1 0 0 0 0 1 0\n");
+  const auto drive = OpenDrive(options);
   ASSERT_TRUE(drive.ok()) << drive.status();
   EXPECT_THAT(Pairs(*drive), ElementsAre(std::pair("1567410201000000000.bin", 1.0),
                                          std::pair("1567410201100000000.bin", 9.0)));
@@ -249,13 +252,24 @@ std::vector<Frame> FramesAt(const std::vector<double>& xs) {
   return frames;
 }
 
-TEST(SelectBySpacing, KeepsTheFirstAndEachThatTravelledFarEnough) {
+TEST(SelectBySpacing, KeepsTheFirstAndEachThatIsFarEnoughFromTheLastKept) {
   EXPECT_THAT(SelectBySpacing(FramesAt({0, 0.5, 0.9, 1.2, 2.1, 2.3, 5, 5.5}), 1.0),
               ElementsAre(0, 3, 5, 6));
 }
 
-TEST(SelectBySpacing, CountsTravelAndNotDistance) {
-  EXPECT_THAT(SelectBySpacing(FramesAt({0, 0.6, 0, 0.6}), 1.0), ElementsAre(0, 2));
+TEST(SelectBySpacing, CountsDistanceAndNotTravel) {
+  EXPECT_THAT(SelectBySpacing(FramesAt({0, 0.6, 0, 0.6, 1.1}), 1.0), ElementsAre(0, 4));
+}
+
+TEST(SelectBySpacing, KeepsOneOfAStandstillWhosePosesShake) {
+  std::vector<double> xs;
+  for (int i = 0; i < 1000; ++i) xs.push_back(i % 2 == 0 ? -0.1 : 0.1);
+  xs.push_back(5.0);
+  EXPECT_THAT(SelectBySpacing(FramesAt(xs), 1.0), ElementsAre(0, 1000));
+}
+
+TEST(SelectBySpacing, KeepsPlacesThatTheDriveComesBackTo) {
+  EXPECT_THAT(SelectBySpacing(FramesAt({0, 1, 2, 1, 0}), 1.0), ElementsAre(0, 1, 2, 3, 4));
 }
 
 TEST(SelectBySpacing, KeepsAllWithoutSpacing) {

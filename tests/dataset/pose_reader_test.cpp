@@ -63,7 +63,9 @@ TEST(PoseReader, ReadsMulranRows) {
   EXPECT_EQ(trajectory->format, PoseFormat::kMulran);
   EXPECT_THAT(trajectory->stamps_ns, ElementsAre(1567410201812840928, 1567410201822840929));
   ASSERT_EQ(trajectory->T_map_sensor.size(), 2U);
-  EXPECT_TRUE(trajectory->T_map_sensor[1].isApprox(Turned(), 1e-12));
+  // The rows are of the vehicle, the poses of the Ouster on it.
+  const Eigen::Vector3d mount_m(1.7042, -0.021, 1.8047);
+  EXPECT_TRUE(trajectory->T_map_sensor[1].translation().isApprox(Turned() * mount_m, 1e-9));
 }
 
 TEST(PoseReader, TakesTrailingBlankLinesAndWindowsLineEnds) {
@@ -173,7 +175,8 @@ TEST(PoseReader, SaysThatAFileIsMissing) {
 
 TEST(PoseReader, NamesFormatsBothWays) {
   for (const PoseFormat format :
-       {PoseFormat::kAuto, PoseFormat::kKitti, PoseFormat::kTum, PoseFormat::kMulran}) {
+       {PoseFormat::kAuto, PoseFormat::kKitti, PoseFormat::kTum, PoseFormat::kMulran,
+        PoseFormat::kNclt, PoseFormat::kOxford, PoseFormat::kNaver}) {
     const absl::StatusOr<PoseFormat> parsed = ParsePoseFormat(PoseFormatName(format));
     ASSERT_TRUE(parsed.ok());
     EXPECT_EQ(*parsed, format);

@@ -49,8 +49,8 @@ constexpr const char* kInsHeader =
     "velocity_north,velocity_east,velocity_down,roll,pitch,yaw\n";
 
 std::string InsRow(const std::string& stamp, double north_m, double east_m, double down_m,
-                   double yaw_rad) {
-  return stamp + ",INS_SOLUTION_GOOD,51.7,-1.2,112.0," + std::to_string(north_m) + "," +
+                   double yaw_rad, const std::string& status = "INS_SOLUTION_GOOD") {
+  return stamp + "," + status + ",51.7,-1.2,112.0," + std::to_string(north_m) + "," +
          std::to_string(east_m) + "," + std::to_string(down_m) + ",30U,0,0,0,0,0," +
          std::to_string(yaw_rad) + "\n";
 }
@@ -159,15 +159,81 @@ TEST_F(OxfordDriveTest, MergesBothSensorsAndLeavesOutScansWithoutPartner) {
   const auto scan = ReadScan(drive->frames[0].file());
   ASSERT_TRUE(scan.ok()) << scan.status();
   ASSERT_EQ(scan->points.size(), 2U);
+  // The frame is level, as the INS is, and so are the sensors but for some tenths of a degree.
   for (const Point& p : scan->points) {
     EXPECT_NEAR(p.x, 10.606, 0.15);
     EXPECT_NEAR(p.y, -0.892, 0.15);
-    EXPECT_NEAR(p.z, 1.731, 0.55);
+    EXPECT_NEAR(p.z, 1.731, 0.15);
   }
-  const Eigen::Vector3d at = drive->frames[0].T_map_sensor.translation();
-  EXPECT_NEAR(at.x(), 100.0 - 0.606, 1e-3);
-  EXPECT_NEAR(at.y(), -(50.0 + 0.108), 1e-3);
-  EXPECT_NEAR(at.z(), 7.0 + 0.269, 1e-3);
+}
+
+TEST_F(OxfordDriveTest, MovesFromTheInsToTheMiddleOfTheSensors) {
+  WriteScans();
+  const auto at = [&](double yaw_rad) {
+    const auto drive = Open(kInsHeader + InsRow("1547120789640000", 100.0, 50.0, -7.0, yaw_rad));
+    return Eigen::Vector3d(drive.value().frames.at(0).T_map_sensor.translation());
+  };
+  // In the vehicle's frame the INS lies at (-1.7132, 0.1181, 1.1948) and the middle of the sensors
+  // at (-0.60613, 0.10800, -0.26930): 1.107 m before it, 0.010 m left of it and 1.464 m above, on
+  // axes that are turned by roll, pitch, yaw of (-0.0125, 0.04, 0.005) to those of the INS. That
+  // pitch brings it 0.04 * 1.464 m forward; it adds 0.04 * 1.107 m to the height, up being -z.
+  const Eigen::Vector3d ahead(1.107 + 0.0586, 0.0, 1.464 - 0.0443);
+  const Eigen::Vector3d north = at(0.0) - Eigen::Vector3d(100.0, -50.0, 7.0);
+  EXPECT_NEAR(north.x(), ahead.x(), 0.01);
+  EXPECT_NEAR(north.y(), ahead.y(), 0.05);
+  EXPECT_NEAR(north.z(), ahead.z(), 0.01);
+  // Passing the same spot in the opposite direction, the arm points the other way.
+  const Eigen::Vector3d south = at(M_PI) - Eigen::Vector3d(100.0, -50.0, 7.0);
+  EXPECT_NEAR(south.x(), -north.x(), 1e-5);
+  EXPECT_NEAR(south.y(), -north.y(), 1e-5);
+  EXPECT_NEAR(south.z(), north.z(), 1e-5);
+}
+
+TEST_F(OxfordDriveTest, PutsWhatBothSensorsSeeWhereItIs) {
+  // A point 20 m north, 3 m east of an INS that heads north, and 5 m above it: where each sensor
+  // sees it by its own mount and that of the INS, written as float32.
+  const Eigen::Vector3d target(20.0, 3.0, -5.0);  // in the frame of the INS, z down
+  const auto pose = [](double x, double y, double z, double roll, double pitch, double yaw) {
+    return Eigen::Isometry3d(Eigen::Translation3d(x, y, z) *
+                             Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ()) *
+                             Eigen::AngleAxisd(pitch, Eigen::Vector3d::UnitY()) *
+                             Eigen::AngleAxisd(roll, Eigen::Vector3d::UnitX()));
+  };
+  const Eigen::Vector3d in_vehicle = pose(-1.7132, 0.1181, 1.1948, -0.0125, 0.04, 0.005) * target;
+  const auto seen_by = [&](const Eigen::Isometry3d& mount) {
+    const Eigen::Vector3f p = (mount.inverse() * in_vehicle).cast<float>();
+    return OxfordScan({{p.x(), p.y(), p.z()}});
+  };
+  dir_.Write("velodyne_left/1547120789640420.bin",
+             seen_by(pose(-0.60072, -0.34077, -0.26837, -0.0053948, -0.041998, -3.1337)));
+  dir_.Write("velodyne_right/1547120789650420.bin",
+             seen_by(pose(-0.61153, 0.55676, -0.27023, 0.0027052, -0.041999, -3.1357)));
+  const auto drive = Open(kInsHeader + InsRow("1547120789640000", 100.0, 50.0, -7.0, 0.0));
+  ASSERT_TRUE(drive.ok()) << drive.status();
+  const auto scan = ReadScan(drive->frames[0].file());
+  ASSERT_TRUE(scan.ok()) << scan.status();
+  ASSERT_EQ(scan->points.size(), 2U);
+  for (const Point& p : scan->points) {
+    const Eigen::Vector3d found = drive->frames[0].T_map_sensor * Eigen::Vector3d(p.x, p.y, p.z);
+    EXPECT_NEAR(found.x(), 120.0, 1e-4);
+    EXPECT_NEAR(found.y(), -53.0, 1e-4);
+    EXPECT_NEAR(found.z(), 12.0, 1e-4);
+  }
+}
+
+TEST_F(OxfordDriveTest, LeavesOutRowsThatTheInsDoesNotVouchFor) {
+  WriteScans();
+  const std::string bad = InsRow("1547120789640410", 900.0, 50.0, -7.0, 0.0, "INS_SOLUTION_FREE");
+  const auto drive =
+      Open(kInsHeader + bad + InsRow("1547120789640000", 100.0, 50.0, -7.0, 0.0) + bad);
+  ASSERT_TRUE(drive.ok()) << drive.status();
+  EXPECT_LT(drive->frames.at(0).T_map_sensor.translation().x(), 110.0);
+  ASSERT_EQ(drive->notes.size(), 1U);
+  EXPECT_NE(drive->notes[0].find("2 rows"), std::string::npos) << drive->notes[0];
+
+  const auto none = Open(kInsHeader + bad);
+  EXPECT_EQ(none.status().code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_NE(none.status().message().find("INS_SOLUTION_GOOD"), absl::string_view::npos);
 }
 
 TEST_F(OxfordDriveTest, TurnsAsTheVehicleDoes) {

@@ -22,6 +22,7 @@ namespace {
 using test::AppendBytes;
 using test::AppendBytesBigEndian;
 using test::KittiBytes;
+using test::NaverBytes;
 using test::SomePoints;
 
 constexpr std::size_t kNumPoints = 20;
@@ -85,6 +86,7 @@ std::vector<Sample> MakeSamples() {
     absl::StrAppend(&ascii_ply, p.x, " ", p.y, " ", p.z, "\n");
   }
   return {{"Kitti", DecodeKittiBin, KittiBytes(SomePoints(kNumPoints)), false},
+          {"Npy", DecodeNpy, NaverBytes(SomePoints(kNumPoints))},
           {"BinaryPcd", DecodePcd, binary_pcd},
           {"CompressedPcd", DecodePcd, CompressedPcd()},
           {"AsciiPcd", DecodePcd, ascii_pcd, false},

@@ -109,7 +109,7 @@ TEST(ScanReader, RefusesBadFilesWithPathAndReason) {
       BadFile{"far.bin", KittiBytes(PointCloud(9, {1e30F, 0, 0})), "9 beyond 4096 m"},
       BadFile{"tiny.bin", KittiBytes(PointCloud(9, {1.0F, 1e-30F, 0})), "9 with a coordinate"},
       BadFile{"zero.bin", KittiBytes(PointCloud(9)), "zero"},
-      BadFile{"mesh.obj", "v 1 2 3\n", ".bin (KITTI), .pcd or .ply"},
+      BadFile{"mesh.obj", "v 1 2 3\n", ".bin (KITTI), .npy (NAVER LABS), .pcd or .ply"},
       BadFile{"noextension", KittiBytes(SomePoints(3)), "no scan file"}};
   for (const BadFile& bad : table) ExpectRefusal(bad);
 }

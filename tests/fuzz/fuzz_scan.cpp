@@ -9,7 +9,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   using namespace scanloc::dataset;
   if (size == 0) return 0;
   const std::string_view bytes(reinterpret_cast<const char*>(data) + 1, size - 1);
-  switch (data[0] % 6) {
+  switch (data[0] % 7) {
     case 0:
       (void)DecodeKittiBin(bytes);
       break;
@@ -22,8 +22,14 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     case 3:
       (void)DecodeNcltSync(bytes);
       break;
+    case 4:
+      (void)DecodeOxford(bytes, true);
+      break;
+    case 5:
+      (void)DecodeOxford(bytes, false);
+      break;
     default:
-      (void)DecodeOxford(bytes, data[0] % 6 == 4);
+      (void)DecodeNpy(bytes);
   }
   return 0;
 }

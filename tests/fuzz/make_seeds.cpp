@@ -12,6 +12,7 @@
 #include "scanloc/v1/capture.pb.h"
 #include "support/map_files.hpp"
 #include "support/paths.hpp"
+#include "support/scan_files.hpp"
 #include "support/temp_dir.hpp"
 
 namespace scanloc::test {
@@ -64,6 +65,10 @@ void AddScans(const Seeds& seeds) {
   seeds.Add("scan", 3, "nclt", std::string(24, '\x50'));
   seeds.Add("scan", 4, "oxford_left", FloatRows(points, 4));
   seeds.Add("scan", 5, "oxford_right", FloatRows(points, 4));
+  seeds.Add("scan", 6, "npy_float32", NaverBytes(points));
+  seeds.Add("scan", 6, "npy_int16",
+            NpyBytes("{'shape': (2, 3), 'fortran_order': True, 'descr': '<i2'}",
+                     std::string("\0\x10\0\x11\0\x12\0\x13\0\x14\0\x15", 12)));
 }
 
 void AddPoses(const Seeds& seeds) {
@@ -76,9 +81,14 @@ void AddPoses(const Seeds& seeds) {
   seeds.Add("poses", 5, "oxford",
             "timestamp,ins_status,latitude,longitude,altitude,northing,easting,down,utm_zone,"
             "velocity_north,velocity_east,velocity_down,roll,pitch,yaw\n"
-            "1547120789640420,OK,1,2,3,4,5,6,30U,0,0,0,0,0,1\n");
-  seeds.Add("poses", 6, "times", "0.0\n1.5e0\n1567496784.952532897\n");
-  seeds.Add("poses", 7, "calib", "P0: 1 2\nTr: " + identity);
+            "1547120789640420,INS_SOLUTION_GOOD,1,2,3,4,5,6,30U,0,0,0,0,0,1\n");
+  seeds.Add("poses", 6, "naver", "1 0 0 5 0 1 0 6 0 0 1 7 0 0 0 1\n");
+  seeds.Add("poses", 6, "naver_lines", "1 0 0 5\n0 1 0 6\n0 0 1 7\n0 0 0 1\n");
+  seeds.Add("poses", 7, "times", "0.0\n1.5e0\n1567496784.952532897\n");
+  seeds.Add("poses", 8, "calib", "P0: 1 2\nTr: " + identity);
+  seeds.Add(
+      "poses", 8, "calib_json",
+      R"({"Extrinsic": {"Lidar": [[1, 0, 0, 1], [0, 1, 0, 2], [0, 0, 1, 3], [0, 0, 0, 1]]}})");
 }
 
 void AddMaps(const Seeds& seeds) {

@@ -4,6 +4,7 @@
 #include <array>
 #include <bit>
 #include <cstddef>
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -33,6 +34,29 @@ inline std::string KittiBytes(const PointCloud& points) {
     for (const float value : {p.x, p.y, p.z, 0.5F}) AppendBytes(bytes, value);
   }
   return bytes;
+}
+
+/// A NumPy file, version 1, with this dictionary as its header and these values.
+inline std::string NpyBytes(const std::string& dictionary, const std::string& values) {
+  std::string header = dictionary;
+  while ((10 + header.size() + 1) % 64 != 0) header += ' ';
+  header += '\n';
+  std::string bytes = std::string("\x93NUMPY\x01\0", 8);
+  AppendBytes(bytes, static_cast<std::uint16_t>(header.size()));
+  return bytes + header + values;
+}
+
+/// A scan as NAVER LABS publishes it: float32 x y z intensity, in centimetres.
+inline std::string NaverBytes(const PointCloud& points) {
+  std::string values;
+  for (const Point& p : points) {
+    for (const float value : {100.0F * p.x, 100.0F * p.y, 100.0F * p.z, 7.0F}) {
+      AppendBytes(values, value);
+    }
+  }
+  return NpyBytes("{'descr': '<f4', 'fortran_order': False, 'shape': (" +
+                      std::to_string(points.size()) + ", 4), }",
+                  values);
 }
 
 /// A few points that are all different and exact in six decimal digits.

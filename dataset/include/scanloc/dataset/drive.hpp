@@ -13,13 +13,15 @@
 
 namespace scanloc::dataset {
 
-/// The scan files (.bin, .pcd, .ply; hidden files left out) of a folder, by name in byte order.
+/// The scan files (.bin, .npy, .pcd, .ply; hidden files left out) of a folder, by name in byte
+/// order.
 ///
-/// If the folder holds none of them but a folder `velodyne` (a KITTI sequence) or `Scans`, the
-/// files of that one are listed. A folder velodyne_sync, named or inside, is NCLT's; folders
-/// velodyne_left and velodyne_right inside are Oxford Radar RobotCar's: left scans whose nearest
-/// right one is no more than kMaxPartnerGap_ns off, with that one. NotFound: no such folder.
-/// InvalidArgument: not a folder, or no scan in it.
+/// If the folder holds none of them, the files of the first of these folders in it that holds some
+/// are listed: `velodyne` (a KITTI sequence), `Scans`, `Ouster`, `sensor_data/Ouster` (MulRan),
+/// `lidars`, `train/lidars` (NAVER LABS). A folder velodyne_sync, named or inside, is NCLT's;
+/// folders velodyne_left and velodyne_right inside are Oxford Radar RobotCar's: left scans whose
+/// nearest right one is no more than kMaxPartnerGap_ns off, with that one. NotFound: no such
+/// folder. InvalidArgument: not a folder, or no scan in it.
 [[nodiscard]] absl::StatusOr<std::vector<ScanFile>> ListScans(const std::string& scans_dir);
 
 /// Half a turn of a sensor at 20 Hz, and some [ns].
@@ -51,6 +53,8 @@ struct Drive {
   std::vector<Frame> frames;
   /// Scans left out because no pose lies within kMaxStampGap_ns; only where stamps pair them.
   std::size_t num_without_pose = 0;
+  /// What a user should know of how the drive was read: sentences without an end.
+  std::vector<std::string> notes;
 };
 
 /// Farthest in time that a pose may lie from the scan it is paired with [ns]: one turn of a sensor
@@ -60,9 +64,13 @@ inline constexpr std::int64_t kMaxStampGap_ns = 100'000'000;
 /// Opens a drive: lists its scans and pairs each with a pose.
 ///
 /// The i-th scan by name has the i-th pose, and their numbers must agree. Where both have stamps,
-/// each scan has the pose nearest in time instead. Poses have stamps in the formats kTum and
-/// kMulran; scans have those of times_file, else those that all their names give: 19 digits [ns],
-/// 16 digits [µs] or seconds with a decimal point.
+/// each scan has the pose nearest in time instead. Poses have stamps in all formats but kKitti and
+/// kNaver; scans have those of times_file (kNaver: else of timestamps.txt beside the poses), else
+/// those that all their names give: 19 digits [ns], 16 digits [µs] or seconds with a decimal point.
+///
+/// KITTI's poses without calib_file are those of a camera if MovesLikeACamera says so: then the
+/// calib.txt in the folder of the scans or the one above is used, and a note says so, or that there
+/// is none.
 ///
 /// Errors as of ListScans, ReadTrajectory and ReadTimes. InvalidArgument too: numbers of scans,
 /// poses or times that differ (both are named); numbered scans whose names do not sort by number;
@@ -70,9 +78,9 @@ inline constexpr std::int64_t kMaxStampGap_ns = 100'000'000;
 [[nodiscard]] absl::StatusOr<Drive> OpenDrive(const DriveOptions& options);
 
 /// The indices of the frames to keep for equidistant places (paper, Sec. VI): the first, and then
-/// each that the sensor reached spacing_m of travel after the last one kept. Up to a millimetre
-/// short counts as reached, for positions rounded in a text file. A spacing_m of 0 or less keeps
-/// all.
+/// each that lies spacing_m or more from the last one kept. Length of path does not count: at a
+/// standstill it grows by the noise of the poses. Up to a millimetre less is enough, for positions
+/// rounded in a text file. A spacing_m of 0 or less keeps all.
 [[nodiscard]] std::vector<std::size_t> SelectBySpacing(std::span<const Frame> frames,
                                                        double spacing_m);
 

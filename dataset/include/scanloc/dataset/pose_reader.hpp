@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <string>
 #include <string_view>
@@ -14,12 +15,14 @@ enum class PoseFormat {
   kAuto,    ///< told by the number of values in the first row
   kKitti,   ///< 12 values a row: [R t] row by row, no stamp
   kTum,     ///< stamp [s] tx ty tz qx qy qz qw; lines that begin with # are comments
-  kMulran,  ///< global_pose.csv: stamp [ns],12 values as of KITTI, between commas
+  kMulran,  ///< global_pose.csv: stamp [ns],12 values as of KITTI, between commas, of the vehicle
   kNclt,    ///< groundtruth_DATE.csv: stamp [µs],x,y,z,roll,pitch,yaw of the robot, z down
   kOxford,  ///< ins.csv of Oxford Radar RobotCar, with its header: stamp [µs], NED, z down
+  kNaver,   ///< NAVER LABS: 4x4 matrices of the vehicle, 16 values a row or 4 rows of 4, no stamp
 };
 
-/// Parses `auto`, `kitti`, `tum`, `mulran`, `nclt` or `oxford`; InvalidArgument for other names.
+/// Parses `auto`, `kitti`, `tum`, `mulran`, `nclt`, `oxford` or `naver`; InvalidArgument for other
+/// names.
 [[nodiscard]] absl::StatusOr<PoseFormat> ParsePoseFormat(std::string_view name);
 
 /// Its name, as above.
@@ -29,31 +32,40 @@ enum class PoseFormat {
 struct Trajectory {
   PoseFormat format = PoseFormat::kKitti;  ///< never kAuto
   std::vector<Pose> T_map_sensor;
-  std::vector<std::int64_t> stamps_ns;  ///< one a pose; empty for kKitti
+  std::vector<std::int64_t> stamps_ns;  ///< one a pose; empty for kKitti and kNaver
+  std::size_t num_left_out = 0;         ///< rows that hold no usable pose, as ReadTrajectory says
 };
 
 /// Reads a trajectory.
 ///
-/// Without calib_file the rows are taken as T_map_sensor. With it, they are the poses of another
-/// body (KITTI: the left grey camera; MulRan: the vehicle) and its `Tr:` row is T_body_sensor:
-///   kKitti          T_map_sensor = Tr⁻¹ · T_row · Tr. The rows' own world is a camera frame, z
-///                   forward; the map frame becomes the sensor frame where the camera's pose is the
-///                   identity, that is the sensor frame of the first scan, z up.
-///   others          T_map_sensor = T_row · Tr. The map frame is the world of the rows.
+/// With calib_file the rows are the poses of another body (KITTI: the left grey camera; MulRan and
+/// NAVER LABS: the vehicle) and it gives T_body_sensor:
+///   kKitti          T_map_sensor = T_body_sensor⁻¹ · T_row · T_body_sensor. The rows' own world is
+///                   a camera frame, z forward; the map frame becomes the sensor frame where the
+///                   camera's pose is the identity, that is the sensor frame of the first scan, z
+///                   up.
+///   others          T_map_sensor = T_row · T_body_sensor. The map frame is the world of the rows.
+/// Without it, kMulran takes the published mount of the Ouster, kNaver the calibration.json in one
+/// of the four folders above the file, and the rows of the others are T_map_sensor.
 ///
 /// Rows of kNclt and kOxford become x forward, y left, z up (their worlds north, west, up) of the
-/// sensor that ReadScan gives scans of these datasets for. Of kNclt, rows with NaN are left out.
-/// Oxford's INS is taken for the vehicle's origin: the arm between them is not applied.
+/// sensor that ReadScan gives scans of these datasets for. Left out and counted are rows of kNclt
+/// with NaN, and of kOxford whose ins_status is not INS_SOLUTION_GOOD.
 ///
 /// NotFound: no such file. InvalidArgument, with file, line and value: a number that does not
 /// parse, a wrong number of values, NaN, a rotation that is none, a translation out of range, a
-/// blank line between rows, or no row at all.
+/// blank line between rows, no row at all, or no calibration.json.
 [[nodiscard]] absl::StatusOr<Trajectory> ReadTrajectory(const std::string& poses_file,
                                                         PoseFormat format = PoseFormat::kAuto,
                                                         const std::string& calib_file = "");
 
-/// Reads the `Tr:` row (12 values) of a calibration file as that of the KITTI odometry benchmark:
-/// T_camera_sensor. Errors as of ReadTrajectory.
+/// Whether the body of the poses moves along its own z, as the cameras of KITTI do and no LiDAR
+/// whose z is up. False if it moves less than a metre.
+[[nodiscard]] bool MovesLikeACamera(const Trajectory& trajectory);
+
+/// Reads T_body_sensor: the `Tr:` row (12 values) of a calibration file as that of the KITTI
+/// odometry benchmark, or "Lidar" of "Extrinsic" (4x4) of NAVER LABS's calibration.json. Errors as
+/// of ReadTrajectory.
 [[nodiscard]] absl::StatusOr<Pose> ReadCalib(const std::string& calib_file);
 
 /// Reads times in seconds, one a line, into nanoseconds, without the rounding of a double.

@@ -13,6 +13,7 @@ namespace scanloc::dataset {
 struct Scan {
   PointCloud points;               ///< all finite
   std::size_t num_not_finite = 0;  ///< points of the file left out: a coordinate is NaN or infinite
+  std::size_t num_no_return = 0;   ///< .npy: rows of zeros left out, beams without a return
 
   friend bool operator==(const Scan&, const Scan&) = default;
 };
@@ -34,13 +35,15 @@ struct ScanFile {
   friend bool operator==(const ScanFile&, const ScanFile&) = default;
 };
 
-/// Whether ReadScan knows the file's extension: .bin, .pcd or .ply, in either case.
+/// Whether ReadScan knows the file's extension: .bin, .npy, .pcd or .ply, in either case.
 [[nodiscard]] bool IsScanFile(std::string_view path);
 
 /// Reads one scan, by its extension:
 ///   .bin  KITTI: float32 x y z intensity, little endian, without a header;
 ///   .pcd  ascii, binary or binary_compressed, with fields x y z of type F;
-///   .ply  ascii, binary_little_endian or binary_big_endian, with float or double x y z.
+///   .ply  ascii, binary_little_endian or binary_big_endian, with float or double x y z;
+///   .npy  NAVER LABS: a NumPy array of a row a point, whose first three columns are x y z in
+///         CENTIMETRES, of little-endian int16, int32, float32 or float64.
 ///
 /// NotFound: no such file. InvalidArgument, with the path and the reason: not a regular file,
 /// empty, truncated, larger than limits::kMaxScanFileBytes, more than limits::kMaxPointsPerScan
@@ -53,7 +56,8 @@ struct ScanFile {
 ///            more: x forward, y right, z down of the robot, whose origin is near the ground. Given
 ///            as x forward, y left, z up of a sensor 0.957 m above it (the HDL-32E's mount);
 ///   kOxford  float32, little endian: all x, all y, all z, all intensities; both sensors' scans in
-///            one, as x forward, y left, z up of a sensor in the middle of the two.
+///            one, as x forward, y left, z up of a sensor in the middle of the two, with the axes
+///            of the INS, which stands level in the vehicle.
 /// InvalidArgument also if either of the two files of kOxford is bad.
 [[nodiscard]] absl::StatusOr<Scan> ReadScan(const ScanFile& file);
 

@@ -1,0 +1,20 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string_view>
+
+/// What the names of scan files say.
+namespace scanloc::dataset {
+
+/// The name without its extension.
+[[nodiscard]] std::string_view Stem(std::string_view name);
+
+/// Whether a text is digits only.
+[[nodiscard]] bool IsNumber(std::string_view text);
+
+/// When a scan was taken, if its name gives it: 19 digits [ns], 16 digits [µs] or seconds with a
+/// decimal point.
+[[nodiscard]] std::optional<std::int64_t> StampOfName(std::string_view name);
+
+}  // namespace scanloc::dataset
