@@ -233,12 +233,17 @@ absl::Status EvalCommand::WriteReport(const EvalReport& report) const {
         absl::StrCat("cannot make folder '", report_dir_, "': ", error.message()));
   }
   const std::filesystem::path folder = report_dir_;
-  for (const auto& [name, text] :
-       {std::pair("report.html", EvalAsHtml(report)), std::pair("results.json", EvalAsJson(report)),
-        std::pair("matches.csv", EvalAsCsv(report))}) {
+  for (const auto& [name, text] : {std::pair("results.json", EvalAsJson(report)),
+                                   std::pair("matches.csv", EvalAsCsv(report))}) {
     if (absl::Status status = WriteText(folder / name, text); !status.ok()) return status;
   }
-  return absl::OkStatus();
+  const absl::StatusOr<std::string> page = EvalAsHtml(report);
+  if (!page.ok()) {
+    return absl::Status(page.status().code(),
+                        absl::StrCat("cannot write ", (folder / "report.html").string(), ": ",
+                                     page.status().message(), "; the other files are written"));
+  }
+  return WriteText(folder / "report.html", *page);
 }
 
 absl::Status EvalCommand::Run() {

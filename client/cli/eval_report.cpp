@@ -37,16 +37,7 @@ Json OrNull(const std::optional<double>& value) { return value ? Json(*value) : 
 Json KindsToJson(const EvalReport& report, const MethodResult& result) {
   Json json = Json::object();
   for (std::size_t kind = 0; kind < kNumKinds; ++kind) {
-    std::size_t num = 0;
-    std::size_t num_right = 0;
-    for (std::size_t i = 0; i < report.queries.size(); ++i) {
-      if (!result.scored[i].is_revisit ||
-          eval::KindOf(report.queries[i].variance) != static_cast<eval::RevisitKind>(kind)) {
-        continue;
-      }
-      ++num;
-      num_right += result.scored[i].is_right ? 1 : 0;
-    }
+    const auto [num, num_right] = CountKind(report, result, kind);
     Json& of_kind = json[eval::KindName(static_cast<eval::RevisitKind>(kind))];
     of_kind = {{"num_revisits", num}, {"recall_at_1", nullptr}, {"divergence_at_f1_max", nullptr}};
     if (num == 0) continue;
@@ -168,6 +159,19 @@ std::string EvalAsTable(const EvalReport& report, bool with_times) {
     append(row);
   }
   return text;
+}
+
+KindCount CountKind(const EvalReport& report, const MethodResult& result, std::size_t kind) {
+  KindCount count;
+  for (std::size_t i = 0; i < report.queries.size(); ++i) {
+    if (!result.scored[i].is_revisit ||
+        eval::KindOf(report.queries[i].variance) != static_cast<eval::RevisitKind>(kind)) {
+      continue;
+    }
+    ++count.num_revisits;
+    count.num_right += result.scored[i].is_right ? 1 : 0;
+  }
+  return count;
 }
 
 std::string EvalSummary(const EvalReport& report) {

@@ -22,14 +22,23 @@ struct EvalReport {
 [[nodiscard]] std::vector<std::string> EvalColumns();
 [[nodiscard]] std::vector<std::string> EvalRow(const MethodResult& result);
 
+/// Of the revisits of one kind.
+struct KindCount {
+  std::size_t num_revisits = 0;
+  std::size_t num_right = 0;  ///< by the first candidate, accepted or not
+};
+[[nodiscard]] KindCount CountKind(const EvalReport& report, const MethodResult& result,
+                                  std::size_t kind);
+
 /// One line: how many queries of which kind.
 [[nodiscard]] std::string EvalSummary(const EvalReport& report);
 /// A table for people; with_times: and one of the stages' times.
 [[nodiscard]] std::string EvalAsTable(const EvalReport& report, bool with_times = false);
 /// One JSON document: counts, measures and curves of every method.
 [[nodiscard]] std::string EvalAsJson(const EvalReport& report);
-/// One HTML page that needs no other file: table, curves, distribution of revisits, matches.
-[[nodiscard]] std::string EvalAsHtml(const EvalReport& report);
+/// One HTML page that needs no other file: tables, curves, distribution of revisits, matches. Its
+/// charts are drawn by gnuplot; errors as of RunGnuplot.
+[[nodiscard]] absl::StatusOr<std::string> EvalAsHtml(const EvalReport& report);
 /// One row a query and method: query, method, is_revisit, has_match, is_right, score.
 [[nodiscard]] std::string EvalAsCsv(const EvalReport& report);
 

@@ -119,27 +119,20 @@ void DrawAxes(const Page& page, Svg* svg) {
   svg->UpwardText({20.0, kTop_px + page.height_px() / 2.0}, "y in the map frame [m]", kTextSize_px);
 }
 
-// A line between places that follow each other; not across a jump, where the vehicle was elsewhere.
+// A line between places that follow each other.
 void DrawMap(const Page& page, const std::vector<PicturedPlace>& places, Svg* svg) {
-  std::vector<double> steps_m;
-  for (std::size_t i = 1; i < places.size(); ++i) {
-    steps_m.push_back((places[i].position - places[i - 1].position).norm());
-  }
-  const double jump_m = std::max(10.0, 5.0 * Median(steps_m).value_or(0.0));
   constexpr double kPathWidth_px = 5.0;
-  std::vector<Vector2d> path_px;
-  for (std::size_t i = 0; i < places.size(); ++i) {
-    const bool goes_on =
-        i > 0 && places[i].session == places[i - 1].session && steps_m[i - 1] <= jump_m;
-    if (!goes_on && !path_px.empty()) {
-      svg->Polyline(path_px, kMapColor, kPathWidth_px);
-      path_px.clear();
+  std::vector<std::size_t> starts = StretchStarts(places);
+  starts.push_back(places.size());
+  for (std::size_t k = 0; k + 1 < starts.size(); ++k) {
+    std::vector<Vector2d> path_px;
+    for (std::size_t i = starts[k]; i < starts[k + 1]; ++i) {
+      path_px.push_back(page.Px(places[i].position));
     }
-    path_px.push_back(page.Px(places[i].position));
     // A path of one point has no length to be drawn.
-    if (!goes_on) svg->Circle(path_px.back(), kPathWidth_px / 2.0, kMapColor);
+    svg->Circle(path_px.front(), kPathWidth_px / 2.0, kMapColor);
+    svg->Polyline(path_px, kMapColor, kPathWidth_px);
   }
-  if (!path_px.empty()) svg->Polyline(path_px, kMapColor, kPathWidth_px);
 }
 
 void DrawQueries(const Page& page, const std::vector<PicturedQuery>& queries, Verdict verdict,
@@ -230,6 +223,21 @@ void DrawLegend(const std::vector<PicturedPlace>& places, const std::vector<Pict
 }
 
 }  // namespace
+
+std::vector<std::size_t> StretchStarts(const std::vector<PicturedPlace>& places) {
+  std::vector<double> steps_m;
+  for (std::size_t i = 1; i < places.size(); ++i) {
+    steps_m.push_back((places[i].position - places[i - 1].position).norm());
+  }
+  const double jump_m = std::max(10.0, 5.0 * Median(steps_m).value_or(0.0));
+  std::vector<std::size_t> starts;
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    const bool goes_on =
+        i > 0 && places[i].session == places[i - 1].session && steps_m[i - 1] <= jump_m;
+    if (!goes_on) starts.push_back(i);
+  }
+  return starts;
+}
 
 std::string DrawMapPicture(const std::string& title, const std::vector<PicturedPlace>& places,
                            const std::vector<PicturedQuery>& queries) {

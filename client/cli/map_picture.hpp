@@ -30,6 +30,10 @@ struct PicturedPlace {
   std::size_t session = 0;
 };
 
+/// Where the path through the places begins anew: at the first, at those of another session and
+/// after jumps, where the vehicle was elsewhere. Ascending.
+[[nodiscard]] std::vector<std::size_t> StretchStarts(const std::vector<PicturedPlace>& places);
+
 /// A map and its answers as one SVG document, seen from above, x to the right and y up: the places
 /// as a path; a green dot where a right answer lies; a red cross where a wrong one lies, with a
 /// line to the true position; a blue dot for one that cannot be checked; a grey dot at the true
