@@ -21,8 +21,12 @@ template <typename PointAt>
 ChartLine LineOf(const std::string& name, std::size_t num_points, PointAt&& point_at) {
   ChartLine line{.name = name};
   const std::size_t step = std::max<std::size_t>(1, num_points / kMaxPoints);
-  for (std::size_t i = 0; i < num_points; i += step) line.points.push_back(point_at(i));
-  if (num_points > 0) line.points.push_back(point_at(num_points - 1));
+  const auto append = [&](std::size_t i) {
+    const Eigen::Vector2d point = point_at(i);
+    if (point.allFinite()) line.points.push_back(point);
+  };
+  for (std::size_t i = 0; i < num_points; i += step) append(i);
+  if (num_points > 0) append(num_points - 1);
   return line;
 }
 
@@ -226,7 +230,8 @@ std::string EvalAsHtml(const EvalReport& whole) {
                     " revisits)</h2>\n", ResultTable(whole.results, told_m));
   }
   html +=
-      "<p>AUC: area under precision over recall. R@P100: recall at 100 % precision. EP: "
+      "<p>AUC: area under precision over recall. P@F1, R@F1: precision and recall at the greatest "
+      "F1. R@P100: recall at 100 % precision. EP: "
       "extended precision. KL: divergence of the revisits found from all, at the greatest F1. ECE: "
       "expected calibration error. pos, lat, yaw: median errors of right matches. ms: mean time to "
       "describe and search, one thread.</p>\n<div class=\"charts\">\n";
