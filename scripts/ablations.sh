@@ -72,7 +72,7 @@ resolution() {
       --cart-rows "$rows" --cart-cols "$cols" --cart-max-shift-cols $((cols / 4)) --no-calibrate
     shape=$work/shape-$i
     evaluate "$shape-polar.json" "$work/shape.scanloc" --method pc,a-pc,auto
-    evaluate "$shape-cart.json" "$work/shape.scanloc" --method cc,a-cc,auto
+    evaluate "$shape-cart.json" "$work/shape.scanloc" --method cc,a-cc
     marked=""
     [[ $i -eq 1 ]] && marked="\\*"
     polar+=("$rings × $sectors$marked=$shape-polar.json")

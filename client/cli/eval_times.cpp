@@ -1,7 +1,7 @@
 #include "cli/eval_times.hpp"
 
 #include <algorithm>
-#include <chrono>
+#include <ctime>
 #include <optional>
 #include <utility>
 
@@ -43,13 +43,13 @@ absl::Status TimeOnce(const EvalSubjects& subjects, const EvalMethod& method,
   std::int64_t describe_ns = 0;
   std::int64_t describe_place_ns = 0;
   if (timed->describer) {
-    const std::int64_t start_ns = SteadyNow_ns();
+    const std::int64_t start_ns = ThreadNow_ns();
     const ScanDescriptor described = timed->describer->Describe(question.scan);
-    describe_ns = SteadyNow_ns() - start_ns;
+    describe_ns = ThreadNow_ns() - start_ns;
     if (time_places) {
-      const std::int64_t place_start_ns = SteadyNow_ns();
+      const std::int64_t place_start_ns = ThreadNow_ns();
       const PlaceDescriptor place = timed->describer->DescribePlace(question.scan);
-      describe_place_ns = SteadyNow_ns() - place_start_ns;
+      describe_place_ns = ThreadNow_ns() - place_start_ns;
     }
   }
   const absl::StatusOr<Answer> answer = Ask(subjects, method, question);
@@ -81,10 +81,10 @@ StageMeans MeansOf(const Timed& timed) {
 
 }  // namespace
 
-std::int64_t SteadyNow_ns() {
-  return std::chrono::duration_cast<std::chrono::nanoseconds>(
-             std::chrono::steady_clock::now().time_since_epoch())
-      .count();
+std::int64_t ThreadNow_ns() {
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return std::int64_t{now.tv_sec} * 1'000'000'000 + now.tv_nsec;
 }
 
 absl::StatusOr<std::vector<StageMeans>> MeasureTimes(const EvalSubjects& subjects,

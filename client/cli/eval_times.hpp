@@ -29,8 +29,8 @@ struct EvalQuestion {
   const std::vector<bool>& hidden;   ///< places that it does not see; empty: it sees all
 };
 
-/// Of a monotonic clock.
-[[nodiscard]] std::int64_t SteadyNow_ns();
+/// Processor time of this thread: what it does not get while others run is not counted.
+[[nodiscard]] std::int64_t ThreadNow_ns();
 
 /// The scan of that query, turned if options ask for a tilt.
 [[nodiscard]] absl::StatusOr<dataset::Scan> ReadQuery(std::size_t number, const EvalQuery& query,

@@ -222,13 +222,13 @@ absl::StatusOr<Answer> Ask(const EvalSubjects& subjects, const EvalMethod& metho
                      .num_answers = kNumAnswers,
                      .num_candidates = method.num_candidates,
                      .excluded = excluded,
-                     .now_ns = &SteadyNow_ns});
+                     .now_ns = &ThreadNow_ns});
   }
   QueryOptions asked;
   asked.method = method.method;
   asked.num_candidates = method.num_candidates;
   asked.max_answers = kNumAnswers;
-  asked.now_ns = &SteadyNow_ns;
+  asked.now_ns = &ThreadNow_ns;
   asked.excluded = excluded;
   return subjects.localizer.Localize(question.descriptor, asked);
 }

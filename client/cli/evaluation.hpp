@@ -48,7 +48,7 @@ struct EvalMethod {
 /// OK if a map of these parameters can serve the method, else FailedPrecondition that says why.
 [[nodiscard]] absl::Status CheckServes(const Params& params, const EvalMethod& method);
 
-/// Mean time of a stage a query, one thread, nothing else of this program running [ms].
+/// Mean processor time of a stage a query, one thread, nothing else of this program running [ms].
 struct StageMeans {
   double describe_ms = 0.0;        ///< of what the method alone needs
   double describe_place_ms = 0.0;  ///< for the map, with root shifts; only with time_places
