@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 #include <optional>
 #include <utility>
 
@@ -68,11 +69,11 @@ EvalFigure AddF1(const std::vector<const MethodResult*>& results, ChartSheet* sh
   return {"F1 over recall", "The dot is at the greatest F1.", sheet->Add(chart)};
 }
 
-/// Of all revisits, or of those of one kind.
+/// Of all revisits, or of those of one kind; none where none of them is found yet.
 std::optional<double> DivergenceAt(const MethodResult& result, std::optional<std::size_t> kind,
                                    std::size_t k) {
   const auto& divergences = kind ? result.kind_divergences[*kind] : result.divergences;
-  if (k >= divergences.size()) return std::nullopt;
+  if (k >= divergences.size() || std::isnan(divergences[k])) return std::nullopt;
   return divergences[k];
 }
 

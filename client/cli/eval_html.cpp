@@ -35,11 +35,11 @@ code { overflow-wrap: anywhere }
 )";
 
 constexpr const char* kExplanation =
-    "<p>AUC: area under precision over recall. R@P100: recall at 100 % precision. EP: extended "
-    "precision. KL: divergence of the revisits found from all, at the greatest F1. ECE: expected "
-    "calibration error. pos, lat, yaw: median errors of right matches. ms: mean time to describe "
-    "and search, one thread. Recall counts all revisits; a wrong match counts against precision "
-    "whether its query is a revisit or not.</p>\n";
+    "<p>AUC: area under precision over recall. P@F1, R@F1: precision and recall at the greatest "
+    "F1. R@P100: recall at 100 % precision. EP: extended precision. KL: divergence of the revisits "
+    "found from all, at the greatest F1. ECE: expected calibration error. pos, lat, yaw: median "
+    "errors of right matches. ms: mean processor time to describe and search. Recall counts all "
+    "revisits; a wrong match counts against precision whether its query is a revisit or not.</p>\n";
 
 std::string Escaped(const std::string& text) {
   return absl::StrReplaceAll(text,
@@ -78,7 +78,7 @@ std::string ErrorTable(const std::vector<const MethodResult*>& results) {
   std::vector<Row> rows;
   for (const MethodResult* result : results) {
     Row row = {result->name};
-    for (const std::optional<ErrorSummary>& error :
+    for (const std::optional<eval::ErrorSummary>& error :
          {result->position_m, result->lateral_m, result->yaw_deg}) {
       if (!error) row.insert(row.end(), {"-", "-", "-"});
       if (!error) continue;

@@ -28,8 +28,23 @@ std::string OrDash(const std::optional<double>& value, int decimals) {
   return value ? absl::StrFormat("%.*f", decimals, *value) : "-";
 }
 
-std::optional<double> MedianOf(const std::optional<ErrorSummary>& error) {
+std::optional<double> MedianOf(const std::optional<eval::ErrorSummary>& error) {
   return error ? std::optional(error->median) : std::nullopt;
+}
+
+std::optional<double> Recall(const MethodResult& result, int k) {
+  return eval::RecallAt(k, result.first_right, result.num_candidates);
+}
+
+/// The point of the greatest F1; null without.
+const eval::OperatingPoint* BestPoint(const MethodResult& result) {
+  const eval::PrecisionRecall& curve = result.precision_recall;
+  return curve.best ? &curve.points[*curve.best] : nullptr;
+}
+
+/// Of measures that say nothing where there are no revisits.
+std::optional<double> OfRevisits(const MethodResult& result, double measure) {
+  return result.first_right.empty() ? std::nullopt : std::optional(measure);
 }
 
 Json OrNull(const std::optional<double>& value) { return value ? Json(*value) : Json(nullptr); }
@@ -42,13 +57,13 @@ Json KindsToJson(const EvalReport& report, const MethodResult& result) {
     of_kind = {{"num_revisits", num}, {"recall_at_1", nullptr}, {"divergence_at_f1_max", nullptr}};
     if (num == 0) continue;
     of_kind["recall_at_1"] = static_cast<double>(num_right) / static_cast<double>(num);
-    of_kind["divergence_at_f1_max"] = result.kind_divergence_at_f1_max[kind];
+    of_kind["divergence_at_f1_max"] = OrNull(result.kind_divergence_at_f1_max[kind]);
     of_kind["divergences"] = result.kind_divergences[kind];
   }
   return json;
 }
 
-Json ErrorToJson(const std::optional<ErrorSummary>& error) {
+Json ErrorToJson(const std::optional<eval::ErrorSummary>& error) {
   if (!error) return nullptr;
   return {{"median", error->median}, {"mean", error->mean}, {"p90", error->p90}};
 }
@@ -60,14 +75,18 @@ Json ResultToJson(const EvalReport& report, const MethodResult& result) {
   json["num_revisits"] = result.first_right.size();
   json["num_right_beyond"] = result.num_right_beyond;
   for (const int k : {1, 5, 10}) {
-    json[absl::StrCat("recall_at_", k)] = eval::RecallAt(k, result.first_right);
+    json[absl::StrCat("recall_at_", k)] = OrNull(Recall(result, k));
   }
-  json["area_under_curve"] = result.precision_recall.area;
-  json["f1_max"] = result.precision_recall.f1_max;
-  json["threshold_at_f1_max"] = result.threshold_at_f1_max;
-  json["recall_at_full_precision"] = result.precision_recall.recall_at_full_precision;
-  json["extended_precision"] = result.precision_recall.extended_precision;
-  json["divergence_at_f1_max"] = result.divergence_at_f1_max;
+  const eval::PrecisionRecall& curve = result.precision_recall;
+  const eval::OperatingPoint* best = BestPoint(result);
+  json["area_under_curve"] = OrNull(OfRevisits(result, curve.area));
+  json["f1_max"] = OrNull(OfRevisits(result, curve.f1_max));
+  json["threshold_at_f1_max"] = best != nullptr ? Json(best->threshold) : Json(nullptr);
+  json["precision_at_f1_max"] = best != nullptr ? Json(best->precision) : Json(nullptr);
+  json["recall_at_f1_max"] = best != nullptr ? Json(best->recall) : Json(nullptr);
+  json["recall_at_full_precision"] = OrNull(OfRevisits(result, curve.recall_at_full_precision));
+  json["extended_precision"] = OrNull(OfRevisits(result, curve.extended_precision));
+  json["divergence_at_f1_max"] = OrNull(result.divergence_at_f1_max);
   json["expected_calibration_error"] =
       result.reliability ? Json(result.reliability->expected_calibration_error) : Json(nullptr);
   json["median_position_error_m"] = OrNull(MedianOf(result.position_m));
@@ -79,9 +98,10 @@ Json ResultToJson(const EvalReport& report, const MethodResult& result) {
   json["yaw_error_deg"] = ErrorToJson(result.yaw_deg);
   json["mean_ms"] = result.times.total_ms;
   json["times_ms"] = {
-      {"describe", result.times.describe_ms}, {"retrieve", result.times.retrieve_ms},
-      {"match", result.times.match_ms},       {"verify", result.times.verify_ms},
-      {"total", result.times.total_ms},       {"total_p99", result.times.total_p99_ms}};
+      {"describe", result.times.describe_ms},  {"describe_place", result.times.describe_place_ms},
+      {"retrieve", result.times.retrieve_ms},  {"match", result.times.match_ms},
+      {"verify", result.times.verify_ms},      {"total", result.times.total_ms},
+      {"total_p99", result.times.total_p99_ms}};
   json["kinds"] = KindsToJson(report, result);
   json["curve"] = Json::array();
   for (std::size_t i = 0; i < result.precision_recall.points.size(); ++i) {
@@ -95,69 +115,106 @@ Json ResultToJson(const EvalReport& report, const MethodResult& result) {
   return json;
 }
 
-constexpr std::array<const char*, 14> kColumns = {
-    "method", "recall@1", "recall@5", "recall@10", "AUC",   "F1max",   "R@P100",
-    "EP",     "KL",       "ECE",      "pos m",     "lat m", "yaw deg", "ms"};
+constexpr std::array<const char*, 16> kColumns = {
+    "method", "recall@1", "recall@5", "recall@10", "AUC",   "F1max", "P@F1",    "R@F1",
+    "R@P100", "EP",       "KL",       "ECE",       "pos m", "lat m", "yaw deg", "ms"};
 
-constexpr std::array<const char*, 7> kTimeColumns = {"ms a query", "describe", "retrieve", "match",
-                                                     "verify",     "total",    "p99"};
+constexpr std::array<const char*, 10> kErrorColumns = {
+    "of matches", "pos m", "mean", "90 %", "lat m", "mean", "90 %", "yaw deg", "mean", "90 %"};
+
+constexpr std::array<const char*, 8> kTimeColumns = {
+    "ms a query", "describe", "(place)", "retrieve", "match", "verify", "total", "p99"};
 
 std::vector<std::string> RowOf(const MethodResult& result) {
-  std::optional<double> error;
-  if (result.reliability) error = result.reliability->expected_calibration_error;
+  std::optional<double> calibration_error, best_precision, best_recall;
+  if (result.reliability) calibration_error = result.reliability->expected_calibration_error;
+  if (const eval::OperatingPoint* best = BestPoint(result)) {
+    best_precision = best->precision;
+    best_recall = best->recall;
+  }
   const eval::PrecisionRecall& curve = result.precision_recall;
   return {result.name,
-          absl::StrFormat("%.3f", eval::RecallAt(1, result.first_right)),
-          absl::StrFormat("%.3f", eval::RecallAt(5, result.first_right)),
-          absl::StrFormat("%.3f", eval::RecallAt(10, result.first_right)),
-          absl::StrFormat("%.3f", curve.area),
-          absl::StrFormat("%.3f", curve.f1_max),
-          absl::StrFormat("%.3f", curve.recall_at_full_precision),
-          absl::StrFormat("%.3f", curve.extended_precision),
-          absl::StrFormat("%.3f", result.divergence_at_f1_max),
-          OrDash(error, 3),
+          OrDash(Recall(result, 1), 3),
+          OrDash(Recall(result, 5), 3),
+          OrDash(Recall(result, 10), 3),
+          OrDash(OfRevisits(result, curve.area), 3),
+          OrDash(OfRevisits(result, curve.f1_max), 3),
+          OrDash(best_precision, 3),
+          OrDash(best_recall, 3),
+          OrDash(OfRevisits(result, curve.recall_at_full_precision), 3),
+          OrDash(OfRevisits(result, curve.extended_precision), 3),
+          OrDash(result.divergence_at_f1_max, 3),
+          OrDash(calibration_error, 3),
           OrDash(MedianOf(result.position_m), 2),
           OrDash(MedianOf(result.lateral_m), 2),
           OrDash(MedianOf(result.yaw_deg), 2),
           absl::StrFormat("%.2f", result.times.total_ms)};
 }
 
+std::vector<std::string> ErrorRowOf(const MethodResult& result) {
+  std::vector<std::string> row = {result.name};
+  for (const auto& error : {result.position_m, result.lateral_m, result.yaw_deg}) {
+    row.push_back(OrDash(MedianOf(error), 2));
+    row.push_back(OrDash(error ? std::optional(error->mean) : std::nullopt, 2));
+    row.push_back(OrDash(error ? std::optional(error->p90) : std::nullopt, 2));
+  }
+  return row;
+}
+
+std::vector<std::string> TimeRowOf(const MethodResult& result) {
+  std::vector<std::string> row = {result.name};
+  const StageMeans& times = result.times;
+  for (const double ms : {times.describe_ms, times.describe_place_ms, times.retrieve_ms,
+                          times.match_ms, times.verify_ms, times.total_ms, times.total_p99_ms}) {
+    row.push_back(absl::StrFormat("%.3f", ms));
+  }
+  return row;
+}
+
+template <typename Row>
+void AppendRow(const Row& row, std::string* text) {
+  for (std::size_t i = 0; i < row.size(); ++i) {
+    if (i == 0) {
+      absl::StrAppendFormat(text, "%-14s", std::string(row[i]));
+    } else {
+      absl::StrAppendFormat(text, "%10s", std::string(row[i]));
+    }
+  }
+  *text += '\n';
+}
+
+/// What the table's precision may make one think wrongly of.
+void AppendRightBeyond(const MethodResult& result, std::string* text) {
+  if (result.num_right_beyond == 0) return;
+  absl::StrAppendFormat(text,
+                        "%s: %d answers that count as wrong tell the right pose; no place lies "
+                        "within %g m of the query\n",
+                        result.name, result.num_right_beyond, result.within_m);
+}
+
 }  // namespace
 
 std::string EvalAsTable(const EvalReport& report, bool with_times) {
   std::string text = EvalSummary(report) + "\n";
-  const auto append = [&](const auto& row) {
-    for (std::size_t i = 0; i < row.size(); ++i) {
-      if (i == 0) {
-        absl::StrAppendFormat(&text, "%-14s", std::string(row[i]));
-      } else {
-        absl::StrAppendFormat(&text, "%10s", std::string(row[i]));
-      }
-    }
-    text += '\n';
-  };
   double within_m = report.within_m;
-  append(kColumns);
+  AppendRow(kColumns, &text);
   for (const MethodResult& result : report.results) {
     if (result.within_m != within_m) {
       within_m = result.within_m;
       absl::StrAppendFormat(&text, "within %g m: %d revisits\n", within_m,
                             result.first_right.size());
     }
-    append(RowOf(result));
+    AppendRow(RowOf(result), &text);
   }
-  if (!with_times) return text;
-  append(kTimeColumns);
-  for (const MethodResult& result : report.results) {
-    if (result.within_m != report.within_m) break;
-    std::vector<std::string> row = {result.name};
-    const StageMeans& times = result.times;
-    for (const double ms : {times.describe_ms, times.retrieve_ms, times.match_ms, times.verify_ms,
-                            times.total_ms, times.total_p99_ms}) {
-      row.push_back(absl::StrFormat("%.3f", ms));
+  for (const MethodResult& result : report.results) AppendRightBeyond(result, &text);
+  const auto append_main = [&](const auto& columns, const auto& row_of) {
+    AppendRow(columns, &text);
+    for (const MethodResult& result : report.results) {
+      if (result.within_m == report.within_m) AppendRow(row_of(result), &text);
     }
-    append(row);
-  }
+  };
+  append_main(kErrorColumns, ErrorRowOf);
+  if (with_times) append_main(kTimeColumns, TimeRowOf);
   return text;
 }
 

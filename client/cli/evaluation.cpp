@@ -1,41 +1,25 @@
 #include "cli/evaluation.hpp"
 
-#include <algorithm>
-#include <atomic>
-#include <chrono>
 #include <cmath>
-#include <condition_variable>
 #include <limits>
 #include <map>
 #include <memory>
-#include <mutex>
 #include <numbers>
-#include <numeric>
 #include <random>
-#include <thread>
+#include <utility>
 
-#include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
-#include "cli/query_result.hpp"
-#include "scanloc/core/limits.hpp"
+#include "cli/eval_jobs.hpp"
+#include "cli/eval_times.hpp"
 #include "scanloc/dataset/scan_reader.hpp"
 #include "scanloc/eval/baseline.hpp"
+#include "scanloc/eval/ground_truth.hpp"
+#include "scanloc/eval/judging.hpp"
 
 namespace scanloc::cli {
 namespace {
 
-constexpr int kNumAnswers = 10;
 constexpr int kNumReliabilityBins = 10;
-
-std::int64_t NowNs() {
-  return std::chrono::duration_cast<std::chrono::nanoseconds>(
-             std::chrono::steady_clock::now().time_since_epoch())
-      .count();
-}
-
-double PlanarDistance(const Pose& a, const Pose& b) {
-  return (a.translation() - b.translation()).head<2>().norm();
-}
 
 /// The answers of all methods to one scan.
 using Answers = std::vector<Answer>;
@@ -53,25 +37,171 @@ Eigen::Quaterniond TiltOf(std::size_t number, double tilt_deg) {
   return pitch * roll;
 }
 
-/// True where the query does not see the place; empty: it sees all.
-std::vector<bool> HiddenFrom(const EvalQuery& query, const Map& map) {
-  std::vector<bool> hidden;
-  if (!query.sees_until_ns) return hidden;
-  hidden.reserve(map.places.size());
-  for (const Place& place : map.places) hidden.push_back(place.stamp_ns >= *query.sees_until_ns);
-  return hidden;
+absl::StatusOr<Answers> AnswerAll(const EvalSubjects& subjects, std::size_t number,
+                                  const EvalQuery& query, const EvalOptions& options,
+                                  Describer& describer) {
+  const absl::StatusOr<dataset::Scan> scan = ReadQuery(number, query, options.tilt_deg);
+  if (!scan.ok()) return scan.status();
+  const std::vector<bool> hidden =
+      eval::HiddenPlaces(subjects.localizer.map().places, query.sees_until_ns);
+  const ScanDescriptor descriptor = describer.Describe(scan->points);
+  Answers answers;
+  for (std::size_t i = 0; i < options.methods.size(); ++i) {
+    absl::StatusOr<Answer> answer =
+        Ask(subjects, options.methods[i], {scan->points, descriptor, hidden});
+    if (!answer.ok()) return answer.status();
+    answers.push_back(*std::move(answer));
+  }
+  return answers;
 }
 
-/// What one thread works with.
-struct Worker {
-  Describer describer;
-  std::map<std::string, std::unique_ptr<eval::Baseline>> baselines;  // by name
-};
+absl::StatusOr<std::vector<Describer>> MakeDescribers(const Params& params, std::size_t count) {
+  std::vector<Describer> describers;
+  for (std::size_t i = 0; i < count; ++i) {
+    absl::StatusOr<Describer> describer = Describer::Create(params);
+    if (!describer.ok()) return describer.status();
+    describers.push_back(*std::move(describer));
+  }
+  return describers;
+}
 
-using BaselineIndices = std::map<std::string, eval::BaselineIndex>;  // by name
+/// The vectors of the scan of every place.
+absl::StatusOr<std::vector<Eigen::VectorXf>> DescribePlaces(const eval::Baseline& baseline,
+                                                            std::size_t num_places,
+                                                            const EvalOptions& options) {
+  if (options.place_scans.size() != num_places) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        "the baseline ", baseline.name(), " needs the scans that the map was made of: ",
+        options.place_scans.size(), " are known of ", num_places, " places; give --map-scans"));
+  }
+  std::vector<Eigen::VectorXf> vectors(num_places);
+  const auto job = [&](std::size_t number, std::size_t /*worker*/) {
+    const absl::StatusOr<dataset::Scan> scan = dataset::ReadScan(options.place_scans[number]);
+    if (!scan.ok()) return scan.status();
+    vectors[number] = baseline.Describe(scan->points);
+    return absl::OkStatus();
+  };
+  absl::Status status =
+      RunJobs(NumThreads(options.num_threads), num_places, job, [](std::size_t) {});
+  if (!status.ok()) return status;
+  return vectors;
+}
 
-absl::StatusOr<dataset::Scan> ReadTilted(std::size_t number, const EvalQuery& query,
-                                         double tilt_deg) {
+absl::Status PrepareBaselines(const EvalOptions& options, EvalSubjects* subjects) {
+  const Map& map = subjects->localizer.map();
+  for (const EvalMethod& method : options.methods) {
+    if (!method.is_baseline || subjects->baselines.contains(method.baseline)) continue;
+    std::unique_ptr<eval::Baseline> baseline = eval::MakeBaseline(method.baseline);
+    std::vector<Eigen::VectorXf> vectors;
+    if (!baseline->context_kind()) {
+      absl::StatusOr<std::vector<Eigen::VectorXf>> described =
+          DescribePlaces(*baseline, map.places.size(), options);
+      if (!described.ok()) return described.status();
+      vectors = *std::move(described);
+    }
+    baseline->Prepare(map, std::move(vectors));
+    subjects->baselines[method.baseline] = std::move(baseline);
+  }
+  return absl::OkStatus();
+}
+
+/// How many places a method looks at; more than any map has where it ranks all of them.
+int NumCandidates(const EvalMethod& method, const EvalSubjects& subjects) {
+  constexpr int kAll = std::numeric_limits<int>::max();
+  if (method.is_baseline && !subjects.baselines.at(method.baseline)->takes_candidates()) {
+    return kAll;
+  }
+  if (!method.is_baseline && method.method.brute_force) return kAll;
+  if (!method.is_baseline && method.method.automatic) return method.num_candidates.value_or(kAll);
+  return method.num_candidates.value_or(subjects.localizer.map().params.search.num_candidates);
+}
+
+void MeasureDivergences(const std::vector<EvalQuery>& queries, MethodResult* result) {
+  std::vector<eval::RevisitVariance> variances;
+  variances.reserve(queries.size());
+  for (const EvalQuery& query : queries) variances.push_back(query.variance);
+  const eval::PrecisionRecall& curve = result->precision_recall;
+  const auto measure = [&](std::optional<eval::RevisitKind> kind) {
+    return eval::MeasureDivergences(variances, result->scored, curve.points, result->within_m,
+                                    kind);
+  };
+  const auto at_best = [&](const std::vector<double>& divergences) {
+    std::optional<double> value;
+    if (curve.best && !divergences.empty() && !std::isnan(divergences[*curve.best])) {
+      value = divergences[*curve.best];
+    }
+    return value;
+  };
+  result->divergences = measure(std::nullopt);
+  result->divergence_at_f1_max = at_best(result->divergences);
+  for (std::size_t kind = 0; kind < kNumKinds; ++kind) {
+    result->kind_divergences[kind] = measure(static_cast<eval::RevisitKind>(kind));
+    result->kind_divergence_at_f1_max[kind] = at_best(result->kind_divergences[kind]);
+  }
+}
+
+/// What the answers of one method are worth.
+MethodResult Measure(const EvalMethod& method, std::size_t index,
+                     const std::vector<EvalQuery>& queries, const std::vector<Answers>& answers,
+                     double within_m, double tilt_deg) {
+  MethodResult result;
+  result.name = method.name;
+  result.within_m = within_m;
+  std::vector<eval::ScoredQuery> confident;
+  std::vector<double> position_m, lateral_m, yaw_deg;
+  for (std::size_t i = 0; i < queries.size(); ++i) {
+    eval::QueryTruth truth;
+    if (queries[i].T_map_true) {
+      truth.T_map_query = *queries[i].T_map_true * TiltOf(i, tilt_deg).conjugate();
+    }
+    if (queries[i].has_place) truth.nearest = queries[i].variance;
+    const std::vector<Candidate>& candidates = answers[i][index].candidates;
+    const eval::Judgement judgement = eval::Judge(truth, candidates, within_m);
+    result.scored.push_back(judgement.scored);
+    if (judgement.scored.is_revisit) result.first_right.push_back(judgement.first_right);
+    result.num_right_beyond += judgement.is_right_beyond ? 1 : 0;
+    result.matched_m.emplace_back(Eigen::Vector2d::Zero());
+    if (candidates.empty()) continue;
+    result.matched_m.back() = candidates.front().T_map_query.translation().head<2>();
+    if (candidates.front().confidence) {
+      confident.push_back({.has_match = true,
+                           .is_right = judgement.is_pose_right,
+                           .score = judgement.scored.score});
+    }
+    if (!judgement.error || method.is_baseline) continue;
+    position_m.push_back(judgement.error->position_m);
+    lateral_m.push_back(judgement.error->lateral_m);
+    yaw_deg.push_back(judgement.error->yaw_deg);
+  }
+  result.precision_recall = eval::MeasurePrecisionRecall(result.scored);
+  result.threshold_at_f1_max = result.precision_recall.BestThreshold();
+  if (!confident.empty()) {
+    result.reliability = eval::MeasureReliability(confident, kNumReliabilityBins);
+  }
+  MeasureDivergences(queries, &result);
+  result.position_m = eval::Summarize(position_m);
+  result.lateral_m = eval::Summarize(lateral_m);
+  result.yaw_deg = eval::Summarize(yaw_deg);
+  return result;
+}
+
+}  // namespace
+
+void FindRevisits(const Map& map, double within_m, std::vector<EvalQuery>* queries) {
+  for (EvalQuery& query : *queries) {
+    std::optional<eval::RevisitVariance> nearest;
+    if (query.T_map_true) {
+      nearest = eval::NearestPlace(map.places, eval::HiddenPlaces(map.places, query.sees_until_ns),
+                                   *query.T_map_true);
+    }
+    query.has_place = nearest.has_value();
+    query.variance = nearest.value_or(eval::RevisitVariance{});
+    query.is_revisit = eval::IsRevisit(nearest, within_m);
+  }
+}
+
+absl::StatusOr<dataset::Scan> ReadQuery(std::size_t number, const EvalQuery& query,
+                                        double tilt_deg) {
   absl::StatusOr<dataset::Scan> scan = dataset::ReadScan(query.file);
   if (!scan.ok() || tilt_deg <= 0.0) return scan;
   const Eigen::Matrix3f turn = TiltOf(number, tilt_deg).toRotationMatrix().cast<float>();
@@ -82,394 +212,57 @@ absl::StatusOr<dataset::Scan> ReadTilted(std::size_t number, const EvalQuery& qu
   return scan;
 }
 
-Answer AnswerByBaseline(const Map& map, eval::Baseline& baseline, const eval::BaselineIndex& index,
-                        PointView scan, const std::vector<bool>* hidden) {
-  Answer answer;
-  const std::int64_t start_ns = NowNs();
-  const Eigen::VectorXf vector = baseline.Describe(scan);
-  const std::int64_t described_ns = NowNs();
-  for (const auto& [number, distance] : index.Search(vector, kNumAnswers, hidden)) {
-    const Place& place = map.places[number];
-    Candidate candidate;
-    candidate.place = static_cast<std::int32_t>(number);
-    candidate.distance = distance;
-    candidate.T_map_place = place.T_map_place;
-    candidate.T_map_query = place.T_map_place;
-    answer.candidates.push_back(std::move(candidate));
+absl::StatusOr<Answer> Ask(const EvalSubjects& subjects, const EvalMethod& method,
+                           const EvalQuestion& question) {
+  const std::vector<bool>* excluded = question.hidden.empty() ? nullptr : &question.hidden;
+  if (method.is_baseline) {
+    return subjects.baselines.at(method.baseline)
+        ->Recognize({.scan = question.scan,
+                     .descriptor = question.descriptor,
+                     .num_answers = kNumAnswers,
+                     .num_candidates = method.num_candidates,
+                     .excluded = excluded,
+                     .now_ns = &ThreadNow_ns});
   }
-  answer.times.describe_ns = described_ns - start_ns;
-  answer.times.retrieve_ns = NowNs() - described_ns;
-  return answer;
-}
-
-absl::StatusOr<Answers> AnswerAll(const Localizer& localizer, const BaselineIndices& indices,
-                                  std::size_t number, const EvalQuery& query,
-                                  const EvalOptions& options, Worker& worker) {
-  const absl::StatusOr<dataset::Scan> scan = ReadTilted(number, query, options.tilt_deg);
-  if (!scan.ok()) return scan.status();
-  const std::vector<bool> hidden = HiddenFrom(query, localizer.map());
-  const std::vector<bool>* excluded = hidden.empty() ? nullptr : &hidden;
-  const std::int64_t start_ns = NowNs();
-  const ScanDescriptor descriptor = worker.describer.Describe(scan->points);
-  const std::int64_t describe_ns = NowNs() - start_ns;
-  Answers answers;
-  for (const EvalMethod& method : options.methods) {
-    if (method.is_baseline) {
-      answers.push_back(AnswerByBaseline(localizer.map(), *worker.baselines.at(method.name),
-                                         indices.at(method.name), scan->points, excluded));
-      continue;
-    }
-    QueryOptions asked;
-    asked.method = method.method;
-    asked.num_candidates = method.num_candidates;
-    asked.max_answers = kNumAnswers;
-    asked.now_ns = &NowNs;
-    asked.excluded = excluded;
-    absl::StatusOr<Answer> answer = localizer.Localize(descriptor, asked);
-    if (!answer.ok()) return answer.status();
-    answer->times.describe_ns = describe_ns;
-    answers.push_back(*std::move(answer));
-  }
-  return answers;
-}
-
-/// Does numbered jobs on threads, each of which has a worker of its own.
-class EvalRun {
- public:
-  using Job = std::function<absl::Status(std::size_t number, Worker& worker)>;
-
-  EvalRun(const Params& params, const EvalOptions& options) : params_(params), options_(options) {}
-
-  /// The error of the first job, in order, that fails.
-  absl::Status Run(std::size_t num_jobs, const Job& job,
-                   const std::function<void(std::size_t)>& told) {
-    absl::StatusOr<std::vector<Worker>> workers = MakeWorkers();
-    if (!workers.ok()) return workers.status();
-    num_jobs_ = num_jobs;
-    num_working_ = workers->size();
-    std::vector<std::thread> threads;
-    threads.reserve(workers->size());
-    for (Worker& worker : *workers) {
-      threads.emplace_back([this, &worker, &job] { Work(worker, job); });
-    }
-    std::unique_lock lock(mutex_);
-    while (num_working_ > 0) {
-      has_news_.wait(lock);
-      const std::size_t num_done = num_done_;
-      lock.unlock();
-      told(num_done);
-      lock.lock();
-    }
-    lock.unlock();
-    for (std::thread& thread : threads) thread.join();
-    return error_;
-  }
-
- private:
-  [[nodiscard]] absl::StatusOr<std::vector<Worker>> MakeWorkers() const {
-    const unsigned num_wanted = options_.num_threads > 0
-                                    ? static_cast<unsigned>(options_.num_threads)
-                                    : std::max(1U, std::thread::hardware_concurrency());
-    std::vector<Worker> workers;
-    for (unsigned i = 0; i < num_wanted; ++i) {
-      absl::StatusOr<Describer> describer = Describer::Create(params_);
-      if (!describer.ok()) return describer.status();
-      Worker worker{.describer = *std::move(describer), .baselines = {}};
-      for (const EvalMethod& method : options_.methods) {
-        if (method.is_baseline) worker.baselines[method.name] = eval::MakeBaseline(method.name);
-      }
-      workers.push_back(std::move(worker));
-    }
-    return workers;
-  }
-
-  void Work(Worker& worker, const Job& job) {
-    while (true) {
-      const std::size_t i = next_.fetch_add(1);
-      absl::Status status;
-      const bool is_over = i >= num_jobs_ || has_failed_;
-      if (!is_over) status = job(i, worker);
-      const std::lock_guard lock(mutex_);
-      if (!status.ok()) {
-        has_failed_ = true;
-        // Of several, the first in order, whichever thread was quicker.
-        if (i < error_at_) error_ = status;
-        error_at_ = std::min(error_at_, i);
-      }
-      is_over ? --num_working_ : ++num_done_;
-      has_news_.notify_one();
-      if (is_over) return;
-    }
-  }
-
-  const Params& params_;
-  const EvalOptions& options_;
-  std::size_t num_jobs_ = 0;
-  std::atomic<std::size_t> next_ = 0;
-  std::atomic<bool> has_failed_ = false;
-  std::mutex mutex_;
-  std::condition_variable has_news_;
-  std::size_t num_working_ = 0;
-  std::size_t num_done_ = 0;
-  std::size_t error_at_ = std::numeric_limits<std::size_t>::max();
-  absl::Status error_;
-};
-
-/// Rank from 1 of the first right candidate; 0: none.
-int FirstRight(const Answer& answer, const EvalQuery& query, double within_m) {
-  if (!query.T_map_true) return 0;
-  for (std::size_t i = 0; i < answer.candidates.size(); ++i) {
-    if (PlanarDistance(answer.candidates[i].T_map_place, *query.T_map_true) <= within_m) {
-      return static_cast<int>(i) + 1;
-    }
-  }
-  return 0;
-}
-
-double Quantile(const std::vector<double>& sorted, double share) {
-  return sorted[std::min(sorted.size() - 1,
-                         static_cast<std::size_t>(share * static_cast<double>(sorted.size())))];
-}
-
-double Mean(const std::vector<double>& values) {
-  return std::accumulate(values.begin(), values.end(), 0.0) /
-         static_cast<double>(std::max<std::size_t>(1, values.size()));
-}
-
-std::optional<ErrorSummary> Summarize(std::vector<double> errors) {
-  if (errors.empty()) return std::nullopt;
-  std::sort(errors.begin(), errors.end());
-  return ErrorSummary{Quantile(errors, 0.5), Mean(errors), Quantile(errors, 0.9)};
-}
-
-/// Divergence of the revisits found from all there are, at each point of the curve; of one kind or
-/// of all. Empty where there are none.
-std::vector<double> MeasureDivergences(const std::vector<EvalQuery>& queries,
-                                       std::optional<eval::RevisitKind> kind,
-                                       const MethodResult& result) {
-  const auto counts = [&](std::size_t i) {
-    return result.scored[i].is_revisit && (!kind || eval::KindOf(queries[i].variance) == *kind);
-  };
-  eval::RevisitHistogram all(result.within_m);
-  for (std::size_t i = 0; i < queries.size(); ++i) {
-    if (counts(i)) all.Add(queries[i].variance);
-  }
-  std::vector<double> divergences;
-  if (all.total() == 0 && kind) return divergences;
-  for (const eval::OperatingPoint& point : result.precision_recall.points) {
-    eval::RevisitHistogram found(result.within_m);
-    for (std::size_t i = 0; i < queries.size(); ++i) {
-      const eval::ScoredQuery& scored = result.scored[i];
-      if (counts(i) && scored.is_right && scored.score >= point.threshold) {
-        found.Add(queries[i].variance);
-      }
-    }
-    divergences.push_back(eval::Divergence(all, found));
-  }
-  return divergences;
-}
-
-void MeasureDivergences(const std::vector<EvalQuery>& queries, MethodResult* result) {
-  result->divergences = MeasureDivergences(queries, std::nullopt, *result);
-  for (int kind = 0; kind < kNumKinds; ++kind) {
-    result->kind_divergences[static_cast<std::size_t>(kind)] =
-        MeasureDivergences(queries, static_cast<eval::RevisitKind>(kind), *result);
-  }
-  const std::vector<eval::OperatingPoint>& points = result->precision_recall.points;
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    if (points[i].f1 != result->precision_recall.f1_max) continue;
-    result->divergence_at_f1_max = result->divergences[i];
-    result->threshold_at_f1_max = points[i].threshold;
-    for (std::size_t kind = 0; kind < kNumKinds; ++kind) {
-      if (result->kind_divergences[kind].empty()) continue;
-      result->kind_divergence_at_f1_max[kind] = result->kind_divergences[kind][i];
-    }
-  }
-}
-
-StageMeans MeasureTimes(const std::vector<Answers>& answers, std::size_t index) {
-  StageMeans means;
-  std::vector<double> totals_ms;
-  const double share = 1e-6 / static_cast<double>(std::max<std::size_t>(1, answers.size()));
-  for (const Answers& of_query : answers) {
-    const StageTimes& times = of_query[index].times;
-    means.describe_ms += share * static_cast<double>(times.describe_ns);
-    means.retrieve_ms += share * static_cast<double>(times.retrieve_ns);
-    means.match_ms += share * static_cast<double>(times.match_ns);
-    means.verify_ms += share * static_cast<double>(times.verify_ns);
-    totals_ms.push_back(1e-6 * static_cast<double>(times.describe_ns + times.retrieve_ns +
-                                                   times.match_ns + times.verify_ns));
-  }
-  if (totals_ms.empty()) return means;
-  std::sort(totals_ms.begin(), totals_ms.end());
-  means.total_ms = Mean(totals_ms);
-  means.total_p99_ms = Quantile(totals_ms, 0.99);
-  return means;
-}
-
-MethodResult Judge(const EvalMethod& method, std::size_t index,
-                   const std::vector<EvalQuery>& queries, const std::vector<Answers>& answers,
-                   double within_m, double tilt_deg) {
-  MethodResult result;
-  result.name = method.name;
-  result.within_m = within_m;
-  std::vector<eval::ScoredQuery> confident;
-  std::vector<double> position_errors_m;
-  std::vector<double> lateral_errors_m;
-  std::vector<double> yaw_errors_deg;
-  for (std::size_t i = 0; i < queries.size(); ++i) {
-    const EvalQuery& query = queries[i];
-    const Answer& answer = answers[i][index];
-    eval::ScoredQuery scored{.is_revisit =
-                                 query.has_place && query.variance.translation_m <= within_m};
-    const int first_right = FirstRight(answer, query, within_m);
-    if (scored.is_revisit) result.first_right.push_back(first_right);
-    result.matched_m.emplace_back(Eigen::Vector2d::Zero());
-    if (!answer.candidates.empty()) {
-      const Candidate& best = answer.candidates.front();
-      scored.has_match = true;
-      scored.is_right = scored.is_revisit && first_right == 1;
-      scored.score = best.confidence.value_or(1.0 - best.distance);
-      // A confidence speaks of the pose, which may be right where no place is near.
-      const bool is_pose_right =
-          query.T_map_true && PlanarDistance(best.T_map_query, *query.T_map_true) <= within_m;
-      if (best.confidence) {
-        confident.push_back({.has_match = true, .is_right = is_pose_right, .score = scored.score});
-      }
-      if (is_pose_right && !scored.is_revisit) {
-        ++result.num_right_beyond;
-        scored.has_match = false;
-      }
-      result.matched_m.back() = best.T_map_query.translation().head<2>();
-      if (scored.is_right && !method.is_baseline) {
-        const Pose T_map_sensor = *query.T_map_true * TiltOf(i, tilt_deg).conjugate();
-        const TruthError error = ErrorOf(best, T_map_sensor);
-        position_errors_m.push_back(error.pose_m);
-        yaw_errors_deg.push_back(error.yaw_deg);
-        const Pose T_true_query = query.T_map_true->inverse() * best.T_map_query;
-        lateral_errors_m.push_back(std::abs(T_true_query.translation().y()));
-      }
-    }
-    result.scored.push_back(scored);
-  }
-  result.precision_recall = eval::MeasurePrecisionRecall(result.scored);
-  if (!confident.empty()) {
-    result.reliability = eval::MeasureReliability(confident, kNumReliabilityBins);
-  }
-  MeasureDivergences(queries, &result);
-  result.position_m = Summarize(std::move(position_errors_m));
-  result.lateral_m = Summarize(std::move(lateral_errors_m));
-  result.yaw_deg = Summarize(std::move(yaw_errors_deg));
-  result.times = MeasureTimes(answers, index);
-  return result;
-}
-
-/// Describes the scan of every place by every baseline among the methods.
-absl::StatusOr<BaselineIndices> IndexBaselines(const Localizer& localizer,
-                                               const EvalOptions& options) {
-  BaselineIndices indices;
-  for (const EvalMethod& method : options.methods) {
-    if (method.is_baseline) indices[method.name];
-  }
-  if (indices.empty()) return indices;
-  if (options.place_scans.size() != localizer.map().places.size()) {
-    return absl::InvalidArgumentError(absl::StrCat(
-        "a baseline needs the scans that the map was made of: ", options.place_scans.size(),
-        " are known of ", localizer.map().places.size(), " places"));
-  }
-  std::vector<std::map<std::string, Eigen::VectorXf>> vectors(options.place_scans.size());
-  const absl::Status described = EvalRun(localizer.map().params, options)
-                                     .Run(
-                                         vectors.size(),
-                                         [&](std::size_t number, Worker& worker) {
-                                           const absl::StatusOr<dataset::Scan> scan =
-                                               dataset::ReadScan(options.place_scans[number]);
-                                           if (!scan.ok()) return scan.status();
-                                           for (auto& [name, baseline] : worker.baselines) {
-                                             vectors[number][name] =
-                                                 baseline->Describe(scan->points);
-                                           }
-                                           return absl::OkStatus();
-                                         },
-                                         [](std::size_t) {});
-  if (!described.ok()) return described;
-  for (const auto& of_place : vectors) {
-    for (const auto& [name, vector] : of_place) indices[name].Add(vector);
-  }
-  return indices;
-}
-
-}  // namespace
-
-absl::StatusOr<EvalMethod> ParseEvalMethod(const std::string& text) {
-  EvalMethod result;
-  result.name = text;
-  if (eval::MakeBaseline(text) != nullptr) {
-    result.is_baseline = true;
-    return result;
-  }
-  const std::size_t colon = text.find(':');
-  absl::StatusOr<Method> method = ParseMethod(text.substr(0, colon));
-  if (!method.ok()) return method.status();
-  result.method = *method;
-  if (colon == std::string::npos) return result;
-  int k = 0;
-  if (!absl::SimpleAtoi(text.substr(colon + 1), &k) || k < 1 || k > limits::kMaxCandidates) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("\"", text, "\": the number of candidates behind ",
-                     "the colon must be in [1, ", limits::kMaxCandidates, "]"));
-  }
-  result.num_candidates = k;
-  return result;
-}
-
-void FindRevisits(const Map& map, double within_m, std::vector<EvalQuery>* queries) {
-  for (EvalQuery& query : *queries) {
-    query.is_revisit = false;
-    query.has_place = false;
-    if (!query.T_map_true) continue;
-    const std::vector<bool> hidden = HiddenFrom(query, map);
-    const Place* nearest = nullptr;
-    for (std::size_t i = 0; i < map.places.size(); ++i) {
-      if (!hidden.empty() && hidden[i]) continue;
-      const double distance_m = PlanarDistance(map.places[i].T_map_place, *query.T_map_true);
-      if (nearest != nullptr && distance_m >= query.variance.translation_m) continue;
-      nearest = &map.places[i];
-      query.variance.translation_m = distance_m;
-    }
-    if (nearest == nullptr) continue;
-    query.has_place = true;
-    query.variance.rotation_deg =
-        std::abs(Yaw(nearest->T_map_place.inverse() * *query.T_map_true)) * 180.0 /
-        std::numbers::pi;
-    query.is_revisit = query.variance.translation_m <= within_m;
-  }
+  QueryOptions asked;
+  asked.method = method.method;
+  asked.num_candidates = method.num_candidates;
+  asked.max_answers = kNumAnswers;
+  asked.now_ns = &ThreadNow_ns;
+  asked.excluded = excluded;
+  return subjects.localizer.Localize(question.descriptor, asked);
 }
 
 absl::StatusOr<std::vector<MethodResult>> Evaluate(const Localizer& localizer,
                                                    const std::vector<EvalQuery>& queries,
                                                    const EvalOptions& options,
                                                    const std::function<void(std::size_t)>& told) {
-  const absl::StatusOr<BaselineIndices> indices = IndexBaselines(localizer, options);
-  if (!indices.ok()) return indices.status();
+  EvalSubjects subjects{.localizer = localizer, .baselines = {}};
+  if (absl::Status status = PrepareBaselines(options, &subjects); !status.ok()) return status;
+  const std::size_t num_threads = NumThreads(options.num_threads);
+  absl::StatusOr<std::vector<Describer>> describers =
+      MakeDescribers(localizer.map().params, num_threads);
+  if (!describers.ok()) return describers.status();
   std::vector<Answers> answers(queries.size());
-  const absl::Status answered =
-      EvalRun(localizer.map().params, options)
-          .Run(
-              queries.size(),
-              [&](std::size_t number, Worker& worker) {
-                absl::StatusOr<Answers> all =
-                    AnswerAll(localizer, *indices, number, queries[number], options, worker);
-                absl::Status status = all.status();
-                if (status.ok()) answers[number] = *std::move(all);
-                return status;
-              },
-              told);
-  if (!answered.ok()) return answered;
+  const auto job = [&](std::size_t number, std::size_t worker) {
+    absl::StatusOr<Answers> all =
+        AnswerAll(subjects, number, queries[number], options, (*describers)[worker]);
+    absl::Status status = all.status();
+    if (status.ok()) answers[number] = *std::move(all);
+    return status;
+  };
+  if (absl::Status status = RunJobs(num_threads, queries.size(), job, told); !status.ok()) {
+    return status;
+  }
+  const absl::StatusOr<std::vector<StageMeans>> times = MeasureTimes(subjects, queries, options);
+  if (!times.ok()) return times.status();
   std::vector<MethodResult> results;
   for (const double within_m : options.within_m) {
     for (std::size_t i = 0; i < options.methods.size(); ++i) {
-      results.push_back(Judge(options.methods[i], i, queries, answers, within_m, options.tilt_deg));
+      results.push_back(
+          Measure(options.methods[i], i, queries, answers, within_m, options.tilt_deg));
+      results.back().num_candidates = NumCandidates(options.methods[i], subjects);
+      results.back().times = (*times)[i];
     }
   }
   return results;

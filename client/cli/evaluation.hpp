@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -14,6 +15,7 @@
 #include "scanloc/core/pose.hpp"
 #include "scanloc/dataset/scan_reader.hpp"
 #include "scanloc/eval/measures.hpp"
+#include "scanloc/eval/quantile.hpp"
 #include "scanloc/eval/recall_distribution.hpp"
 
 namespace scanloc::cli {
@@ -38,28 +40,26 @@ struct EvalMethod {
   Method method;
   std::optional<int> num_candidates;
   bool is_baseline = false;
+  std::string baseline;  ///< its name
 };
 /// InvalidArgument: no such method or baseline, or a bad number.
 [[nodiscard]] absl::StatusOr<EvalMethod> ParseEvalMethod(const std::string& text);
 
-/// Of right matches.
-struct ErrorSummary {
-  double median = 0.0;
-  double mean = 0.0;
-  double p90 = 0.0;
-};
+/// OK if a map of these parameters can serve the method, else FailedPrecondition that says why.
+[[nodiscard]] absl::Status CheckServes(const Params& params, const EvalMethod& method);
 
-/// Mean time of a stage a query, one thread [ms].
+/// Mean processor time of a stage a query, one thread, nothing else of this program running [ms].
 struct StageMeans {
-  double describe_ms = 0.0;
+  double describe_ms = 0.0;        ///< of what the method alone needs
+  double describe_place_ms = 0.0;  ///< for the map, with root shifts; only with time_places
   double retrieve_ms = 0.0;
   double match_ms = 0.0;
   double verify_ms = 0.0;
-  double total_ms = 0.0;
+  double total_ms = 0.0;  ///< of a query
   double total_p99_ms = 0.0;
 };
 
-inline constexpr int kNumKinds = 4;
+inline constexpr int kNumKinds = eval::kNumRevisitKinds;
 
 /// What one method said to all queries, in their order, and what it is worth.
 struct MethodResult {
@@ -68,22 +68,27 @@ struct MethodResult {
   std::vector<eval::ScoredQuery> scored;
   std::vector<Eigen::Vector2d> matched_m;  ///< position of the best candidate; of none: zero
   std::vector<int> first_right;            ///< rank of the first right candidate, of each revisit
+  /// So many places it looks at, at most; recall beyond is none.
+  int num_candidates = std::numeric_limits<int>::max();
 
-  /// Answers with the right pose to queries that are no revisits, as no place is within_m near:
-  /// neither right nor wrong, they count as no match.
+  /// Answers with the right pose to queries that are no revisits, as no place is within_m near.
+  /// They count as wrong: what is judged is the place.
   std::size_t num_right_beyond = 0;
 
   eval::PrecisionRecall precision_recall;
   /// Of methods that tell a confidence: that the pose is within_m right.
   std::optional<eval::Reliability> reliability;
-  std::vector<double> divergences;  ///< from all revisits, at each point of the curve
+  /// From all revisits, at each point of the curve; NaN where no revisit is found.
+  std::vector<double> divergences;
   /// Likewise among the revisits of each kind; empty where there are none of it.
   std::array<std::vector<double>, kNumKinds> kind_divergences;
-  std::array<double, kNumKinds> kind_divergence_at_f1_max{};
-  double divergence_at_f1_max = 0.0;
-  double threshold_at_f1_max = 0.0;
-  /// Of right matches; none without any, and of baselines, which tell no pose.
-  std::optional<ErrorSummary> position_m, lateral_m, yaw_deg;
+  /// None where no revisit, or none of the kind, is found at the greatest F1.
+  std::array<std::optional<double>, kNumKinds> kind_divergence_at_f1_max;
+  std::optional<double> divergence_at_f1_max;
+  /// Infinite, which accepts nothing, where the greatest F1 is 0.
+  double threshold_at_f1_max = std::numeric_limits<double>::infinity();
+  /// Of all right matches, accepted or not; none without any, and of baselines, which tell no pose.
+  std::optional<eval::ErrorSummary> position_m, lateral_m, yaw_deg;
   StageMeans times;
 };
 
@@ -93,6 +98,9 @@ struct EvalOptions {
   /// Scans are turned by roll and pitch of up to this, drawn by their number [deg].
   double tilt_deg = 0.0;
   int num_threads = 0;  ///< 0: one a processor
+  /// Queries, spread evenly, that are asked once more by one thread for the times.
+  std::size_t num_timed = 50;
+  bool time_places = false;  ///< also describe them as places of a map would be
   /// Scan of each place of the map, for baselines; empty: there are none.
   std::vector<dataset::ScanFile> place_scans;
 };
@@ -101,8 +109,8 @@ struct EvalOptions {
 void FindRevisits(const Map& map, double within_m, std::vector<EvalQuery>* queries);
 
 /// Reads and looks up every scan by every method; `told` is called from this thread as they are
-/// done. The first scan that cannot be read ends it. The results do not depend on the threads:
-/// those of every method for the first within_m, then for the next.
+/// done. The first scan that cannot be read ends it. The results, but for times, do not depend on
+/// the threads: those of every method for the first within_m, then for the next.
 [[nodiscard]] absl::StatusOr<std::vector<MethodResult>> Evaluate(
     const Localizer& localizer, const std::vector<EvalQuery>& queries, const EvalOptions& options,
     const std::function<void(std::size_t num_done)>& told);

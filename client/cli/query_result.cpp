@@ -1,15 +1,13 @@
 #include "cli/query_result.hpp"
 
 #include <algorithm>
-#include <cmath>
-#include <numbers>
+#include <utility>
+
+#include "scanloc/eval/ground_truth.hpp"
+#include "scanloc/eval/quantile.hpp"
 
 namespace scanloc::cli {
 namespace {
-
-double DistanceInPlane_m(const Pose& a, const Pose& b) {
-  return (a.translation() - b.translation()).head<2>().norm();
-}
 
 void CountOutcome(Outcome outcome, Summary* summary) {
   switch (outcome) {
@@ -31,10 +29,9 @@ void CountOutcome(Outcome outcome, Summary* summary) {
 }  // namespace
 
 TruthError ErrorOf(const Candidate& candidate, const Pose& T_map_true) {
-  return {
-      DistanceInPlane_m(candidate.T_map_place, T_map_true),
-      DistanceInPlane_m(candidate.T_map_query, T_map_true),
-      std::abs(WrapAngle(Yaw(candidate.T_map_query) - Yaw(T_map_true))) * 180.0 / std::numbers::pi};
+  return {eval::PlanarDistance_m(candidate.T_map_place, T_map_true),
+          eval::PlanarDistance_m(candidate.T_map_query, T_map_true),
+          eval::HeadingDifference_deg(candidate.T_map_query, T_map_true)};
 }
 
 Summary Summarize(const std::vector<QueryResult>& results, double within_m) {
@@ -75,11 +72,7 @@ Summary Summarize(const std::vector<QueryResult>& results, double within_m) {
 }
 
 std::optional<double> Median(std::vector<double> values) {
-  if (values.empty()) return std::nullopt;
-  std::sort(values.begin(), values.end());
-  const std::size_t middle = values.size() / 2;
-  if (values.size() % 2 == 1) return values[middle];
-  return (values[middle - 1] + values[middle]) / 2.0;
+  return eval::Quantile(std::move(values), 0.5);
 }
 
 }  // namespace scanloc::cli

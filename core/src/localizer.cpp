@@ -105,13 +105,6 @@ void FillCartOffset(const ContextTable& table, const CartParams& params, const S
   candidate.lateral_m = flipped ? -shift * col_m : shift * col_m;
 }
 
-AlignOptions AlignOptionsOf(const Params& params, DescriptorKind kind) {
-  if (kind == DescriptorKind::kPolar) {
-    return {ShiftMode::kCircular, 0, params.search.align_radius};
-  }
-  return {params.cart.shift_mode, params.cart.max_shift_cols, params.search.align_radius};
-}
-
 absl::Status CheckShare(const char* name, const std::optional<double>& value) {
   if (!value || (*value >= 0.0 && *value <= 1.0)) return absl::OkStatus();
   return absl::InvalidArgumentError(

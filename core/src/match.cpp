@@ -139,6 +139,13 @@ Match BestShift(const ContextView& query, const ContextView& place, int first, i
 
 }  // namespace
 
+AlignOptions AlignOptionsOf(const Params& params, DescriptorKind kind) {
+  if (kind == DescriptorKind::kPolar) {
+    return {ShiftMode::kCircular, 0, params.search.align_radius};
+  }
+  return {params.cart.shift_mode, params.cart.max_shift_cols, params.search.align_radius};
+}
+
 double ShiftedDistance(const ContextView& query, const ContextView& place, int shift,
                        ShiftMode mode) {
   ColumnSum total;

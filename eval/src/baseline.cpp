@@ -1,32 +1,30 @@
 #include "scanloc/eval/baseline.hpp"
 
-#include <algorithm>
-
+#include "scanloc/eval/key_only.hpp"
 #include "scanloc/eval/m2dp.hpp"
+#include "scanloc/eval/several_trees.hpp"
 
 namespace scanloc::eval {
 
+Eigen::VectorXf Baseline::Describe(PointView /*scan*/) const { return {}; }
+
 std::unique_ptr<Baseline> MakeBaseline(const std::string& name) {
   if (name == "m2dp") return std::make_unique<M2dp>();
-  return nullptr;
+  if (std::unique_ptr<Baseline> baseline = MakeKeyOnly(name)) return baseline;
+  return MakeSeveralTrees(name);
 }
 
-std::string BaselineNames() { return "m2dp"; }
+std::string BaselineNames() {
+  return "m2dp, pc-key, cc-key, a-pc-key, a-cc-key, a-pc-trees, a-cc-trees";
+}
 
-std::vector<BaselineIndex::Neighbor> BaselineIndex::Search(
-    const Eigen::VectorXf& query, std::size_t k, const std::vector<bool>* excluded) const {
-  std::vector<Neighbor> all;
-  for (std::size_t i = 0; i < vectors_.size(); ++i) {
-    if (excluded != nullptr && (*excluded)[i]) continue;
-    all.push_back({i, static_cast<double>((vectors_[i] - query).norm())});
-  }
-  k = std::min(k, all.size());
-  std::partial_sort(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(k), all.end(),
-                    [](const Neighbor& a, const Neighbor& b) {
-                      return std::pair(a.distance, a.number) < std::pair(b.distance, b.number);
-                    });
-  all.resize(k);
-  return all;
+void AppendCandidate(const Map& map, std::size_t place, double distance, Answer* answer) {
+  Candidate candidate;
+  candidate.place = static_cast<std::int32_t>(place);
+  candidate.distance = distance;
+  candidate.T_map_place = map.places[place].T_map_place;
+  candidate.T_map_query = candidate.T_map_place;
+  answer->candidates.push_back(std::move(candidate));
 }
 
 }  // namespace scanloc::eval

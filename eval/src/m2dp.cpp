@@ -6,6 +6,9 @@
 #include <cmath>
 #include <numbers>
 
+#include "scanloc/core/voxel_filter.hpp"
+#include "shared.hpp"
+
 namespace scanloc::eval {
 namespace {
 
@@ -77,8 +80,9 @@ Eigen::MatrixXd M2dp::Signatures(const Eigen::Matrix3Xd& points) {
   return signatures;
 }
 
-Eigen::VectorXf M2dp::Describe(PointView scan) {
-  const PointCloud& voxels = filter_.Apply(scan);
+Eigen::VectorXf M2dp::Describe(PointView scan) const {
+  thread_local VoxelFilter filter(kVoxelSize_m);  // keeps its tables from scan to scan
+  const PointCloud& voxels = filter.Apply(scan);
   Eigen::Matrix3Xd points(3, static_cast<Eigen::Index>(voxels.size()));
   for (Eigen::Index i = 0; i < points.cols(); ++i) {
     const Point& point = voxels[static_cast<std::size_t>(i)];
@@ -91,6 +95,25 @@ Eigen::VectorXf M2dp::Describe(PointView scan) {
   Eigen::VectorXf descriptor(kLength);
   descriptor << WithPositiveSum(svd.matrixU().col(0)), WithPositiveSum(svd.matrixV().col(0));
   return descriptor;
+}
+
+void M2dp::Prepare(const Map& map, std::vector<Eigen::VectorXf> vectors) {
+  map_ = &map;
+  index_ = {};
+  for (const Eigen::VectorXf& vector : vectors) index_.Add(vector);
+}
+
+Answer M2dp::Recognize(const BaselineQuery& query) const {
+  Answer answer;
+  const Stopwatch description(query.now_ns);
+  const Eigen::VectorXf vector = Describe(query.scan);
+  answer.times.describe_ns = description.Elapsed_ns();
+  const Stopwatch retrieval(query.now_ns);
+  for (const auto& [place, distance] : index_.Search(vector, query.num_answers, query.excluded)) {
+    AppendCandidate(*map_, place, distance, &answer);
+  }
+  answer.times.retrieve_ns = retrieval.Elapsed_ns();
+  return answer;
 }
 
 }  // namespace scanloc::eval

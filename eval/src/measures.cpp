@@ -6,10 +6,6 @@
 namespace scanloc::eval {
 namespace {
 
-double F1(double precision, double recall) {
-  return precision + recall > 0.0 ? 2.0 * precision * recall / (precision + recall) : 0.0;
-}
-
 double AreaUnder(const std::vector<OperatingPoint>& points) {
   if (points.empty()) return 0.0;
   double area = 0.0;
@@ -43,8 +39,13 @@ PrecisionRecall MeasurePrecisionRecall(std::span<const ScoredQuery> queries) {
     if (num_revisits > 0) {
       point.recall = static_cast<double>(num_right) / static_cast<double>(num_revisits);
     }
-    point.f1 = F1(point.precision, point.recall);
-    result.f1_max = std::max(result.f1_max, point.f1);
+    // Of whole numbers, so that equal ones are equal in all bits.
+    point.f1 = 2.0 * static_cast<double>(num_right) /
+               static_cast<double>(i + 1 + static_cast<std::size_t>(num_revisits));
+    if (point.f1 > result.f1_max) {
+      result.f1_max = point.f1;
+      result.best = result.points.size();
+    }
     if (num_right == i + 1) result.recall_at_full_precision = point.recall;
     result.points.push_back(point);
   }
@@ -83,8 +84,8 @@ Reliability MeasureReliability(std::span<const ScoredQuery> queries, int num_bin
   return result;
 }
 
-double RecallAt(int k, std::span<const int> first_right) {
-  if (first_right.empty()) return 0.0;
+std::optional<double> RecallAt(int k, std::span<const int> first_right, int num_candidates) {
+  if (first_right.empty() || k > num_candidates) return std::nullopt;
   const auto num_found = std::count_if(first_right.begin(), first_right.end(),
                                        [&](int rank) { return rank >= 1 && rank <= k; });
   return static_cast<double>(num_found) / static_cast<double>(first_right.size());

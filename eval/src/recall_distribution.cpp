@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace scanloc::eval {
 
@@ -47,18 +48,44 @@ std::size_t RevisitHistogram::count(int translation_bin, int rotation_bin) const
                  static_cast<std::size_t>(rotation_bin)];
 }
 
-double Divergence(const RevisitHistogram& all, const RevisitHistogram& found) {
-  const auto num_bins = static_cast<double>(std::count_if(
-      all.counts().begin(), all.counts().end(), [](std::size_t count) { return count > 0; }));
+std::optional<double> Divergence(const RevisitHistogram& all, const RevisitHistogram& found) {
+  if (found.total() == 0) return std::nullopt;
   double sum = 0.0;
-  for (std::size_t i = 0; i < all.counts().size(); ++i) {
-    if (all.counts()[i] == 0) continue;
+  for (std::size_t i = 0; i < found.counts().size(); ++i) {
+    if (found.counts()[i] == 0) continue;
+    const double f = static_cast<double>(found.counts()[i]) / static_cast<double>(found.total());
     const double p = static_cast<double>(all.counts()[i]) / static_cast<double>(all.total());
-    const double q = (static_cast<double>(found.counts()[i]) + 1.0 / num_bins) /
-                     (static_cast<double>(found.total()) + 1.0);
-    sum += p * std::log(p / q);
+    sum += f * std::log(f / p);
   }
-  return sum;
+  // Never negative but for rounding.
+  return std::max(0.0, sum);
+}
+
+std::vector<double> MeasureDivergences(std::span<const RevisitVariance> variances,
+                                       std::span<const ScoredQuery> queries,
+                                       std::span<const OperatingPoint> points, double within_m,
+                                       std::optional<RevisitKind> of_kind) {
+  RevisitHistogram all(within_m);
+  std::vector<std::size_t> right;  // numbers of queries
+  for (std::size_t i = 0; i < queries.size(); ++i) {
+    if (!queries[i].is_revisit || (of_kind && KindOf(variances[i]) != *of_kind)) continue;
+    all.Add(variances[i]);
+    if (queries[i].is_right) right.push_back(i);
+  }
+  std::vector<double> divergences;
+  if (all.total() == 0 && of_kind) return divergences;
+  std::sort(right.begin(), right.end(),
+            [&](std::size_t a, std::size_t b) { return queries[a].score > queries[b].score; });
+  RevisitHistogram found(within_m);
+  auto next = right.begin();
+  for (const OperatingPoint& point : points) {
+    for (; next != right.end() && queries[*next].score >= point.threshold; ++next) {
+      found.Add(variances[*next]);
+    }
+    divergences.push_back(
+        Divergence(all, found).value_or(std::numeric_limits<double>::quiet_NaN()));
+  }
+  return divergences;
 }
 
 }  // namespace scanloc::eval

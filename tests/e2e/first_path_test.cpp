@@ -382,6 +382,30 @@ TEST(FirstPath, EvalRefusesWhatItCannotMeasure) {
   EXPECT_EQ(CountLines(missing.err), 1) << missing.err;
 }
 
+TEST(FirstPath, EvalWarnsOfScansThatFindThemselves) {
+  const Args own = {"eval",          Town().map1, "--scans", Town().drive1, "--poses",
+                    Town().Poses1(), "--method",  "a-pc",    "--quiet"};
+  const ProcessResult warned = Scanloc(own);
+  EXPECT_EQ(warned.status, 0);
+  EXPECT_NE(warned.err.find("--in-session"), std::string::npos) << warned.err;
+  Args other = own;
+  other[3] = Town().drive2;
+  other[5] = Town().Poses2();
+  EXPECT_EQ(Scanloc(other).err, "");
+}
+
+TEST(FirstPath, EvalComparesWithKeysAloneAndSeveralTrees) {
+  const json document = json::parse(
+      MustScanloc({"eval", Town().map1, "--scans", Town().drive2, "--poses", Town().Poses2(),
+                   "--method", "a-pc,a-pc-key,a-cc-key,a-pc-trees:2", "--json", "--quiet"}));
+  for (const json& result : document.at("results")) {
+    EXPECT_GT(result.at("recall_at_1"), 0.5) << result.at("method");
+    EXPECT_GT(result.at("times_ms").at("describe"), 0.0);
+  }
+  EXPECT_TRUE(document.at("results")[0].at("recall_at_5").is_null());
+  EXPECT_TRUE(document.at("results")[1].at("recall_at_10").is_number());
+}
+
 TEST(FirstPath, EvalComparesWithABaselineOfTheSameScans) {
   const Args common = {"eval",    Town().map1,     "--scans",  Town().drive2,
                        "--poses", Town().Poses2(), "--method", "auto,m2dp"};

@@ -2,183 +2,215 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
-#include <limits>
-#include <random>
+#include <map>
 #include <set>
 
-#include "scanloc/eval/m2dp.hpp"
+#include "scanloc/core/match.hpp"
 #include "support/scenes.hpp"
 
 namespace scanloc::eval {
 namespace {
 
-/// A made scan: walls of several lengths around the sensor, no symmetry.
-PointCloud Scene(std::uint64_t seed) {
-  std::mt19937_64 random(seed);
-  std::uniform_real_distribution<double> unit(0.0, 1.0);
-  PointCloud points;
-  for (int wall = 0; wall < 12; ++wall) {
-    const double bearing = 6.28 * unit(random);
-    const double range_m = 8.0 + 40.0 * unit(random);
-    const double length_m = 4.0 + 20.0 * unit(random);
-    const double height_m = 2.0 + 8.0 * unit(random);
-    for (int i = 0; i < 400; ++i) {
-      const double along_m = length_m * unit(random);
-      points.push_back(
-          {static_cast<float>(range_m * std::cos(bearing) - along_m * std::sin(bearing)),
-           static_cast<float>(range_m * std::sin(bearing) + along_m * std::cos(bearing)),
-           static_cast<float>(height_m * unit(random) - 1.7)});
-    }
+constexpr int kNumPlaces = 14;
+
+PointCloud PlaceScan(int place) {
+  return scenes::RandomScan(70 + static_cast<std::uint64_t>(place), 1500);
+}
+
+PointCloud QueryScan(int place) {
+  return scenes::SeenFrom(PlaceScan(place), PlanarOffset(1.0, 0.5 + 0.4 * place));
+}
+
+/// Of points at all heights, so that no two keys are equally far from a third.
+Map TestMap() {
+  Map map = MakeEmptyMap({});
+  map.sessions = {"one"};
+  auto describer = Describer::Create(map.params).value();
+  for (int i = 0; i < kNumPlaces; ++i) {
+    map.places.push_back({.T_map_place = PlanarOffset(7.0 * i, 0.3 * i)});
+    map.AppendDescriptor(i, describer.DescribePlace(PlaceScan(i)));
   }
-  return points;
+  return map;
 }
 
-PointCloud Moved(const PointCloud& points, double yaw_rad, const Eigen::Vector3d& by_m) {
-  PointCloud moved;
-  const Eigen::AngleAxisd turn(yaw_rad, Eigen::Vector3d::UnitZ());
-  for (const Point& point : points) {
-    const Eigen::Vector3d p = turn * Eigen::Vector3d(point.x, point.y, point.z) + by_m;
-    moved.push_back(
-        {static_cast<float>(p.x()), static_cast<float>(p.y()), static_cast<float>(p.z())});
-  }
-  return moved;
+ScanDescriptor Describe(const Map& map, const PointCloud& scan) {
+  return Describer::Create(map.params).value().Describe(scan);
 }
 
-Eigen::Matrix3Xd Matrix(const PointCloud& points) {
-  Eigen::Matrix3Xd matrix(3, static_cast<Eigen::Index>(points.size()));
-  for (Eigen::Index i = 0; i < matrix.cols(); ++i) {
-    const Point& p = points[static_cast<std::size_t>(i)];
-    matrix.col(i) = Eigen::Vector3d(p.x, p.y, p.z);
-  }
-  return matrix;
+std::int64_t CountingClock() {
+  static std::int64_t now_ns = 0;
+  return ++now_ns;
 }
 
-TEST(M2dp, IsTwoUnitVectorsOfFixedLength) {
-  M2dp m2dp;
-  const Eigen::VectorXf descriptor = m2dp.Describe(Scene(1));
-  ASSERT_EQ(descriptor.size(), 192);
-  EXPECT_TRUE(descriptor.allFinite());
-  EXPECT_NEAR(descriptor.head(64).norm(), 1.0F, 1e-5F);
-  EXPECT_NEAR(descriptor.tail(128).norm(), 1.0F, 1e-5F);
-  EXPECT_GE(descriptor.minCoeff(), -1e-6F) << "Perron's vectors of a matrix without negatives";
-}
+/// What a slow search says: places by distance, nearest first.
+using Ranking = std::vector<std::pair<double, std::int32_t>>;
 
-TEST(M2dp, GivesTheSameVectorAgain) {
-  M2dp m2dp;
-  EXPECT_EQ(m2dp.Describe(Scene(1)), m2dp.Describe(Scene(1)));
-}
-
-TEST(M2dp, HardlyChangesWhenTheCloudIsTurnedAndMoved) {
-  for (std::uint64_t seed = 1; seed <= 8; ++seed) {
-    const PointCloud scene = Scene(seed);
-    const Eigen::MatrixXd signatures = M2dp::Signatures(Matrix(scene));
-    const Eigen::MatrixXd moved =
-        M2dp::Signatures(Matrix(Moved(scene, 0.7 * static_cast<double>(seed), {3.0, -2.0, 0.4})));
-    // Points on the edge of a cell may fall to either side.
-    EXPECT_LT((signatures - moved).cwiseAbs().sum() / M2dp::kNumPlanes, 0.01) << seed;
-  }
-}
-
-TEST(M2dp, TellsScenesApartBetterThanItChangesWithTheVoxelsOfAMove) {
-  M2dp m2dp;
-  for (std::uint64_t seed = 1; seed <= 8; ++seed) {
-    const PointCloud scene = Scene(seed);
-    const Eigen::VectorXf descriptor = m2dp.Describe(scene);
-    const float same = (descriptor - m2dp.Describe(Moved(scene, 1.1, {0.4, 0.3, 0.0}))).norm();
-    const float other = (descriptor - m2dp.Describe(Scene(seed + 100))).norm();
-    EXPECT_LT(3.0F * same, other) << seed;
-  }
-}
-
-/// By the words of the paper, one point and one plane at a time, without shared intermediates.
-TEST(M2dp, CountsAsTheSlowWayDoes) {
-  const Eigen::Matrix3Xd points = Matrix(Scene(3));
-  const Eigen::MatrixXd signatures = M2dp::Signatures(points);
-  ASSERT_EQ(signatures.rows(), 64);
-  ASSERT_EQ(signatures.cols(), 128);
-  const Eigen::Vector3d mean = points.rowwise().mean();
-  const Eigen::Matrix3Xd centred = points.colwise() - mean;
-  const Eigen::JacobiSVD<Eigen::Matrix3Xd> svd(centred, Eigen::ComputeThinU);
-  Eigen::Vector3d x = svd.matrixU().col(0);
-  Eigen::Vector3d y = svd.matrixU().col(1);
-  const auto third_moment = [&](const Eigen::Vector3d& axis) {
+Ranking ByKeys(const ContextTable& table, const Keys& keys, bool augmented,
+               const std::set<std::int32_t>& hidden) {
+  std::map<std::int32_t, double> nearest;
+  for (std::size_t i = 0; i < table.size(); ++i) {
+    const std::int32_t place = table.entry(i).place;
+    if (hidden.contains(place) || (table.entry(i).augmented && !augmented)) continue;
     double sum = 0.0;
-    for (Eigen::Index i = 0; i < centred.cols(); ++i) sum += std::pow(axis.dot(centred.col(i)), 3);
-    return sum;
-  };
-  if (third_moment(x) < 0.0) x = -x;
-  if (third_moment(y) < 0.0) y = -y;
-  const Eigen::Vector3d z = x.cross(y);
-  double farthest = 0.0;
-  for (Eigen::Index i = 0; i < centred.cols(); ++i) {
-    farthest = std::max(farthest, centred.col(i).norm());
-  }
-  double difference = 0.0;
-  for (int plane = 0; plane < 64; ++plane) {
-    const double azimuth = (plane / 16) * M_PI / 4.0;
-    const double elevation = (plane % 16) * M_PI / 32.0;
-    const Eigen::Vector3d normal = std::cos(azimuth) * std::cos(elevation) * x +
-                                   std::sin(azimuth) * std::cos(elevation) * y +
-                                   std::sin(elevation) * z;
-    Eigen::Vector3d right = plane == 0 ? y : x;
-    right = (right - right.dot(normal) * normal).normalized();
-    const Eigen::Vector3d up = normal.cross(right);
-    Eigen::VectorXd counts = Eigen::VectorXd::Zero(128);
-    for (Eigen::Index i = 0; i < centred.cols(); ++i) {
-      const double across = right.dot(centred.col(i));
-      const double along = up.dot(centred.col(i));
-      const double range = std::hypot(across, along);
-      int ring = 7;
-      for (int j = 7; j >= 0; --j) {
-        if (range < (j + 1) * (j + 1) * farthest / 64.0) ring = j;
-      }
-      const double degrees = std::atan2(along, across) * 180.0 / M_PI + 180.0;
-      counts(ring * 16 + static_cast<int>(degrees / 22.5) % 16) += 1.0;
+    for (std::size_t row = 0; row < keys.retrieval_cm.size(); ++row) {
+      const double difference_m = 0.01 * (keys.retrieval_cm[row] - table.retrieval_key_cm(i)[row]);
+      sum += difference_m * difference_m;
     }
-    difference += (counts.transpose() / static_cast<double>(centred.cols()) - signatures.row(plane))
-                      .cwiseAbs()
-                      .sum();
+    const auto [at, is_new] = nearest.emplace(place, std::sqrt(sum));
+    if (!is_new) at->second = std::min(at->second, std::sqrt(sum));
   }
-  EXPECT_LT(difference / 64.0, 1e-3);
+  Ranking ranking;
+  for (const auto& [place, distance] : nearest) ranking.emplace_back(distance, place);
+  std::sort(ranking.begin(), ranking.end());
+  return ranking;
 }
 
-TEST(M2dp, GivesZeroForScansWithoutShape) {
-  M2dp m2dp;
-  PointCloud line;
-  for (int i = 0; i < 100; ++i) line.push_back({0.5F * static_cast<float>(i), 0.0F, 0.0F});
-  const float nan = std::numeric_limits<float>::quiet_NaN();
-  for (const PointCloud& scan :
-       {PointCloud(), PointCloud{{1.0F, 2.0F, 3.0F}}, PointCloud(500, {1.0F, 2.0F, 3.0F}), line,
-        PointCloud(10, {nan, nan, nan})}) {
-    const Eigen::VectorXf descriptor = m2dp.Describe(scan);
-    ASSERT_EQ(descriptor.size(), 192);
-    EXPECT_TRUE(descriptor.isZero());
+/// Variant `number` of every place.
+ContextTable Variant(const ContextTable& table, std::size_t number) {
+  ContextTable variant(table.num_rows(), table.num_cols());
+  std::map<std::int32_t, std::size_t> num_seen;
+  for (std::size_t i = 0; i < table.size(); ++i) {
+    if (num_seen[table.entry(i).place]++ != number) continue;
+    variant.Append(table.entry(i), table.context(i).cells_cm, table.retrieval_key_cm(i),
+                   table.context(i).aligning_cm);
   }
+  return variant;
 }
 
-TEST(BaselineIndex, FindsTheNearestAndPassesOverTheExcluded) {
-  BaselineIndex index;
-  for (const float value : {5.0F, 1.0F, 3.0F, 1.0F}) index.Add(Eigen::VectorXf::Constant(2, value));
-  const Eigen::VectorXf query = Eigen::VectorXf::Constant(2, 1.5F);
-  const auto numbers = [&](std::size_t k, const std::vector<bool>* excluded = nullptr) {
-    std::vector<std::size_t> found;
-    for (const auto& neighbor : index.Search(query, k, excluded)) found.push_back(neighbor.number);
-    return found;
-  };
-  EXPECT_EQ(numbers(2), (std::vector<std::size_t>{1, 3}));
-  EXPECT_EQ(numbers(10), (std::vector<std::size_t>{1, 3, 2, 0}));
-  const std::vector<bool> excluded = {false, true, false, true};
-  EXPECT_EQ(numbers(10, &excluded), (std::vector<std::size_t>{2, 0}));
-  EXPECT_NEAR(index.Search(query, 1).front().distance, std::sqrt(0.5), 1e-6);
-  EXPECT_TRUE(BaselineIndex().Search(query, 3).empty());
+void ExpectRanking(const Answer& answer, const Map& map, Ranking expected, std::size_t num) {
+  expected.resize(std::min(expected.size(), num));
+  ASSERT_EQ(answer.candidates.size(), expected.size());
+  for (std::size_t i = 0; i < expected.size(); ++i) {
+    EXPECT_EQ(answer.candidates[i].place, expected[i].second) << i;
+    EXPECT_NEAR(answer.candidates[i].distance, expected[i].first, 1e-6 * expected[i].first) << i;
+    const Pose& T_map_place = map.places[static_cast<std::size_t>(expected[i].second)].T_map_place;
+    EXPECT_TRUE(answer.candidates[i].T_map_place.isApprox(T_map_place));
+    EXPECT_FALSE(answer.candidates[i].confidence.has_value());
+  }
 }
 
 TEST(Baseline, IsKnownByName) {
-  ASSERT_NE(MakeBaseline("m2dp"), nullptr);
-  EXPECT_EQ(MakeBaseline("m2dp")->name(), "m2dp");
-  EXPECT_EQ(MakeBaseline("auto"), nullptr);
+  for (const char* name :
+       {"m2dp", "pc-key", "cc-key", "a-pc-key", "a-cc-key", "a-pc-trees", "a-cc-trees"}) {
+    ASSERT_NE(MakeBaseline(name), nullptr) << name;
+    EXPECT_EQ(MakeBaseline(name)->name(), name);
+    EXPECT_NE(BaselineNames().find(name), std::string::npos);
+  }
+  for (const char* name : {"auto", "a-pc", "pc-trees", "a-pc-key-brute", ""}) {
+    EXPECT_EQ(MakeBaseline(name), nullptr) << name;
+  }
+}
+
+TEST(KeyOnly, RanksByTheRetrievalKeysAlone) {
+  const Map map = TestMap();
+  for (const bool is_polar : {true, false}) {
+    for (const bool augmented : {true, false}) {
+      const std::string name =
+          std::string(augmented ? "a-" : "") + (is_polar ? "pc" : "cc") + "-key";
+      SCOPED_TRACE(name);
+      const std::unique_ptr<Baseline> baseline = MakeBaseline(name);
+      EXPECT_FALSE(baseline->takes_candidates());
+      baseline->Prepare(map, {});
+      for (int place = 0; place < kNumPlaces; ++place) {
+        const PointCloud scan = QueryScan(place);
+        const ScanDescriptor descriptor = Describe(map, scan);
+        std::vector<bool> excluded(kNumPlaces, false);
+        if (place % 2 == 1) excluded[static_cast<std::size_t>(place)] = true;
+        const Answer answer = baseline->Recognize({.scan = scan,
+                                                   .descriptor = descriptor,
+                                                   .num_answers = 5,
+                                                   .excluded = &excluded,
+                                                   .now_ns = &CountingClock});
+        const std::set<std::int32_t> hidden =
+            place % 2 == 1 ? std::set<std::int32_t>{place} : std::set<std::int32_t>{};
+        ExpectRanking(
+            answer, map,
+            ByKeys(is_polar ? map.polar : map.cart,
+                   MakeKeys(is_polar ? descriptor.polar : descriptor.cart), augmented, hidden),
+            5);
+        EXPECT_GT(answer.times.retrieve_ns, 0);
+        EXPECT_EQ(answer.times.describe_ns, 0);
+        EXPECT_EQ(answer.times.match_ns, 0);
+      }
+    }
+  }
+}
+
+TEST(SeveralTrees, ComparesTheBestOfEachTreeByFullDescriptor) {
+  const Map map = TestMap();
+  for (const bool is_polar : {true, false}) {
+    const std::unique_ptr<Baseline> baseline = MakeBaseline(is_polar ? "a-pc-trees" : "a-cc-trees");
+    EXPECT_TRUE(baseline->takes_candidates());
+    baseline->Prepare(map, {});
+    const ContextTable& table = is_polar ? map.polar : map.cart;
+    const AlignOptions align =
+        AlignOptionsOf(map.params, is_polar ? DescriptorKind::kPolar : DescriptorKind::kCart);
+    for (const int k : {1, 3, 2 * kNumPlaces}) {
+      for (int place = 0; place < kNumPlaces; ++place) {
+        SCOPED_TRACE(testing::Message() << baseline->name() << " " << k << " " << place);
+        const PointCloud scan = QueryScan(place);
+        const ScanDescriptor descriptor = Describe(map, scan);
+        const Context& context = is_polar ? descriptor.polar : descriptor.cart;
+        const Keys keys = MakeKeys(context);
+        const ContextView view{context.num_rows, context.num_cols, context.cells_cm,
+                               keys.aligning_cm};
+        std::map<std::int32_t, double> nearest;
+        for (std::size_t number = 0; number < (is_polar ? 3U : 2U); ++number) {
+          const ContextTable variant = Variant(table, number);
+          Ranking ranking = ByKeys(variant, keys, true, {});
+          ranking.resize(std::min<std::size_t>(ranking.size(), static_cast<std::size_t>(k)));
+          for (const auto& [key_distance, found] : ranking) {
+            const double distance =
+                AlignByKey(view, variant.context(static_cast<std::size_t>(found)), align).distance;
+            const auto [at, is_new] = nearest.emplace(found, distance);
+            if (!is_new) at->second = std::min(at->second, distance);
+          }
+        }
+        Ranking expected;
+        for (const auto& [found, distance] : nearest) expected.emplace_back(distance, found);
+        std::sort(expected.begin(), expected.end());
+        const Answer answer = baseline->Recognize(
+            {.scan = scan, .descriptor = descriptor, .num_answers = 10, .num_candidates = k});
+        ExpectRanking(answer, map, expected, 10);
+      }
+    }
+  }
+}
+
+TEST(SeveralTrees, PassOverTheExcluded) {
+  const Map map = TestMap();
+  const std::unique_ptr<Baseline> baseline = MakeBaseline("a-pc-trees");
+  baseline->Prepare(map, {});
+  const PointCloud scan = QueryScan(4);
+  const ScanDescriptor descriptor = Describe(map, scan);
+  std::vector<bool> excluded(kNumPlaces, true);
+  excluded[6] = false;
+  const BaselineQuery query{
+      .scan = scan, .descriptor = descriptor, .num_answers = 10, .excluded = &excluded};
+  const Answer answer = baseline->Recognize(query);
+  ASSERT_EQ(answer.candidates.size(), 1U);
+  EXPECT_EQ(answer.candidates[0].place, 6);
+  excluded[6] = true;
+  EXPECT_TRUE(baseline->Recognize(query).candidates.empty());
+}
+
+TEST(SeveralTrees, TakesAsManyCandidatesAsTheMapUnlessAsked) {
+  Map map = TestMap();
+  map.params.search.num_candidates = kNumPlaces;
+  const std::unique_ptr<Baseline> baseline = MakeBaseline("a-cc-trees");
+  baseline->Prepare(map, {});
+  const PointCloud scan = QueryScan(4);
+  const ScanDescriptor descriptor = Describe(map, scan);
+  const auto count = [&](std::optional<int> k) {
+    return baseline
+        ->Recognize(
+            {.scan = scan, .descriptor = descriptor, .num_answers = 100, .num_candidates = k})
+        .candidates.size();
+  };
+  EXPECT_EQ(count(std::nullopt), std::size_t{kNumPlaces});
+  EXPECT_LE(count(1), 2U) << "one of each tree";
 }
 
 }  // namespace

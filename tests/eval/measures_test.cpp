@@ -90,17 +90,43 @@ TEST(PrecisionRecall, OfDegenerateCasesIsDefined) {
   const PrecisionRecall none = MeasurePrecisionRecall({});
   EXPECT_TRUE(none.points.empty());
   EXPECT_EQ(none.area, 0.0);
+  EXPECT_EQ(none.recall_at_full_precision, 0.0);
+  EXPECT_EQ(none.extended_precision, 0.0);
+  EXPECT_FALSE(none.best.has_value());
   const Queries no_revisit = {{false, true, false, 0.5}};
   EXPECT_EQ(MeasurePrecisionRecall(no_revisit).points[0].precision, 0.0);
   EXPECT_EQ(MeasurePrecisionRecall(no_revisit).f1_max, 0.0);
+  EXPECT_EQ(MeasurePrecisionRecall(no_revisit).area, 0.0);
   const Queries no_match = {{true, false, false, 0.5}};
   EXPECT_TRUE(MeasurePrecisionRecall(no_match).points.empty());
   const Queries ties = {{true, true, true, 0.5}, {true, true, false, 0.5}};
   ASSERT_EQ(MeasurePrecisionRecall(ties).points.size(), 1U);
   EXPECT_EQ(MeasurePrecisionRecall(ties).recall_at_full_precision, 0.0);
+  EXPECT_DOUBLE_EQ(MeasurePrecisionRecall(ties).area, 0.25);
+  EXPECT_DOUBLE_EQ(MeasurePrecisionRecall(ties).extended_precision, 0.25);
   const Queries perfect(7, {true, true, true, 1.0});
   EXPECT_DOUBLE_EQ(MeasurePrecisionRecall(perfect).area, 1.0);
   EXPECT_DOUBLE_EQ(MeasurePrecisionRecall(perfect).extended_precision, 1.0);
+}
+
+TEST(PrecisionRecall, AcceptsNothingWhereNoThresholdFindsARevisit) {
+  const Queries hopeless = {{true, true, false, 0.9}, {true, true, false, 0.2}};
+  const PrecisionRecall measured = MeasurePrecisionRecall(hopeless);
+  EXPECT_EQ(measured.f1_max, 0.0);
+  EXPECT_FALSE(measured.best.has_value());
+  EXPECT_GT(measured.BestThreshold(), 1e300);
+}
+
+TEST(PrecisionRecall, IsBestAtTheHighestThresholdOfTheGreatestF1) {
+  // F1 is 2/3 at 0.9 (precision 1, recall 1/2) and at 0.3 (1/2, 1).
+  const Queries queries = {{true, true, true, 0.9},
+                           {false, true, false, 0.8},
+                           {false, true, false, 0.7},
+                           {true, true, true, 0.3}};
+  const PrecisionRecall measured = MeasurePrecisionRecall(queries);
+  EXPECT_EQ(measured.points[0].f1, measured.points[3].f1);
+  EXPECT_EQ(measured.best, 0U);
+  EXPECT_EQ(measured.BestThreshold(), 0.9);
 }
 
 TEST(Reliability, OfAHandComputedCase) {
@@ -123,10 +149,17 @@ TEST(Reliability, OfAHandComputedCase) {
 
 TEST(RecallAt, CountsRevisitsWithARightCandidateAmongTheFirst) {
   const std::vector<int> first_right = {1, 3, 0, 10};
-  EXPECT_DOUBLE_EQ(RecallAt(1, first_right), 0.25);
-  EXPECT_DOUBLE_EQ(RecallAt(5, first_right), 0.5);
-  EXPECT_DOUBLE_EQ(RecallAt(10, first_right), 0.75);
-  EXPECT_EQ(RecallAt(1, {}), 0.0);
+  EXPECT_EQ(RecallAt(1, first_right, 10), 0.25);
+  EXPECT_EQ(RecallAt(5, first_right, 10), 0.5);
+  EXPECT_EQ(RecallAt(10, first_right, 10), 0.75);
+}
+
+TEST(RecallAt, IsNoneWithoutRevisitsAndWhereFewerCandidatesAreLookedAt) {
+  EXPECT_EQ(RecallAt(1, {}, 10), std::nullopt);
+  const std::vector<int> first_right = {1, 0};
+  EXPECT_EQ(RecallAt(1, first_right, 1), 0.5);
+  EXPECT_EQ(RecallAt(5, first_right, 1), std::nullopt);
+  EXPECT_EQ(RecallAt(10, first_right, 5), std::nullopt);
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <vector>
 
 namespace scanloc::eval {
 namespace {
@@ -28,42 +29,71 @@ TEST(KindOf, IsThePapersQuadrant) {
   EXPECT_STREQ(KindName(KindOf({5.0, 180.0})), "both");
 }
 
-TEST(Divergence, OfAHandComputedCase) {
-  RevisitHistogram all(8.0);
-  RevisitHistogram found(8.0);
-  for (int i = 0; i < 3; ++i) all.Add({0.1, 5.0});
-  all.Add({3.0, 175.0});
-  found.Add({0.1, 5.0});
-  // P = 3/4, 1/4; Q = (1 + 1/2) / 2, (0 + 1/2) / 2.
-  EXPECT_NEAR(Divergence(all, found), 0.75 * std::log(0.75 / 0.75) + 0.25 * std::log(0.25 / 0.25),
-              1e-12);
-  found.Add({0.1, 5.0});
-  EXPECT_NEAR(Divergence(all, found),
-              0.75 * std::log(0.75 / (2.5 / 3.0)) + 0.25 * std::log(0.25 / (0.5 / 3.0)), 1e-12);
-}
-
-TEST(Divergence, IsLessWhereAllKindsAreFoundThanWhereOneIs) {
-  RevisitHistogram all(8.0);
-  RevisitHistogram one_kind(8.0);
-  RevisitHistogram spread(8.0);
-  for (int i = 0; i < 100; ++i) {
-    all.Add({0.1, 5.0});
-    all.Add({4.0, 175.0});
-    one_kind.Add({0.1, 5.0});
-    if (i % 4 == 0) spread.Add({0.1, 5.0});
-    if (i % 4 == 0) spread.Add({4.0, 175.0});
+/// So many revisits in each of some bins, which lie apart.
+RevisitHistogram HistogramOf(const std::vector<int>& counts) {
+  RevisitHistogram histogram(8.0);
+  for (std::size_t bin = 0; bin < counts.size(); ++bin) {
+    for (int i = 0; i < counts[bin]; ++i) {
+      histogram.Add({0.5 * static_cast<double>(bin) + 0.1, 20.0 * static_cast<double>(bin) + 5.0});
+    }
   }
-  EXPECT_GT(Divergence(all, one_kind), 1.0);
-  EXPECT_LT(Divergence(all, spread), 0.01);
-  EXPECT_LT(Divergence(all, all), 0.001);
+  return histogram;
 }
 
-TEST(Divergence, WithoutRevisitsOrFindsIsDefined) {
-  const RevisitHistogram none(8.0);
-  EXPECT_EQ(Divergence(none, none), 0.0);
-  RevisitHistogram all(8.0);
-  all.Add({0.1, 5.0});
-  EXPECT_TRUE(std::isfinite(Divergence(all, none)));
+TEST(Divergence, IsThatOfTheFoundRelativeToAll) {
+  // All of one group of two found, none of the other: ln(1 / its share).
+  EXPECT_NEAR(*Divergence(HistogramOf({57, 43}), HistogramOf({57, 0})), std::log(1.0 / 0.57),
+              1e-12);
+  EXPECT_NEAR(*Divergence(HistogramOf({57, 43}), HistogramOf({1, 0})), std::log(1.0 / 0.57), 1e-12);
+  // The paper's Oxford: 901 of 2117 loops are of the group that is lost.
+  EXPECT_NEAR(*Divergence(HistogramOf({2117 - 901, 901}), HistogramOf({2117 - 901, 0})), 0.554,
+              5e-4);
+}
+
+TEST(Divergence, OfAHandComputedCase) {
+  // P = 3/4, 1/4; F = 1/3, 2/3.
+  EXPECT_NEAR(*Divergence(HistogramOf({6, 2}), HistogramOf({1, 2})),
+              1.0 / 3.0 * std::log(4.0 / 9.0) + 2.0 / 3.0 * std::log(8.0 / 3.0), 1e-12);
+}
+
+TEST(Divergence, IsZeroWhereWhatIsFoundIsSpreadAsAllAre) {
+  EXPECT_NEAR(*Divergence(HistogramOf({40, 20, 4}), HistogramOf({40, 20, 4})), 0.0, 1e-12);
+  EXPECT_NEAR(*Divergence(HistogramOf({40, 20, 4}), HistogramOf({10, 5, 1})), 0.0, 1e-12);
+}
+
+TEST(Divergence, IsNoneWhereNothingIsFound) {
+  EXPECT_EQ(Divergence(HistogramOf({}), HistogramOf({})), std::nullopt);
+  EXPECT_EQ(Divergence(HistogramOf({3}), HistogramOf({})), std::nullopt);
+}
+
+TEST(MeasureDivergences, FollowsTheCurveOfAllAndOfEachKind) {
+  const std::vector<RevisitVariance> variances = {
+      {0.1, 5.0}, {0.6, 5.0}, {4.0, 5.0}, {4.0, 175.0}, {30.0, 0.0}};
+  const std::vector<ScoredQuery> queries = {{true, true, true, 0.8},
+                                            {true, true, true, 0.6},
+                                            {true, true, true, 0.4},
+                                            {true, true, false, 0.9},
+                                            {false, true, false, 0.5}};
+  const std::vector<OperatingPoint> points = MeasurePrecisionRecall(queries).points;
+  ASSERT_EQ(points.size(), 5U);  // at 0.9, 0.8, 0.6, 0.5, 0.4
+  const auto measure = [&](std::optional<RevisitKind> kind) {
+    return MeasureDivergences(variances, queries, points, 8.0, kind);
+  };
+  const std::vector<double> of_all = measure(std::nullopt);
+  ASSERT_EQ(of_all.size(), 5U);
+  EXPECT_TRUE(std::isnan(of_all[0])) << "nothing is found yet";
+  EXPECT_NEAR(of_all[1], std::log(4.0), 1e-12);
+  EXPECT_NEAR(of_all[2], std::log(2.0), 1e-12);
+  EXPECT_NEAR(of_all[3], std::log(2.0), 1e-12);
+  EXPECT_NEAR(of_all[4], std::log(4.0 / 3.0), 1e-12);
+  const std::vector<double> of_easy = measure(RevisitKind::kEasy);
+  ASSERT_EQ(of_easy.size(), 5U);
+  EXPECT_NEAR(of_easy[1], std::log(2.0), 1e-12);
+  EXPECT_NEAR(of_easy[4], 0.0, 1e-12);
+  const std::vector<double> of_both = measure(RevisitKind::kBoth);
+  ASSERT_EQ(of_both.size(), 5U);
+  for (const double divergence : of_both) EXPECT_TRUE(std::isnan(divergence));
+  EXPECT_TRUE(measure(RevisitKind::kRotational).empty()) << "there are none";
 }
 
 }  // namespace

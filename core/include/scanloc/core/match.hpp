@@ -1,6 +1,7 @@
 #pragma once
 
 #include "scanloc/core/context_table.hpp"
+#include "scanloc/core/method.hpp"
 #include "scanloc/core/params.hpp"
 
 namespace scanloc {
@@ -11,6 +12,9 @@ struct AlignOptions {
   int max_shift = 0;  ///< kBounded: shifts in [-max_shift, max_shift]; kCircular: all are tried
   int radius = 0;     ///< N(n̂*): the pre-aligned shift ± radius
 };
+
+/// Those that a map's parameters ask for.
+[[nodiscard]] AlignOptions AlignOptionsOf(const Params& params, DescriptorKind kind);
 
 /// How well a query's context lies on a map's.
 struct Match {

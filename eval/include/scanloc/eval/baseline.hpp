@@ -2,18 +2,33 @@
 
 #include <Eigen/Core>
 #include <cstddef>
+#include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
-#include <utility>
 #include <vector>
 
+#include "scanloc/core/answer.hpp"
+#include "scanloc/core/descriptor.hpp"
+#include "scanloc/core/map.hpp"
+#include "scanloc/core/method.hpp"
 #include "scanloc/core/point_cloud.hpp"
 
 /// Other ways of recognising places, to compare with. One file each.
 namespace scanloc::eval {
 
-/// Describes a scan by one vector; like scans have vectors at a small Euclidean distance. One
-/// thread at a time.
+/// What a baseline is asked.
+struct BaselineQuery {
+  PointView scan;
+  const ScanDescriptor& descriptor;             ///< of the scan, made with the map's parameters
+  std::size_t num_answers = 1;                  ///< candidates told in the answer, at most
+  std::optional<int> num_candidates{};          ///< k; none: the map's
+  const std::vector<bool>* excluded = nullptr;  ///< as in QueryOptions
+  std::int64_t (*now_ns)() = nullptr;           ///< as in QueryOptions
+};
+
+/// A way of recognising the places of a map. Once Prepare was called, any number of threads may ask
+/// it.
 class Baseline {
  public:
   virtual ~Baseline() = default;
@@ -24,9 +39,28 @@ class Baseline {
   /// As methods are named on the command line.
   [[nodiscard]] virtual std::string name() const = 0;
 
+  /// The kind of context that it works on, which the map must hold. None: it makes vectors of the
+  /// scans, those of the map, too.
+  [[nodiscard]] virtual std::optional<DescriptorKind> context_kind() const { return std::nullopt; }
+
+  /// Whether BaselineQuery::num_candidates says anything to it; if not, it ranks all places.
+  [[nodiscard]] virtual bool takes_candidates() const { return false; }
+
+  /// The vector of a scan; like scans have vectors at a small Euclidean distance. Empty for a
+  /// baseline that works on contexts.
+  ///
   /// Always of the same length and finite; points that are not finite are left out. Zero for a scan
-  /// that cannot be described.
-  [[nodiscard]] virtual Eigen::VectorXf Describe(PointView scan) = 0;
+  /// that cannot be described, which is then like no other. Thread-safe.
+  [[nodiscard]] virtual Eigen::VectorXf Describe(PointView scan) const;
+
+  /// Call once before Recognize. The map must stay. Requires the vector of each place's scan, or
+  /// none for a baseline that works on contexts.
+  virtual void Prepare(const Map& map, std::vector<Eigen::VectorXf> vectors) = 0;
+
+  /// Candidates, best first; of equal ones the lower place. Their distance is in whatever the
+  /// baseline compares by; their T_map_query is T_map_place, as it tells no pose. The outcome is
+  /// left open. Where a clock is given, describe_ns is 0 for a baseline that works on contexts.
+  [[nodiscard]] virtual Answer Recognize(const BaselineQuery& query) const = 0;
 };
 
 /// Null: no baseline has that name.
@@ -35,24 +69,7 @@ class Baseline {
 /// The names, for people, with commas between.
 [[nodiscard]] std::string BaselineNames();
 
-/// Vectors by number, searched one by one. Thread-safe once filled.
-class BaselineIndex {
- public:
-  /// Requires vectors of one length.
-  void Add(const Eigen::VectorXf& vector) { vectors_.push_back(vector); }
-  [[nodiscard]] std::size_t size() const { return vectors_.size(); }
-
-  struct Neighbor {
-    std::size_t number = 0;
-    double distance = 0.0;
-  };
-  /// The k nearest, nearest first; of equal ones the lower number. Those whose element in
-  /// `excluded` is true are passed over. O(n).
-  [[nodiscard]] std::vector<Neighbor> Search(const Eigen::VectorXf& query, std::size_t k,
-                                             const std::vector<bool>* excluded = nullptr) const;
-
- private:
-  std::vector<Eigen::VectorXf> vectors_;
-};
+/// For baselines: appends the place to the answer.
+void AppendCandidate(const Map& map, std::size_t place, double distance, Answer* answer);
 
 }  // namespace scanloc::eval

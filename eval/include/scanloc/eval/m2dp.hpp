@@ -2,9 +2,10 @@
 
 #include <Eigen/Core>
 #include <string>
+#include <vector>
 
-#include "scanloc/core/voxel_filter.hpp"
 #include "scanloc/eval/baseline.hpp"
+#include "scanloc/eval/vector_index.hpp"
 
 namespace scanloc::eval {
 
@@ -16,7 +17,8 @@ namespace scanloc::eval {
 /// Where the paper leaves it open: an axis points to the side with the greater third moment; the
 /// x-axis of a plane is the cloud's x-axis projected onto it, of the plane across x its y-axis;
 /// singular vectors have a positive sum (the matrix has no negative element). As in the Scan
-/// Context++ paper, scans are thinned to voxels of 0.1 m first.
+/// Context++ paper, scans are thinned to voxels of 0.1 m first. Written without a look at the
+/// authors' code, which may decide these otherwise; docs/evaluation.md lists what that concerns.
 class M2dp : public Baseline {
  public:
   static constexpr int kNumAzimuths = 4;
@@ -27,20 +29,24 @@ class M2dp : public Baseline {
   static constexpr int kNumCells = kNumRings * kNumSectors;
   static constexpr int kLength = kNumPlanes + kNumCells;
 
-  M2dp() : filter_(0.1) {}
+  static constexpr double kVoxelSize_m = 0.1;
 
   [[nodiscard]] std::string name() const override { return "m2dp"; }
 
   /// Of length kLength: two unit vectors behind each other. Zero for scans of less than three
   /// voxels, or all of whose points lie in one line.
-  [[nodiscard]] Eigen::VectorXf Describe(PointView scan) override;
+  [[nodiscard]] Eigen::VectorXf Describe(PointView scan) const override;
+
+  void Prepare(const Map& map, std::vector<Eigen::VectorXf> vectors) override;
+  [[nodiscard]] Answer Recognize(const BaselineQuery& query) const override;
 
   /// The counts of a cloud of 3 × n points, each row over n: kNumPlanes × kNumCells. Empty where
   /// Describe gives zero.
   [[nodiscard]] static Eigen::MatrixXd Signatures(const Eigen::Matrix3Xd& points);
 
  private:
-  VoxelFilter filter_;
+  const Map* map_ = nullptr;
+  VectorIndex index_;
 };
 
 }  // namespace scanloc::eval

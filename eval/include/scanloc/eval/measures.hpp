@@ -1,6 +1,8 @@
 #pragma once
 
 #include <cstddef>
+#include <limits>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -33,12 +35,20 @@ struct PrecisionRecall {
   std::vector<OperatingPoint> points;
   double area = 0.0;    ///< under precision over recall, trapezoids, from recall 0 at the first
                         ///< point's precision to the greatest recall
-  double f1_max = 0.0;  ///< of all points
+  double f1_max = 0.0;  ///< of all points; 0 without any
+  /// The point of f1_max; of several the one of the highest threshold. None where f1_max is 0: no
+  /// threshold is worth accepting a match at.
+  std::optional<std::size_t> best;
   /// Greatest recall at which no accepted match is wrong; 0 if the surest one is.
   double recall_at_full_precision = 0.0;
   /// Ferrarini et al. 2020: mean of the precision at the least recall that is not 0, and of
-  /// recall_at_full_precision.
+  /// recall_at_full_precision. 0 where no match is right.
   double extended_precision = 0.0;
+
+  /// The threshold of `best`; infinite, which accepts nothing, without one.
+  [[nodiscard]] double BestThreshold() const {
+    return best ? points[*best].threshold : std::numeric_limits<double>::infinity();
+  }
 };
 
 /// A wrong match counts against precision whether its query is a revisit or not. O(n log n).
@@ -63,8 +73,10 @@ struct Reliability {
 /// Requires num_bins ≥ 1 and scores in [0, 1].
 [[nodiscard]] Reliability MeasureReliability(std::span<const ScoredQuery> queries, int num_bins);
 
-/// Share of the revisits for which one of the k best candidates is right; 0 without revisits.
+/// Share of the revisits for which one of the k best candidates is right. None where there are no
+/// revisits, and where the method looks at fewer candidates than k, so that it cannot say.
 /// `first_right[i]`: rank from 1 of the first right candidate of revisit i, 0 for none.
-[[nodiscard]] double RecallAt(int k, std::span<const int> first_right);
+[[nodiscard]] std::optional<double> RecallAt(int k, std::span<const int> first_right,
+                                             int num_candidates);
 
 }  // namespace scanloc::eval

@@ -1,8 +1,11 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <span>
 #include <vector>
+
+#include "scanloc/eval/measures.hpp"
 
 namespace scanloc::eval {
 
@@ -12,8 +15,9 @@ struct RevisitVariance {
   double rotation_deg = 0.0;   ///< between the headings, in [0, 180]
 };
 
-/// The paper's quadrants.
+/// The paper's quadrants. It gives no numbers for their limits; these are ours.
 enum class RevisitKind { kEasy, kLateral, kRotational, kBoth };
+inline constexpr int kNumRevisitKinds = 4;
 inline constexpr double kLateralFrom_m = 2.0;
 inline constexpr double kRotationalFrom_deg = 90.0;
 [[nodiscard]] RevisitKind KindOf(const RevisitVariance& variance);
@@ -45,10 +49,23 @@ class RevisitHistogram {
 };
 
 /// Kullback-Leibler divergence [nats] of the revisits that were found from all there are, which are
-/// the reference: Σ P·log(P/Q) over the bins that hold a revisit.
+/// the reference (paper, "Recall Distribution"): Σ F·ln(F/P) over the bins, F the share of the
+/// found ones and P that of all.
 ///
-/// The found ones share one more event evenly among these bins, so that it is finite; with all
-/// found it is near 0. 0 where there are no revisits. Requires histograms of equal shape.
-[[nodiscard]] double Divergence(const RevisitHistogram& all, const RevisitHistogram& found);
+/// Finite without smoothing, as what is found is among all. 0 if the found ones are spread as all
+/// are, however few; ln(1/P) if they all lie in bins that hold the share P of all. None where
+/// nothing is found. Requires histograms of equal shape, and found no more than all in every bin.
+[[nodiscard]] std::optional<double> Divergence(const RevisitHistogram& all,
+                                               const RevisitHistogram& found);
+
+/// The DR curve: the divergence at each point of the curve, of the revisits that are right and
+/// accepted there, from all. Of one kind, or of all: `of_kind` gives what is counted on both sides.
+/// NaN at points where none of them is found; empty where there are none of the kind.
+/// Requires one variance a query; those of queries that are no revisits are not looked at.
+[[nodiscard]] std::vector<double> MeasureDivergences(std::span<const RevisitVariance> variances,
+                                                     std::span<const ScoredQuery> queries,
+                                                     std::span<const OperatingPoint> points,
+                                                     double within_m,
+                                                     std::optional<RevisitKind> of_kind);
 
 }  // namespace scanloc::eval

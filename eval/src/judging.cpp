@@ -1,0 +1,47 @@
+#include "scanloc/eval/judging.hpp"
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <cstddef>
+
+#include "scanloc/eval/ground_truth.hpp"
+
+namespace scanloc::eval {
+namespace {
+
+int FirstRight(const Pose& T_map_true, std::span<const Candidate> candidates, double within_m) {
+  for (std::size_t i = 0; i < candidates.size(); ++i) {
+    if (PlanarDistance_m(candidates[i].T_map_place, T_map_true) <= within_m) {
+      return static_cast<int>(i) + 1;
+    }
+  }
+  return 0;
+}
+
+}  // namespace
+
+PoseError ErrorOf(const Pose& T_map_found, const Pose& T_map_true) {
+  const double yaw_rad = Yaw(T_map_true);
+  const Eigen::Vector2d off_m = (T_map_found.translation() - T_map_true.translation()).head<2>();
+  const Eigen::Vector2d left(-std::sin(yaw_rad), std::cos(yaw_rad));
+  return {off_m.norm(), std::abs(left.dot(off_m)), HeadingDifference_deg(T_map_found, T_map_true)};
+}
+
+Judgement Judge(const QueryTruth& truth, std::span<const Candidate> candidates, double within_m) {
+  Judgement judgement;
+  ScoredQuery& scored = judgement.scored;
+  scored.is_revisit = IsRevisit(truth.nearest, within_m);
+  if (candidates.empty()) return judgement;
+  const Candidate& best = candidates.front();
+  scored.has_match = true;
+  scored.score = best.confidence.value_or(1.0 - best.distance);
+  if (!truth.T_map_query) return judgement;
+  judgement.first_right = FirstRight(*truth.T_map_query, candidates, within_m);
+  scored.is_right = scored.is_revisit && judgement.first_right == 1;
+  judgement.is_pose_right = PlanarDistance_m(best.T_map_query, *truth.T_map_query) <= within_m;
+  judgement.is_right_beyond = judgement.is_pose_right && !scored.is_revisit;
+  if (scored.is_right) judgement.error = ErrorOf(best.T_map_query, *truth.T_map_query);
+  return judgement;
+}
+
+}  // namespace scanloc::eval
