@@ -2,11 +2,14 @@
 
 #include <algorithm>
 #include <condition_variable>
+#include <cstddef>
 #include <deque>
 #include <mutex>
 #include <thread>
 #include <utility>
 #include <vector>
+
+#include "absl/strings/str_cat.h"
 
 namespace scanloc::client {
 namespace {
@@ -46,14 +49,19 @@ struct AsyncClient::State {
   }
 
   void Submit(Task task) {
+    bool is_taken = false;
     {
       const std::lock_guard lock(mutex);
-      waiting.push_back(std::move(task));
+      is_taken = waiting.size() < max_waiting;
+      if (is_taken) waiting.push_back(std::move(task));
     }
-    has_work.notify_one();
+    if (is_taken) return has_work.notify_one();
+    task.callback(absl::ResourceExhaustedError(absl::StrCat(
+        max_waiting, " queries wait already; ask again when some of them have ended")));
   }
 
   std::shared_ptr<const LocalizationClient> client;
+  std::size_t max_waiting = 1;
   std::mutex mutex;
   std::condition_variable has_work;
   std::deque<Task> waiting;
@@ -61,9 +69,11 @@ struct AsyncClient::State {
   std::vector<std::thread> threads;
 };
 
-AsyncClient::AsyncClient(std::shared_ptr<const LocalizationClient> client, int num_threads)
+AsyncClient::AsyncClient(std::shared_ptr<const LocalizationClient> client, int num_threads,
+                         int max_waiting)
     : state_(std::make_unique<State>()) {
   state_->client = std::move(client);
+  state_->max_waiting = static_cast<std::size_t>(std::max(1, max_waiting));
   for (int i = 0; i < std::max(1, num_threads); ++i) {
     state_->threads.emplace_back([state = state_.get()] { state->Run(); });
   }

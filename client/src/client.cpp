@@ -1,5 +1,6 @@
 #include "scanloc/client/client.hpp"
 
+#include <grpc/support/time.h>
 #include <grpcpp/channel.h>
 #include <grpcpp/client_context.h>
 #include <grpcpp/create_channel.h>
@@ -15,6 +16,7 @@
 #include "backoff.hpp"
 #include "grpc/health/v1/health.grpc.pb.h"
 #include "map_cache.hpp"
+#include "request_id.hpp"
 #include "scanloc/core/limits.hpp"
 #include "scanloc/proto/convert.hpp"
 #include "scanloc/proto/status.hpp"
@@ -26,8 +28,22 @@
 namespace scanloc::client {
 namespace {
 
-using Clock = std::chrono::system_clock;
+/// Not the time of day: that may be set while a call runs.
+using Clock = std::chrono::steady_clock;
 using std::chrono::milliseconds;
+
+/// What one call is bound to, however often it is tried.
+struct Terms {
+  Clock::time_point deadline;
+  std::string request_id;
+};
+
+/// The same moment, as gRPC counts it.
+gpr_timespec ToGpr(Clock::time_point time) {
+  const auto left =
+      std::chrono::duration_cast<std::chrono::nanoseconds>(time - Clock::now()).count();
+  return gpr_time_add(gpr_now(GPR_CLOCK_MONOTONIC), gpr_time_from_nanos(left, GPR_TIMESPAN));
+}
 
 constexpr milliseconds kMaxTimeout = std::chrono::hours(1);
 
@@ -68,10 +84,13 @@ absl::StatusOr<std::shared_ptr<grpc::ChannelCredentials>> MakeCredentials(
 }
 
 std::shared_ptr<grpc::Channel> MakeChannel(
-    const std::string& address, const std::shared_ptr<grpc::ChannelCredentials>& credentials) {
+    const ClientOptions& options, const std::shared_ptr<grpc::ChannelCredentials>& credentials) {
   grpc::ChannelArguments arguments;
   arguments.SetMaxReceiveMessageSize(limits::kMaxMessageBytes);
-  return grpc::CreateCustomChannel(address, credentials, arguments);
+  if (!options.tls_server_name.empty()) {
+    arguments.SetSslTargetNameOverride(options.tls_server_name);
+  }
+  return grpc::CreateCustomChannel(options.address, credentials, arguments);
 }
 
 double DrawShare() {
@@ -96,7 +115,7 @@ bool AwaitReady(grpc::Channel& channel, Clock::time_point deadline) {
     const grpc_connectivity_state state = channel.GetState(/*try_to_connect=*/true);
     if (state == GRPC_CHANNEL_READY) return true;
     if (state == GRPC_CHANNEL_TRANSIENT_FAILURE || state == GRPC_CHANNEL_SHUTDOWN) return false;
-    if (!channel.WaitForStateChange(state, deadline)) return false;
+    if (!channel.WaitForStateChange(state, ToGpr(deadline))) return false;
   }
 }
 
@@ -111,6 +130,10 @@ absl::Status Validate(const ClientOptions& options) {
     return absl::InvalidArgumentError(
         "a certificate needs its private key and the CA of the server; give all three");
   }
+  if (options.tls_ca_file.empty() && !options.tls_server_name.empty()) {
+    return absl::InvalidArgumentError(
+        "a server's name is checked only where there is a CA for its certificate; give both");
+  }
   if (auto token = CheckToken(options); !token.ok()) return token;
   absl::Status status = CheckTimeout("timeout", options.timeout, milliseconds(1));
   status.Update(CheckTimeout("connect_timeout", options.connect_timeout, milliseconds(0)));
@@ -122,7 +145,7 @@ struct Client::State {
   State(const ClientOptions& client_options,
         const std::shared_ptr<grpc::ChannelCredentials>& credentials)
       : options(client_options),
-        channel(MakeChannel(client_options.address, credentials)),
+        channel(MakeChannel(client_options, credentials)),
         stub(v1::Localization::NewStub(channel)),
         admin(v1::Admin::NewStub(channel)) {}
 
@@ -141,15 +164,20 @@ struct Client::State {
         absl::StrCat("its answer makes no sense, is it of another version? ", status.message())));
   }
 
-  /// When a call with this timeout must have ended.
-  [[nodiscard]] absl::StatusOr<Clock::time_point> DeadlineOf(
-      const std::optional<milliseconds>& timeout) const {
+  /// Of a call that begins now. InvalidArgument: it may not have these.
+  [[nodiscard]] absl::StatusOr<Terms> TermsOf(const std::optional<milliseconds>& timeout,
+                                              const std::string& request_id = "") const {
     if (timeout) {
       if (auto status = CheckTimeout("timeout", *timeout, milliseconds(1)); !status.ok()) {
         return status;
       }
     }
-    return Clock::now() + timeout.value_or(options.timeout);
+    if (auto status = CheckRequestId(request_id); !status.ok()) return status;
+    return Terms{.deadline = Clock::now() + timeout.value_or(options.timeout),
+                 .request_id = request_id};
+  }
+  [[nodiscard]] Terms UsualTerms() const {
+    return {.deadline = Clock::now() + options.timeout, .request_id = {}};
   }
 
   template <typename Stub, typename Request, typename Response>
@@ -158,14 +186,14 @@ struct Client::State {
   template <typename Request, typename Response>
   [[nodiscard]] absl::StatusOr<Response> Call(
       Method<v1::Localization::Stub, Request, Response> method, const Request& request,
-      Clock::time_point deadline) const {
+      const Terms& terms) const {
     Backoff backoff(options.retry, DrawShare);
     while (true) {
-      auto response = CallOn(*stub, method, request, deadline);
+      auto response = CallOn(*stub, method, request, terms);
       if (response.ok()) return response;
       const auto wait = backoff.After(response.status());
       const Clock::time_point again = Clock::now() + wait.value_or(milliseconds(0));
-      if (!wait || again >= deadline) return response;
+      if (!wait || again >= terms.deadline) return response;
       std::this_thread::sleep_until(again);
     }
   }
@@ -173,11 +201,11 @@ struct Client::State {
   template <typename Stub, typename Request, typename Response>
   [[nodiscard]] absl::StatusOr<Response> CallOn(Stub& service,
                                                 Method<Stub, Request, Response> method,
-                                                const Request& request,
-                                                Clock::time_point deadline) const {
+                                                const Request& request, const Terms& terms) const {
     grpc::ClientContext context;
-    context.set_deadline(deadline);
+    context.set_deadline(ToGpr(terms.deadline));
     ShowToken(options, context);
+    SendRequestId(terms.request_id, context);
     Response response;
     const absl::Status status = proto::FromGrpc((service.*method)(&context, request, &response));
     // Nobody here cancels: it is how gRPC ends calls that meet a server in its last moment.
@@ -193,11 +221,11 @@ struct Client::State {
   [[nodiscard]] absl::StatusOr<MapSummary> Change(
       Method<v1::Admin::Stub, Request, Response> method, const std::string& map,
       const std::optional<milliseconds>& timeout) const {
-    const auto deadline = DeadlineOf(timeout);
-    if (!deadline.ok()) return deadline.status();
+    const auto terms = TermsOf(timeout);
+    if (!terms.ok()) return terms.status();
     Request request;
     request.set_map(map);
-    const auto response = CallOn(*admin, method, request, *deadline);
+    const auto response = CallOn(*admin, method, request, *terms);
     if (!response.ok()) return response.status();
     v1::ListMapsResponse list;
     *list.add_maps() = response->map();
@@ -207,10 +235,10 @@ struct Client::State {
   }
 
   [[nodiscard]] absl::StatusOr<MapInfo> FetchInfo(const std::string& map,
-                                                  Clock::time_point deadline) const {
+                                                  const Terms& terms) const {
     v1::GetMapInfoRequest request;
     request.set_map(map);
-    const auto response = Call(&v1::Localization::Stub::GetMapInfo, request, deadline);
+    const auto response = Call(&v1::Localization::Stub::GetMapInfo, request, terms);
     if (!response.ok()) return response.status();
     auto info = proto::FromProto(response->info());
     if (!info.ok()) return BadReply(info.status());
@@ -219,10 +247,10 @@ struct Client::State {
 
   [[nodiscard]] absl::StatusOr<LocalizeReply> Localize(v1::LocalizeRequest request,
                                                        const RequestOptions& request_options,
-                                                       Clock::time_point deadline) const {
+                                                       const Terms& terms) const {
     request.set_map(request_options.map);
     *request.mutable_options() = proto::ToProto(request_options.query);
-    const auto response = Call(&v1::Localization::Stub::Localize, request, deadline);
+    const auto response = Call(&v1::Localization::Stub::Localize, request, terms);
     if (!response.ok()) return response.status();
     auto reply = proto::FromProto(*response);
     if (!reply.ok()) return BadReply(reply.status());
@@ -231,12 +259,12 @@ struct Client::State {
 
   [[nodiscard]] absl::StatusOr<LocalizeReply> LocalizeWith(CachedMap& map, PointView scan,
                                                            const RequestOptions& request_options,
-                                                           Clock::time_point deadline) const {
+                                                           const Terms& terms) const {
     const auto descriptor = map.Describe(scan);
     if (!descriptor.ok()) return descriptor.status();
     v1::LocalizeRequest request;
     *request.mutable_descriptors() = proto::ToProto(*descriptor);
-    return Localize(std::move(request), request_options, deadline);
+    return Localize(std::move(request), request_options, terms);
   }
 
   const ClientOptions options;
@@ -265,8 +293,8 @@ Client& Client::operator=(Client&&) noexcept = default;
 Client::~Client() = default;
 
 absl::StatusOr<std::vector<MapSummary>> Client::ListMaps() const {
-  const auto response = state_->Call(&v1::Localization::Stub::ListMaps, v1::ListMapsRequest(),
-                                     Clock::now() + state_->options.timeout);
+  const auto response =
+      state_->Call(&v1::Localization::Stub::ListMaps, v1::ListMapsRequest(), state_->UsualTerms());
   if (!response.ok()) return response.status();
   auto maps = proto::FromProto(*response);
   if (!maps.ok()) return state_->BadReply(maps.status());
@@ -274,7 +302,7 @@ absl::StatusOr<std::vector<MapSummary>> Client::ListMaps() const {
 }
 
 absl::StatusOr<MapInfo> Client::GetMapInfo(const std::string& map) const {
-  return state_->FetchInfo(map, Clock::now() + state_->options.timeout);
+  return state_->FetchInfo(map, state_->UsualTerms());
 }
 
 absl::StatusOr<bool> Client::IsServing(const std::string& map) const {
@@ -283,8 +311,8 @@ absl::StatusOr<bool> Client::IsServing(const std::string& map) const {
   const auto health = Health::NewStub(state_->channel);
   grpc::health::v1::HealthCheckRequest request;
   if (!map.empty()) request.set_service(absl::StrCat("scanloc.map/", map));
-  const auto response = state_->CallOn(*health, &Health::Stub::Check, request,
-                                       Clock::now() + state_->options.timeout);
+  const auto response =
+      state_->CallOn(*health, &Health::Stub::Check, request, state_->UsualTerms());
   if (!response.ok()) return response.status();
   return response->status() == HealthCheckResponse::SERVING;
 }
@@ -302,37 +330,35 @@ absl::StatusOr<MapSummary> Client::LoadMap(const std::string& map,
 absl::Status Client::UnloadMap(const std::string& map) const {
   v1::UnloadMapRequest request;
   request.set_map(map);
-  return state_
-      ->CallOn(*state_->admin, &v1::Admin::Stub::UnloadMap, request,
-               Clock::now() + state_->options.timeout)
+  return state_->CallOn(*state_->admin, &v1::Admin::Stub::UnloadMap, request, state_->UsualTerms())
       .status();
 }
 
 absl::StatusOr<LocalizeReply> Client::LocalizeScan(PointView scan,
                                                    const RequestOptions& options) const {
-  const auto deadline = state_->DeadlineOf(options.timeout);
-  if (!deadline.ok()) return deadline.status();
+  const auto terms = state_->TermsOf(options.timeout, options.request_id);
+  if (!terms.ok()) return terms.status();
   if (auto status = CheckScanSize(scan); !status.ok()) return status;
   v1::LocalizeRequest request;
   *request.mutable_scan() = proto::ToProto(scan);
-  return state_->Localize(std::move(request), options, *deadline);
+  return state_->Localize(std::move(request), options, *terms);
 }
 
 absl::StatusOr<LocalizeReply> Client::LocalizeDescriptor(const SignedDescriptor& descriptor,
                                                          const RequestOptions& options) const {
-  const auto deadline = state_->DeadlineOf(options.timeout);
-  if (!deadline.ok()) return deadline.status();
+  const auto terms = state_->TermsOf(options.timeout, options.request_id);
+  if (!terms.ok()) return terms.status();
   v1::LocalizeRequest request;
   *request.mutable_descriptors() = proto::ToProto(descriptor);
-  return state_->Localize(std::move(request), options, *deadline);
+  return state_->Localize(std::move(request), options, *terms);
 }
 
 absl::StatusOr<LocalizeReply> Client::LocalizeByDescriptor(PointView scan,
                                                            const RequestOptions& options) const {
-  const auto deadline = state_->DeadlineOf(options.timeout);
-  if (!deadline.ok()) return deadline.status();
+  const auto terms = state_->TermsOf(options.timeout, options.request_id);
+  if (!terms.ok()) return terms.status();
   const auto fetch = [&]() -> absl::StatusOr<std::shared_ptr<CachedMap>> {
-    const auto info = state_->FetchInfo(options.map, *deadline);
+    const auto info = state_->FetchInfo(options.map, *terms);
     if (!info.ok()) return info.status();
     return state_->cache.Put(options.map, *info);
   };
@@ -340,14 +366,14 @@ absl::StatusOr<LocalizeReply> Client::LocalizeByDescriptor(PointView scan,
   absl::StatusOr<std::shared_ptr<CachedMap>> map = state_->cache.Find(options.map);
   if (*map == nullptr) map = fetch();
   if (!map.ok()) return map.status();
-  auto reply = state_->LocalizeWith(**map, scan, options, *deadline);
+  auto reply = state_->LocalizeWith(**map, scan, options, *terms);
   if (absl::IsFailedPrecondition(reply.status())) {
     // Either the map has got other parameters, or the query asks for what it does not serve.
     const auto newer = fetch();
     if (!newer.ok()) return newer.status();
     if ((*newer)->signature() == (*map)->signature()) return reply;
     map = newer;
-    reply = state_->LocalizeWith(**map, scan, options, *deadline);
+    reply = state_->LocalizeWith(**map, scan, options, *terms);
   }
   if (reply.ok() && reply->answer.content_id != (*map)->content_id()) {
     state_->cache.Forget(options.map, *map);
@@ -361,7 +387,7 @@ struct RobotStream::State {
       : client(std::move(client_state)),
         options(stream_options),
         timeout(scan_timeout),
-        call(*client->stub, client->options) {}
+        call(*client->stub, client->options, stream_options.request_id) {}
 
   [[nodiscard]] absl::StatusOr<v1::LocalizeStreamRequest> RequestFor(PointView scan) const {
     v1::LocalizeStreamRequest request;
@@ -392,12 +418,12 @@ RobotStream::~RobotStream() {
 }
 
 absl::StatusOr<RobotStream> Client::OpenStream(const StreamOptions& options) const {
-  const auto deadline = state_->DeadlineOf(options.timeout);
-  if (!deadline.ok()) return deadline.status();
+  const auto terms = state_->TermsOf(options.timeout, options.request_id);
+  if (!terms.ok()) return terms.status();
   auto stream = std::make_unique<RobotStream::State>(
       state_, options, options.timeout.value_or(state_->options.timeout));
   if (options.send_descriptor) {
-    const auto info = state_->FetchInfo(options.map, *deadline);
+    const auto info = state_->FetchInfo(options.map, *terms);
     if (!info.ok()) return info.status();
     stream->map = state_->cache.Put(options.map, *info);
   }

@@ -2,13 +2,16 @@
 
 #include <utility>
 
+#include "request_id.hpp"
 #include "scanloc/proto/status.hpp"
 #include "token.hpp"
 
 namespace scanloc::client {
 
-StreamCall::StreamCall(v1::Localization::Stub& stub, const ClientOptions& options) {
+StreamCall::StreamCall(v1::Localization::Stub& stub, const ClientOptions& options,
+                       const std::string& request_id) {
   ShowToken(options, context_);
+  SendRequestId(request_id, context_);
   stub.async()->LocalizeStream(&context_, this);
   AddHold();  // reads and writes are started from outside
   StartCall();

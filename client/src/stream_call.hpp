@@ -6,6 +6,7 @@
 #include <condition_variable>
 #include <mutex>
 #include <optional>
+#include <string>
 
 #include "absl/status/status.h"
 #include "scanloc/client/client.hpp"
@@ -19,7 +20,8 @@ class StreamCall final
     : private grpc::ClientBidiReactor<v1::LocalizeStreamRequest, v1::LocalizeStreamResponse> {
  public:
   /// The stub must outlive the call.
-  StreamCall(v1::Localization::Stub& stub, const ClientOptions& options);
+  StreamCall(v1::Localization::Stub& stub, const ClientOptions& options,
+             const std::string& request_id);
   ~StreamCall() override;  ///< cancels what is under way and waits for its end
 
   StreamCall(const StreamCall&) = delete;

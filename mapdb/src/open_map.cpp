@@ -49,6 +49,15 @@ absl::Status StartReading(Connection& connection) {
   return connection.QueryInt(schema::kCountPages).status();
 }
 
+absl::Status UnfinishedWriteError(const std::string& path) {
+  return absl::FailedPreconditionError(absl::StrCat(
+      "beside map '", path, "' lies '", path,
+      "-journal', the unfinished write of a build that was ",
+      "killed. If the map was put here in the place of that build's, remove the journal: undoing ",
+      "it would damage the map. If it is that build's own, undo the write with scanloc verify, or ",
+      "complete the build with --resume"));
+}
+
 absl::Status RollBackDeadWrite(const std::string& path) {
   absl::StatusOr<Connection> connection = OpenConnection(path, Connection::Access::kReadWrite);
   absl::Status status = connection.status();
@@ -108,12 +117,13 @@ absl::Status CheckFront(Connection& connection) {
   return absl::OkStatus();
 }
 
-absl::StatusOr<Connection> OpenForReading(const std::string& path) {
+absl::StatusOr<Connection> OpenForReading(const std::string& path, UnfinishedWrite unfinished) {
   if (absl::Status status = CheckIsFile(path); !status.ok()) return status;
   absl::StatusOr<Connection> connection = OpenConnection(path, Connection::Access::kReadOnly);
   if (!connection.ok()) return connection.status();
   absl::Status status = StartReading(*connection);
   if (!status.ok() && connection->needs_rollback()) {
+    if (unfinished == UnfinishedWrite::kRefuse) return UnfinishedWriteError(path);
     if (status = RollBackDeadWrite(path); !status.ok()) return status;
     connection = OpenConnection(path, Connection::Access::kReadOnly);
     if (!connection.ok()) return connection.status();

@@ -4,6 +4,7 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "scanloc/mapdb/map_file.hpp"
 #include "sqlite.hpp"
 
 /// Opening map files, and refusing what is none.
@@ -15,9 +16,10 @@ namespace scanloc::mapdb {
 /// Refuses what is no scanloc map by the first bytes of the file.
 [[nodiscard]] absl::Status CheckFront(Connection& connection);
 
-/// Opens a map for reading in one transaction, so that all statements see the same commit, and
-/// rolls back the unfinished write of a killed build if there is one. The errors of map_file.hpp.
-[[nodiscard]] absl::StatusOr<Connection> OpenForReading(const std::string& path);
+/// Opens a map for reading in one transaction, so that all statements see the same commit. The
+/// errors of map_file.hpp.
+[[nodiscard]] absl::StatusOr<Connection> OpenForReading(
+    const std::string& path, UnfinishedWrite unfinished = UnfinishedWrite::kRollBack);
 
 /// Creates an empty file, and fails if there is one: nobody's file is written over, whatever the
 /// timing. AlreadyExists; NotFound if its folder does not exist; PermissionDenied,

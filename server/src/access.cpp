@@ -108,21 +108,29 @@ absl::StatusOr<std::unique_ptr<Access>> Access::Create(const std::string& token_
   return access;
 }
 
-std::shared_ptr<const Access::Tokens> Access::Current() {
-  const std::lock_guard lock(mutex_);
+void Access::LookAtFile() {
+  const std::unique_lock look(look_mutex_, std::try_to_lock);
+  if (!look) return;  // another call is at it
   const auto now = std::chrono::steady_clock::now();
-  if (now < next_look_) return tokens_;
+  if (now < next_look_) return;
   next_look_ = now + kLookInterval;
   const FileStamp stamp = StampOf(token_file_);
-  if (stamp == stamp_) return tokens_;
+  if (stamp == stamp_) return;
   stamp_ = stamp;
   auto tokens = Read(token_file_);
-  if (tokens.ok()) {
-    spdlog::info("token file {} read again: {} tokens", token_file_, tokens->size());
-    tokens_ = std::make_shared<const Tokens>(*std::move(tokens));
-  } else {
-    spdlog::error("the tokens before stay in force: {}", absl::StrCat(tokens.status().message()));
+  if (!tokens.ok()) {
+    return spdlog::error("the tokens before stay in force: {}",
+                         absl::StrCat(tokens.status().message()));
   }
+  spdlog::info("token file {} read again: {} tokens", token_file_, tokens->size());
+  auto next = std::make_shared<const Tokens>(*std::move(tokens));
+  const std::lock_guard lock(mutex_);
+  tokens_.swap(next);
+}
+
+std::shared_ptr<const Access::Tokens> Access::Current() {
+  LookAtFile();
+  const std::lock_guard lock(mutex_);
   return tokens_;
 }
 

@@ -26,8 +26,8 @@ struct Caller {
 };
 
 /// The tokens of a server. Of each only the SHA-256 is kept. The file is looked at again at most
-/// once a second, when somebody calls; while a new one is bad, the one before stays in force and
-/// the log says why. Thread-safe.
+/// once a second, when somebody calls, and by that one call; while a new one is bad, the one before
+/// stays in force and the log says why. Thread-safe.
 class Access {
  public:
   /// An empty path admits everybody to everything but administration. Errors tell the line, never
@@ -63,14 +63,16 @@ class Access {
   [[nodiscard]] static FileStamp StampOf(const std::string& path);
   [[nodiscard]] static absl::StatusOr<Tokens> Read(const std::string& path);
   [[nodiscard]] static absl::StatusOr<Token> ParseLine(const std::string& line);
+  void LookAtFile();
   [[nodiscard]] std::shared_ptr<const Tokens> Current();
   [[nodiscard]] absl::StatusOr<std::string> Look(const Digest& digest, Role role);
 
   const std::string token_file_;
-  std::mutex mutex_;
-  std::shared_ptr<const Tokens> tokens_;
+  std::mutex look_mutex_;  // held while the file is read; nobody waits for it
   FileStamp stamp_;
   std::chrono::steady_clock::time_point next_look_;
+  std::mutex mutex_;  // held only to take or change the pointer
+  std::shared_ptr<const Tokens> tokens_;
 };
 
 }  // namespace scanloc::server

@@ -61,7 +61,7 @@ grpc::ServerUnaryReactor* AdminService::Run(grpc::CallbackServerContext* context
                     if (auto name = proto::CheckMapName(message.map()); !name.ok()) return name;
                     call->map = message.map();
                     const absl::Status done = action(message.map());
-                    LogWith(spdlog::level::info, "administration",
+                    LogWith(done.ok() ? spdlog::level::info : spdlog::level::err, "administration",
                             {{"method", call->method},
                              {"map", message.map()},
                              {"by", call->caller.name},

@@ -1,70 +1,63 @@
 #include "credentials.hpp"
 
-#include <grpcpp/security/tls_certificate_provider.h>
-#include <grpcpp/security/tls_credentials_options.h>
-#include <openssl/err.h>
-#include <openssl/ssl.h>
+#include <grpc/grpc.h>
+#include <grpc/grpc_security.h>
 
-#include <fstream>
-#include <iterator>
 #include <string>
-
-#include "absl/strings/match.h"
-#include "absl/strings/str_cat.h"
 
 namespace scanloc::server {
 namespace {
 
-constexpr unsigned kRefresh_s = 5;
+/// gRPC's own watcher of files takes up whatever it finds there, and then fails every handshake; so
+/// it is asked to fetch what was checked, for which its C++ interface has no credentials.
+class ReloadedCredentials final : public grpc::ServerCredentials {
+ public:
+  explicit ReloadedCredentials(const TlsFiles& files)
+      : files_(files),
+        credentials_(grpc_ssl_server_credentials_create_with_options(
+            grpc_ssl_server_credentials_create_options_using_config_fetcher(
+                files.is_mutual() ? GRPC_SSL_REQUEST_AND_REQUIRE_CLIENT_CERTIFICATE_AND_VERIFY
+                                  : GRPC_SSL_DONT_REQUEST_CLIENT_CERTIFICATE,
+                &ReloadedCredentials::Fetch, this))) {}
+  ~ReloadedCredentials() override { grpc_server_credentials_release(credentials_); }
+  ReloadedCredentials(const ReloadedCredentials&) = delete;
+  ReloadedCredentials& operator=(const ReloadedCredentials&) = delete;
 
-/// gRPC only logs that a file is bad, and then refuses every connection.
-absl::Status CheckPem(const std::string& path, const char* what) {
-  std::ifstream file(path);
-  const std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-  if (!file) {
-    return absl::InvalidArgumentError(absl::StrCat("cannot read ", what, " '", path, "'"));
+  void SetAuthMetadataProcessor(
+      const std::shared_ptr<grpc::AuthMetadataProcessor>& /*processor*/) override {
+    // Tokens are looked at with each call (Access).
   }
-  if (absl::StrContains(text, "-----BEGIN ")) return absl::OkStatus();
-  return absl::InvalidArgumentError(absl::StrCat(what, " '", path, "' is not in PEM format"));
-}
 
-/// A pair that does not match would make every handshake fail, with nothing said.
-absl::Status CheckPair(const TlsOptions& options) {
-  const std::unique_ptr<SSL_CTX, decltype(&SSL_CTX_free)> context(SSL_CTX_new(TLS_server_method()),
-                                                                  &SSL_CTX_free);
-  const bool belongs =
-      context != nullptr &&
-      SSL_CTX_use_certificate_chain_file(context.get(), options.cert_file.c_str()) == 1 &&
-      SSL_CTX_use_PrivateKey_file(context.get(), options.key_file.c_str(), SSL_FILETYPE_PEM) == 1 &&
-      SSL_CTX_check_private_key(context.get()) == 1;
-  ERR_clear_error();
-  if (belongs) return absl::OkStatus();
-  return absl::InvalidArgumentError(absl::StrCat("the private key '", options.key_file,
-                                                 "' does not belong to the certificate '",
-                                                 options.cert_file, "', or one is damaged"));
-}
+ private:
+  int AddPortToServer(const std::string& address, grpc_server* server) override {
+    return grpc_server_add_http2_port(server, address.c_str(), credentials_);
+  }
+
+  /// gRPC calls it before each handshake, one at a time.
+  static grpc_ssl_certificate_config_reload_status Fetch(
+      void* self, grpc_ssl_server_certificate_config** config) {
+    auto& own = *static_cast<ReloadedCredentials*>(self);
+    std::shared_ptr<const TlsMaterial> now = own.files_.Current();
+    if (now == own.given_) return GRPC_SSL_CERTIFICATE_CONFIG_RELOAD_UNCHANGED;
+    const grpc_ssl_pem_key_cert_pair pair = {now->key.c_str(), now->cert.c_str()};
+    // gRPC 1.51 ends the process where there is no CA at all; without one for clients, they are not
+    // asked for a certificate, and what stands here is not looked at.
+    const std::string& client_ca = now->client_ca.empty() ? now->cert : now->client_ca;
+    *config = grpc_ssl_server_certificate_config_create(client_ca.c_str(), &pair, 1);
+    own.given_ = std::move(now);
+    return GRPC_SSL_CERTIFICATE_CONFIG_RELOAD_NEW;
+  }
+
+  const TlsFiles& files_;
+  std::shared_ptr<const TlsMaterial> given_;
+  grpc_server_credentials* const credentials_;
+};
 
 }  // namespace
 
-absl::StatusOr<std::shared_ptr<grpc::ServerCredentials>> MakeCredentials(
-    const TlsOptions& options) {
-  if (!options.enabled()) return grpc::InsecureServerCredentials();
-  absl::Status status = CheckPem(options.cert_file, "the certificate");
-  status.Update(CheckPem(options.key_file, "the private key"));
-  const bool is_mutual = !options.client_ca_file.empty();
-  if (is_mutual) status.Update(CheckPem(options.client_ca_file, "the clients' CA"));
-  if (status.ok()) status = CheckPair(options);
-  if (!status.ok()) return status;
-
-  grpc::experimental::TlsServerCredentialsOptions credentials(
-      std::make_shared<grpc::experimental::FileWatcherCertificateProvider>(
-          options.key_file, options.cert_file, options.client_ca_file, kRefresh_s));
-  credentials.watch_identity_key_cert_pairs();
-  if (is_mutual) {
-    credentials.watch_root_certs();
-    credentials.set_cert_request_type(GRPC_SSL_REQUEST_AND_REQUIRE_CLIENT_CERTIFICATE_AND_VERIFY);
-  }
-  return grpc::experimental::TlsServerCredentials(credentials);
+std::shared_ptr<grpc::ServerCredentials> MakeCredentials(const TlsFiles* files) {
+  if (files == nullptr) return grpc::InsecureServerCredentials();
+  return std::make_shared<ReloadedCredentials>(*files);
 }
 
 }  // namespace scanloc::server

@@ -4,17 +4,13 @@
 
 #include <memory>
 
-#include "absl/status/statusor.h"
-#include "scanloc/server/server_options.hpp"
+#include "tls_files.hpp"
 
 namespace scanloc::server {
 
-/// What connections must show: nothing without TLS; else the server shows its certificate, and asks
-/// for the clients' where there is a CA for them. Renewed files are taken up within seconds, for
-/// connections made then.
-///
-/// InvalidArgument that names the file: it cannot be read, or is no PEM text.
-[[nodiscard]] absl::StatusOr<std::shared_ptr<grpc::ServerCredentials>> MakeCredentials(
-    const TlsOptions& options);
+/// What connections must show: nothing without files; else the server shows its certificate, and
+/// asks for the clients' where there is a CA for them. Each new connection gets what is in force
+/// then. For one port of one server, which files and credentials must outlive.
+[[nodiscard]] std::shared_ptr<grpc::ServerCredentials> MakeCredentials(const TlsFiles* files);
 
 }  // namespace scanloc::server

@@ -11,10 +11,13 @@
 #include <iostream>
 #include <mutex>
 #include <optional>
+#include <string>
+#include <system_error>
 #include <thread>
 #include <utility>
 
 #include "scanloc/server/build_info.hpp"
+#include "service_manager.hpp"
 
 namespace scanloc::server {
 namespace {
@@ -108,6 +111,13 @@ class SignalWatcher {
   std::thread thread_;
 };
 
+/// With the monotonic time, by which the service manager tells this reload from earlier ones.
+std::string ReloadingState() {
+  const auto now = std::chrono::duration_cast<std::chrono::microseconds>(
+      std::chrono::steady_clock::now().time_since_epoch());
+  return "RELOADING=1\nMONOTONIC_USEC=" + std::to_string(now.count());
+}
+
 [[noreturn]] void ExitAtOnce(int status, const char* why) {
   spdlog::warn("ending at once: {}", why);
   std::_Exit(status);
@@ -140,13 +150,14 @@ void BlockStopSignals() {
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
 }
 
-int RunUntilStopped(Server& server, std::chrono::duration<double> drain) {
+int RunUntilStopped(Server& server, std::chrono::duration<double> drain,
+                    const ThreadStarter& start_thread) {
   Mailbox mailbox;
   const SignalWatcher watcher(mailbox);
   const auto post_loaded = [&](absl::Status status) {
     mailbox.Post({.kind = Event::Kind::kLoaded, .signal = 0, .loaded = std::move(status)});
   };
-  std::thread loader([&] { post_loaded(server.LoadMaps()); });
+  std::thread loader = start_thread([&] { post_loaded(server.LoadMaps()); });
 
   bool loading = true;
   bool ready = false;
@@ -170,28 +181,41 @@ int RunUntilStopped(Server& server, std::chrono::duration<double> drain) {
                      BuildCompiler());
         std::cout << "scanlocd ready on " << server.address() << std::endl;
       }
+      if (loaded.ok()) TellServiceManager("READY=1");
     }
     if (reload_due && !loading && loaded.ok()) {
       reload_due = false;
-      loading = true;
-      loader.join();
-      loader = std::thread([&] {
-        server.ReloadMaps();
-        post_loaded(absl::OkStatus());
-      });
+      if (loader.joinable()) loader.join();
+      try {
+        loader = start_thread([&] {
+          server.ReloadMaps();
+          post_loaded(absl::OkStatus());
+        });
+        loading = true;
+        TellServiceManager(ReloadingState());
+      } catch (const std::system_error& error) {
+        spdlog::error("maps not reloaded: no thread for it: {}", error.what());
+      }
     }
   }
 
+  TellServiceManager("STOPPING=1");
   const auto latest =
       std::chrono::steady_clock::now() +
       std::chrono::duration_cast<std::chrono::steady_clock::duration>(drain + kGrace);
-  std::thread drainer([&] {
+  const auto drain_now = [&] {
     server.Shutdown();
     mailbox.Post({.kind = Event::Kind::kDrained, .signal = 0, .loaded = {}});
-  });
+  };
+  std::thread drainer;
+  try {
+    drainer = start_thread(drain_now);
+  } catch (const std::system_error&) {
+    drain_now();  // a second signal then has to wait
+  }
   AwaitEnd(mailbox, loading, latest);
-  loader.join();
-  drainer.join();
+  if (loader.joinable()) loader.join();
+  if (drainer.joinable()) drainer.join();
   return loaded.ok() ? EXIT_SUCCESS : EXIT_FAILURE;
 }
 

@@ -8,6 +8,7 @@
 #include <atomic>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "absl/strings/escaping.h"
 #include "absl/strings/str_cat.h"
@@ -80,6 +81,17 @@ void LogWith(spdlog::level::level_enum level, const std::string& message, const 
                     is_word && !value.empty() ? "" : "\"");
   }
   spdlog::log(level, "{}", line);
+}
+
+std::optional<std::int64_t> LogLimit::MayLog(std::int64_t now_ns) {
+  const std::lock_guard lock(mutex_);
+  if (std::exchange(period_, now_ns / period_ns_) != period_) num_logged_ = 0;
+  if (num_logged_ >= max_lines_) {
+    ++num_left_out_;
+    return std::nullopt;
+  }
+  ++num_logged_;
+  return std::exchange(num_left_out_, 0);
 }
 
 }  // namespace scanloc::server

@@ -3,6 +3,8 @@
 #include <spdlog/common.h>
 
 #include <cstdint>
+#include <mutex>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -20,5 +22,24 @@ using LogFields = std::vector<std::pair<std::string, std::string>>;
 /// One line with fields: `message name=value ...`, or members of the JSON object. Values may hold
 /// any bytes.
 void LogWith(spdlog::level::level_enum level, const std::string& message, const LogFields& fields);
+
+/// Bounds how many lines of one kind stand in the log. Thread-safe.
+class LogLimit {
+ public:
+  /// So many lines in each period.
+  LogLimit(int max_lines, std::int64_t period_ns) : max_lines_(max_lines), period_ns_(period_ns) {}
+
+  /// How many lines were left out since the last one, if one may be written now (monotonic time);
+  /// none: this one is left out, too.
+  [[nodiscard]] std::optional<std::int64_t> MayLog(std::int64_t now_ns);
+
+ private:
+  const int max_lines_;
+  const std::int64_t period_ns_;
+  std::mutex mutex_;
+  std::int64_t period_ = -1;
+  int num_logged_ = 0;             // in that period
+  std::int64_t num_left_out_ = 0;  // since the last line
+};
 
 }  // namespace scanloc::server

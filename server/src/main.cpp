@@ -38,7 +38,7 @@ struct CommandLine {
   std::vector<std::string> maps;
   std::string log_level = "info";
   LogFormat log_format = LogFormat::kText;
-  std::string probe;
+  Probe probe;
 };
 
 void Declare(CLI::App& app, CommandLine& line) {
@@ -93,6 +93,9 @@ void Declare(CLI::App& app, CommandLine& line) {
       ->capture_default_str();
   app.add_option("--metrics-listen", options.metrics_listen,
                  "HOST:PORT for Prometheus, at /metrics over HTTP; none if not given");
+  app.add_flag("--allow-plaintext-metrics", options.allow_plaintext_metrics,
+               "serve metrics beyond this machine, where nothing protects them; --allow-plaintext "
+               "says so, too");
   app.add_option("--capture-dir", options.capture_dir,
                  "keep queries without a place in this folder, for scanloc locate --replay")
       ->type_name("DIR");
@@ -115,9 +118,15 @@ void Declare(CLI::App& app, CommandLine& line) {
   app.add_option("--log-level", line.log_level, "what to log on stderr")
       ->check(CLI::IsMember({"debug", "info", "warn", "error", "off"}))
       ->capture_default_str();
-  app.add_option("--probe", line.probe,
+  app.add_option("--probe", line.probe.address,
                  "ask the server at HOST:PORT whether it serves, and exit with 0 or 1: for the "
-                 "health check of a container; nothing is served");
+                 "health check of a container; nothing is served. Over TLS with --tls-ca or "
+                 "--tls-cert and --tls-key, which it shows")
+      ->type_name("HOST:PORT");
+  app.add_option("--tls-ca", line.probe.ca_file,
+                 "CA that the server's certificate must be of for --probe, PEM; not checked if not "
+                 "given")
+      ->type_name("FILE");
   app.set_version_flag("--version", std::string("scanlocd ") + BuildVersion());
   app.footer(kExamples);
 }
@@ -128,7 +137,9 @@ int Fail(int exit_status, const absl::Status& status) {
 }
 
 int Run(CommandLine line) {
-  if (!line.probe.empty()) {
+  if (!line.probe.address.empty()) {
+    line.probe.cert_file = line.options.tls.cert_file;
+    line.probe.key_file = line.options.tls.key_file;
     const absl::Status status = ProbeHealth(line.probe);
     return status.ok() ? 0 : Fail(kExitFailed, status);
   }
@@ -143,7 +154,9 @@ int Run(CommandLine line) {
   RouteLibraryLogs();
   std::signal(SIGPIPE, SIG_IGN);
   BlockStopSignals();
-  const auto server = Server::Start(line.options, mapdb::LoadMap);
+  const auto server = Server::Start(line.options, [](const std::string& path) {
+    return mapdb::LoadMap(path, mapdb::UnfinishedWrite::kRefuse);
+  });
   if (!server.ok()) return Fail(kExitFailed, server.status());
   return RunUntilStopped(**server, std::chrono::duration<double>(line.options.drain_s));
 }

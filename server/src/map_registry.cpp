@@ -1,5 +1,6 @@
 #include "scanloc/server/map_registry.hpp"
 
+#include <algorithm>
 #include <cstddef>
 #include <utility>
 
@@ -19,7 +20,9 @@ MapRegistry::MapRegistry(const std::vector<std::string>& names) {
 
 void MapRegistry::Add(const std::string& name) {
   const std::lock_guard lock(mutex_);
-  slots_.try_emplace(name);
+  const bool is_late = std::any_of(slots_.begin(), slots_.end(),
+                                   [](const auto& slot) { return slot.second.served != nullptr; });
+  slots_.try_emplace(name, Slot{.served = nullptr, .has_failed = false, .is_late = is_late});
 }
 
 absl::Status MapRegistry::Remove(const std::string& name) {
@@ -64,9 +67,22 @@ void MapRegistry::SetFailed(const std::string& name) {
   if (slot != slots_.end() && slot->second.served == nullptr) slot->second.has_failed = true;
 }
 
+MapRegistry::Slots::const_iterator MapRegistry::FindOnly() const {
+  if (slots_.size() == 1) return slots_.begin();
+  auto only = slots_.end();
+  for (auto slot = slots_.begin(); slot != slots_.end(); ++slot) {
+    const bool counts =
+        slot->second.served != nullptr || (!slot->second.has_failed && !slot->second.is_late);
+    if (!counts) continue;
+    if (only != slots_.end()) return slots_.end();
+    only = slot;
+  }
+  return only;
+}
+
 absl::StatusOr<std::shared_ptr<const ServedMap>> MapRegistry::Find(const std::string& name) const {
   const std::lock_guard lock(mutex_);
-  const auto slot = name.empty() && slots_.size() == 1 ? slots_.begin() : slots_.find(name);
+  const auto slot = name.empty() ? FindOnly() : slots_.find(name);
   if (slot == slots_.end()) {
     const std::string what =
         name.empty() ? "the request names no map and this server has several"

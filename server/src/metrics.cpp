@@ -23,6 +23,9 @@ using prometheus::Histogram;
 using prometheus::MetricType;
 
 constexpr double kSecondsPerNs = 1e-9;
+// A silent connection holds a thread as long as it is waited for.
+constexpr const char* kNumHttpThreads = "4";
+constexpr const char* kHttpPatience_ms = "2000";
 
 Histogram::BucketBoundaries CallSeconds() {
   return {0.0005, 0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0};
@@ -160,16 +163,26 @@ struct Metrics::State : public prometheus::Collectable {
           .Name("scanloc_map_reload_failures_total")
           .Help("Loads and reloads that failed; the map before stays in service.")
           .Register(registry);
+  prometheus::Family<prometheus::Counter>& failed_tls_reloads =
+      prometheus::BuildCounter()
+          .Name("scanloc_tls_reload_failures_total")
+          .Help("Changes of the TLS files that were of no use; those before stay in force.")
+          .Register(registry);
+  prometheus::Family<prometheus::Gauge>& tls_expiries =
+      prometheus::BuildGauge()
+          .Name("scanloc_tls_expiry_seconds")
+          .Help("When the certificate in force expires [Unix time, s].")
+          .Register(registry);
 };
 
 Metrics::Metrics(std::function<Gauges()> look) : state_(std::make_shared<State>(std::move(look))) {}
 Metrics::~Metrics() { state_->looked.Stop(); }
 
 void Metrics::CountCall(const std::string& method, absl::StatusCode code,
-                        const std::string& outcome, double seconds) {
+                        const std::string& outcome, std::optional<double> seconds) {
   state_->calls.Add({{"method", method}, {"code", CodeName(code)}, {"outcome", outcome}})
       .Increment();
-  state_->call_times.Add({{"method", method}}, CallSeconds()).Observe(seconds);
+  if (seconds) state_->call_times.Add({{"method", method}}, CallSeconds()).Observe(*seconds);
 }
 
 void Metrics::AddReply(const LocalizeReply& reply) {
@@ -201,13 +214,27 @@ void Metrics::CountFailedLoad(const std::string& map) {
   state_->failed_loads.Add({{"map", map}}).Increment();
 }
 
+void Metrics::StartCountingLoads(const std::string& map) {
+  state_->failed_loads.Add({{"map", map}});
+}
+
+void Metrics::StartCountingTlsReloads() { state_->failed_tls_reloads.Add({}); }
+
+void Metrics::CountFailedTlsReload() { state_->failed_tls_reloads.Add({}).Increment(); }
+
+void Metrics::SetTlsExpiry(std::int64_t unix_s) {
+  state_->tls_expiries.Add({}).Set(static_cast<double>(unix_s));
+}
+
 std::string Metrics::Text() const {
   return prometheus::TextSerializer().Serialize(state_->Collect());
 }
 
 struct MetricsEndpoint::Exposer {
   Exposer(const std::string& address, std::shared_ptr<prometheus::Collectable> collected)
-      : metrics(std::move(collected)), server(address, 1) {
+      : metrics(std::move(collected)),
+        server(std::vector<std::string>{"listening_ports", address, "num_threads", kNumHttpThreads,
+                                        "request_timeout_ms", kHttpPatience_ms}) {
     server.RegisterCollectable(metrics);
   }
   std::shared_ptr<prometheus::Collectable> metrics;  // the server holds it weakly

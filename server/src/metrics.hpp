@@ -1,7 +1,9 @@
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -31,14 +33,21 @@ class Metrics {
   Metrics& operator=(const Metrics&) = delete;
 
   /// One call that has ended, or one request of a stream that was answered. outcome: of the answer,
-  /// "none" where there is none.
+  /// "none" where there is none. seconds: from request to answer; none where that means nothing.
   void CountCall(const std::string& method, absl::StatusCode code, const std::string& outcome,
-                 double seconds);
+                 std::optional<double> seconds);
   void AddReply(const LocalizeReply& reply);
   void CountRejected(const std::string& reason);
   void CountCaptured(bool kept);
   void SetLoadTime(const std::string& map, double seconds);
   void CountFailedLoad(const std::string& map);
+
+  /// The counts of failures stand at 0 from then on, so that the first one is seen as a rise.
+  void StartCountingLoads(const std::string& map);
+  void StartCountingTlsReloads();
+
+  void CountFailedTlsReload();
+  void SetTlsExpiry(std::int64_t unix_s);
 
   /// All of it in Prometheus' text format.
   [[nodiscard]] std::string Text() const;
@@ -49,7 +58,8 @@ class Metrics {
   std::shared_ptr<State> state_;
 };
 
-/// Serves Metrics over HTTP at /metrics.
+/// Serves Metrics over HTTP at /metrics. A client that sends half a request is hung up on after
+/// some seconds, and keeps a few others from nothing.
 class MetricsEndpoint {
  public:
   /// HOST:PORT; port 0 takes a free one. Unavailable: cannot listen there.

@@ -1,7 +1,5 @@
 #include "query_capture.hpp"
 
-#include <spdlog/spdlog.h>
-
 #include <algorithm>
 #include <cctype>
 #include <fstream>
@@ -12,6 +10,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "absl/time/time.h"
+#include "reception.hpp"
 
 namespace scanloc::server {
 namespace {
@@ -108,9 +107,17 @@ void QueryCapture::Run() {
     lock.unlock();
     const absl::Status written = Write(query);
     metrics_.CountCaptured(written.ok());
-    if (!written.ok()) spdlog::warn("query not captured: {}", absl::StrCat(written.message()));
+    if (!written.ok()) Tell(written);
     lock.lock();
   }
+}
+
+void QueryCapture::Tell(const absl::Status& failure) {
+  const auto num_left_out = log_limit_.MayLog(NowNs());
+  if (!num_left_out) return;
+  LogWith(spdlog::level::warn, "query not captured",
+          {{"reason", absl::StrCat(failure.message())},
+           {"not_logged_before", absl::StrCat(*num_left_out)}});
 }
 
 absl::Status QueryCapture::Write(const v1::CapturedQuery& query) {

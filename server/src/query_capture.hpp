@@ -10,6 +10,7 @@
 #include <thread>
 
 #include "absl/status/statusor.h"
+#include "logs.hpp"
 #include "metrics.hpp"
 #include "scanloc/v1/capture.pb.h"
 
@@ -40,16 +41,23 @@ class QueryCapture {
   };
 
   QueryCapture(std::filesystem::path folder, std::int64_t max_bytes, Metrics& metrics)
-      : folder_(std::move(folder)), max_bytes_(max_bytes), metrics_(metrics) {}
+      : folder_(std::move(folder)),
+        max_bytes_(max_bytes),
+        metrics_(metrics),
+        log_limit_(1, kLogPeriod_ns) {}
+
+  static constexpr std::int64_t kLogPeriod_ns = 60'000'000'000;
 
   void Adopt();
   void Run();
+  void Tell(const absl::Status& failure);
   [[nodiscard]] absl::Status Write(const v1::CapturedQuery& query);
   void RemoveOldest();
 
   const std::filesystem::path folder_;
   const std::int64_t max_bytes_;
   Metrics& metrics_;
+  LogLimit log_limit_;      // a full disk fails every query
   std::deque<File> files_;  // of the writing thread; oldest first
   std::int64_t num_bytes_ = 0;
   std::uint64_t num_written_ = 0;

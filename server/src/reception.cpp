@@ -8,16 +8,13 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
-#include "logs.hpp"
 
 namespace scanloc::server {
 namespace {
 
 constexpr const char* kRequestIdKey = "x-request-id";
+constexpr const char* kStreamMethod = "LocalizeStream";
 constexpr std::size_t kMaxRequestIdBytes = 128;
-/// Of lines about requests; what is beyond is counted and told with the next line.
-constexpr int kMaxLinesPerSecond = 100;
-constexpr std::int64_t kNsPerSecond = 1'000'000'000;
 
 std::string NewRequestId() {
   thread_local std::mt19937_64 random{std::random_device{}()};
@@ -55,6 +52,7 @@ std::int64_t NowNs() {
 
 Call Reception::Begin(grpc::CallbackServerContext& context, const char* method, Role role) {
   Call call{.method = method, .request_id = RequestIdOf(context), .arrived_ns = NowNs()};
+  call.is_stream = call.method == kStreamMethod;
   context.AddInitialMetadata(kRequestIdKey, call.request_id);
   auto caller = access_.Admit(context, role);
   call.admitted = caller.status();
@@ -80,16 +78,18 @@ absl::Status Reception::AdmitNext(const Call& call) {
 
 void Reception::End(const Call& call, const absl::Status& status) {
   const double seconds = static_cast<double>(NowNs() - call.arrived_ns) / kNsPerSecond;
+  const bool is_end_of_stream = call.is_stream && !status.ok();
   metrics_.CountCall(call.method, status.code(),
-                     status.ok() && call.outcome ? OutcomeName(*call.outcome) : "none", seconds);
+                     status.ok() && call.outcome ? OutcomeName(*call.outcome) : "none",
+                     is_end_of_stream ? std::nullopt : std::optional(seconds));
   if (log_ == RequestLog::kAll || (log_ == RequestLog::kFailed && !status.ok())) {
     Log(call, status, seconds);
   }
 }
 
 void Reception::Log(const Call& call, const absl::Status& status, double seconds) {
-  std::int64_t num_unlogged = 0;
-  if (!MayLog(&num_unlogged)) return;
+  const auto num_unlogged = log_limit_.MayLog(NowNs());
+  if (!num_unlogged) return;
   LogFields fields{{"request_id", call.request_id},
                    {"method", call.method},
                    {"client", call.client},
@@ -99,26 +99,11 @@ void Reception::Log(const Call& call, const absl::Status& status, double seconds
   if (!call.content_id.empty()) fields.emplace_back("content_id", call.content_id);
   if (call.outcome) fields.emplace_back("outcome", OutcomeName(*call.outcome));
   if (!status.ok()) fields.emplace_back("reason", absl::StrCat(status.message()));
-  if (num_unlogged > 0) fields.emplace_back("requests_not_logged", absl::StrCat(num_unlogged));
+  if (*num_unlogged > 0) fields.emplace_back("requests_not_logged", absl::StrCat(*num_unlogged));
   const bool is_ours = status.code() == absl::StatusCode::kInternal ||
                        status.code() == absl::StatusCode::kUnknown ||
                        status.code() == absl::StatusCode::kDataLoss;
   LogWith(is_ours ? spdlog::level::err : spdlog::level::info, "request", fields);
-}
-
-bool Reception::MayLog(std::int64_t* num_unlogged) {
-  const std::lock_guard lock(log_mutex_);
-  const std::int64_t second = NowNs() / kNsPerSecond;
-  if (second != log_second_) {
-    log_second_ = second;
-    num_logged_ = 0;
-  }
-  if (++num_logged_ > kMaxLinesPerSecond) {
-    ++num_unlogged_;
-    return false;
-  }
-  *num_unlogged = std::exchange(num_unlogged_, 0);
-  return true;
 }
 
 }  // namespace scanloc::server

@@ -4,13 +4,13 @@
 
 #include <atomic>
 #include <cstdint>
-#include <mutex>
 #include <optional>
 #include <string>
 
 #include "absl/status/status.h"
 #include "access.hpp"
 #include "client_rates.hpp"
+#include "logs.hpp"
 #include "metrics.hpp"
 #include "scanloc/core/answer.hpp"
 #include "scanloc/server/server_options.hpp"
@@ -27,6 +27,7 @@ struct Call {
   Caller caller;
   std::string client;  ///< whose turn it takes: the token's name, the certificate's, or the address
   std::int64_t arrived_ns = 0;
+  bool is_stream = false;
   absl::Status admitted;
 
   // Known once it is answered.
@@ -41,7 +42,11 @@ class Reception {
  public:
   /// All must outlive it.
   Reception(Access& access, Metrics& metrics, double max_rate_per_s, RequestLog log)
-      : access_(access), metrics_(metrics), rates_(max_rate_per_s), log_(log) {}
+      : access_(access),
+        metrics_(metrics),
+        rates_(max_rate_per_s),
+        log_(log),
+        log_limit_(kMaxLinesPerSecond, kNsPerSecond) {}
 
   /// Names the call, tells the client that name in the initial metadata, and says in `admitted`
   /// whether it may go on.
@@ -51,21 +56,22 @@ class Reception {
   /// good.
   [[nodiscard]] absl::Status AdmitNext(const Call& call);
 
-  /// The call has ended so, or a request of its stream was answered.
+  /// The call has ended so, or a request of its stream was answered. How long a stream was open is
+  /// no time of an answer, and is left out of those.
   void End(const Call& call, const absl::Status& status);
 
  private:
+  /// Of lines about requests; what is beyond is counted and told with the next line.
+  static constexpr int kMaxLinesPerSecond = 100;
+  static constexpr std::int64_t kNsPerSecond = 1'000'000'000;
+
   void Log(const Call& call, const absl::Status& status, double seconds);
-  [[nodiscard]] bool MayLog(std::int64_t* num_unlogged);
 
   Access& access_;
   Metrics& metrics_;
   ClientRates rates_;
   const RequestLog log_;
-  std::mutex log_mutex_;
-  std::int64_t log_second_ = 0;
-  int num_logged_ = 0;             // in that second
-  std::int64_t num_unlogged_ = 0;  // since the last line
+  LogLimit log_limit_;
 };
 
 }  // namespace scanloc::server

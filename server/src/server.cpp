@@ -1,5 +1,6 @@
 #include "scanloc/server/server.hpp"
 
+#include <grpc/support/time.h>
 #include <grpcpp/ext/proto_server_reflection_plugin.h>
 #include <grpcpp/security/server_credentials.h>
 #include <grpcpp/server.h>
@@ -8,7 +9,6 @@
 
 #include <algorithm>
 #include <atomic>
-#include <chrono>
 #include <functional>
 #include <mutex>
 #include <thread>
@@ -27,6 +27,7 @@
 #include "metrics.hpp"
 #include "query_capture.hpp"
 #include "reception.hpp"
+#include "tls_files.hpp"
 #include "unary_call.hpp"
 
 namespace scanloc::server {
@@ -75,9 +76,16 @@ struct Server::State {
   State& operator=(const State&) = delete;
 
   absl::Status Listen();
-  void Expect(const std::string& name);
   [[nodiscard]] bool IsKnown(const std::string& name) const;
   absl::Status Load(const MapSource& source);
+
+  // The next five with `loading` held.
+  void Expect(const std::string& name);
+  absl::Status LoadNow(const MapSource& source);
+  absl::Status PutInService(const MapSource& source, Map map);
+  absl::Status Remove(const std::string& name);
+  void ForgetFailedAndGone();
+
   absl::Status Reload(const std::string& name);
   absl::Status LoadNew(const std::string& name);
   absl::Status Unload(const std::string& name);
@@ -99,6 +107,8 @@ struct Server::State {
   std::atomic<bool> stopping = false;
   std::once_flag shutdown;
   std::mutex loading;  // one map at a time: each may be as large as memory allows
+  std::unique_ptr<TlsFiles> tls;
+  std::shared_ptr<grpc::ServerCredentials> credentials;
   std::unique_ptr<grpc::Server> grpc_server;
   std::unique_ptr<MetricsEndpoint> metrics_endpoint;  // last: it looks at all of the above
 };
@@ -116,7 +126,10 @@ absl::Status Server::State::Listen() {
   health.Set("", false);
   const auto known = sources.List();
   if (!known.ok()) return known.status();
-  for (const MapSource& source : *known) Expect(source.name);
+  {
+    const std::lock_guard lock(loading);
+    for (const MapSource& source : *known) Expect(source.name);
+  }
 
   static std::once_flag reflection;
   std::call_once(reflection, grpc::reflection::InitProtoReflectionServerBuilderPlugin);
@@ -127,11 +140,15 @@ absl::Status Server::State::Listen() {
     metrics_endpoint = *std::move(endpoint);
     spdlog::info("metrics on http://{}/metrics", metrics_endpoint->address());
   }
-  auto credentials = MakeCredentials(options.tls);
-  if (!credentials.ok()) return credentials.status();
+  if (options.tls.enabled()) {
+    auto files = TlsFiles::Open(options.tls, metrics);
+    if (!files.ok()) return files.status();
+    tls = *std::move(files);
+  }
+  credentials = MakeCredentials(tls.get());
   grpc::ServerBuilder builder;
   int port = 0;
-  builder.AddListeningPort(options.listen, *credentials, &port);
+  builder.AddListeningPort(options.listen, credentials, &port);
   builder.RegisterService(&localization);
   builder.RegisterService(&health);
   if (options.admin) builder.RegisterService(&admin);
@@ -184,33 +201,41 @@ WorkerPool& Server::workers() { return state_->workers; }
 
 absl::Status Server::State::Load(const MapSource& source) {
   const std::lock_guard lock(loading);
+  return LoadNow(source);
+}
+
+absl::Status Server::State::LoadNow(const MapSource& source) {
+  Expect(source.name);
   const std::int64_t start_ns = NowNs();
   absl::Status status = Guard([&]() -> absl::Status {
     auto map = load_map(source.path);
     if (!map.ok()) return map.status();
-    if (const auto served = maps.Find(source.name); served.ok()) {
-      const Map& now = (*served)->localizer->map();
-      if (now.content_id == map->content_id && now.calibration == map->calibration &&
-          now.confusable == map->confusable) {
-        spdlog::info("map {} is unchanged", source.name);
-        return absl::OkStatus();
-      }
-    }
-    const std::size_t num_places = map->places.size();
-    const std::string content_id = map->content_id;
-    if (auto served = maps.Serve(source.name, source.path, *std::move(map)); !served.ok()) {
-      return served;
-    }
-    health.Set(HealthName(source.name), true);
-    spdlog::info("map {} in service: {} places, content id {}", source.name, num_places,
-                 content_id);
-    return absl::OkStatus();
+    return PutInService(source, *std::move(map));
   });
+  if (status.ok()) health.Set(HealthName(source.name), true);
   metrics.SetLoadTime(source.name, 1e-9 * static_cast<double>(NowNs() - start_ns));
   if (status.ok()) return status;
   metrics.CountFailedLoad(source.name);
   maps.SetFailed(source.name);
   return {status.code(), absl::StrCat("map ", source.name, ": ", status.message())};
+}
+
+absl::Status Server::State::PutInService(const MapSource& source, Map map) {
+  if (const auto served = maps.Find(source.name); served.ok()) {
+    const Map& now = (*served)->localizer->map();
+    if (now.content_id == map.content_id && now.calibration == map.calibration &&
+        now.confusable == map.confusable) {
+      spdlog::info("map {} is unchanged", source.name);
+      return absl::OkStatus();
+    }
+  }
+  const std::size_t num_places = map.places.size();
+  const std::string content_id = map.content_id;
+  if (auto status = maps.Serve(source.name, source.path, std::move(map)); !status.ok()) {
+    return status;
+  }
+  spdlog::info("map {} in service: {} places, content id {}", source.name, num_places, content_id);
+  return absl::OkStatus();
 }
 
 absl::Status Server::LoadMaps() {
@@ -219,7 +244,6 @@ absl::Status Server::LoadMaps() {
   absl::Status first_error;
   std::size_t num_loaded = 0;
   for (const MapSource& source : *sources) {
-    state_->Expect(source.name);
     const absl::Status status = state_->Load(source);
     if (state_->stopping) return absl::CancelledError("the server was stopped while loading maps");
     if (status.ok()) {
@@ -239,6 +263,7 @@ void Server::State::Expect(const std::string& name) {
   if (IsKnown(name)) return;
   maps.Add(name);
   health.Set(HealthName(name), false);
+  metrics.StartCountingLoads(name);
 }
 
 bool Server::State::IsKnown(const std::string& name) const {
@@ -248,28 +273,42 @@ bool Server::State::IsKnown(const std::string& name) const {
 }
 
 absl::Status Server::State::Reload(const std::string& name) {
+  const std::lock_guard lock(loading);
+  if (!IsKnown(name)) {
+    return absl::NotFoundError(absl::StrCat("no map is named ", absl::Utf8SafeCHexEscape(name)));
+  }
   const auto source = sources.Find(name);
-  if (source.ok() && IsKnown(name)) return Load(*source);
-  if (IsKnown(name)) return source.status();
-  return absl::NotFoundError(absl::StrCat("no map is named ", absl::Utf8SafeCHexEscape(name)));
+  if (!source.ok()) return source.status();
+  return LoadNow(*source);
 }
 
 absl::Status Server::State::LoadNew(const std::string& name) {
+  const std::lock_guard lock(loading);
   if (!name.empty() && maps.Find(name).ok()) {
     return absl::AlreadyExistsError(absl::StrCat("map ", name, " is in service; reload it"));
   }
   const auto source = sources.Find(name);
   if (!source.ok()) return source.status();
-  Expect(name);
-  return Load(*source);
+  return LoadNow(*source);
 }
 
 absl::Status Server::State::Unload(const std::string& name) {
   const std::lock_guard lock(loading);
+  return Remove(name);
+}
+
+absl::Status Server::State::Remove(const std::string& name) {
   if (auto status = maps.Remove(name); !status.ok()) return status;
   health.Set(HealthName(name), false);
   spdlog::info("map {} out of service", name);
   return absl::OkStatus();
+}
+
+void Server::State::ForgetFailedAndGone() {
+  for (const MapSummary& map : maps.List()) {
+    if (map.state != MapState::kFailed || sources.Find(map.name).ok()) continue;
+    if (auto status = Remove(map.name); !status.ok()) spdlog::error("{}", status.ToString());
+  }
 }
 
 absl::Status Server::ReloadMap(const std::string& name) { return state_->Reload(name); }
@@ -279,9 +318,12 @@ absl::Status Server::UnloadMap(const std::string& name) { return state_->Unload(
 void Server::ReloadMaps() {
   const auto sources = state_->sources.List();
   if (!sources.ok()) return spdlog::error("{}", absl::StrCat(sources.status().message()));
+  {
+    const std::lock_guard lock(state_->loading);
+    state_->ForgetFailedAndGone();
+  }
   for (const MapSource& source : *sources) {
     if (state_->stopping) return;
-    state_->Expect(source.name);
     const absl::Status status = state_->Load(source);
     if (!status.ok()) spdlog::error("not reloaded: {}", absl::StrCat(status.message()));
   }
@@ -292,9 +334,9 @@ void Server::Shutdown() {
     state_->stopping = true;
     state_->health.StartDraining();
     state_->localization.Drain();
-    const auto drain = std::chrono::duration_cast<std::chrono::system_clock::duration>(
-        std::chrono::duration<double>(state_->options.drain_s));
-    state_->grpc_server->Shutdown(std::chrono::system_clock::now() + drain);
+    const auto drain_ns = static_cast<std::int64_t>(1e9 * state_->options.drain_s);
+    state_->grpc_server->Shutdown(
+        gpr_time_add(gpr_now(GPR_CLOCK_MONOTONIC), gpr_time_from_nanos(drain_ns, GPR_TIMESPAN)));
   });
 }
 

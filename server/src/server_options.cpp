@@ -85,6 +85,19 @@ absl::Status CheckTls(const ServerOptions& options) {
       "certificate, listen on 127.0.0.1, or allow plaintext in so many words"));
 }
 
+absl::Status CheckMetrics(const ServerOptions& options) {
+  if (options.metrics_listen.empty()) return absl::OkStatus();
+  absl::Status status = CheckAddress("metrics_listen", options.metrics_listen);
+  if (!status.ok() || options.allow_plaintext_metrics || options.allow_plaintext ||
+      IsLocal(options.metrics_listen)) {
+    return status;
+  }
+  return absl::InvalidArgumentError(absl::StrCat(
+      "metrics on ", options.metrics_listen,
+      " would be open to the network, without encryption or tokens; serve them on 127.0.0.1, or "
+      "allow plaintext metrics in so many words"));
+}
+
 }  // namespace
 
 absl::Status CheckMapName(const std::string& name) {
@@ -125,9 +138,7 @@ absl::Status Validate(const ServerOptions& options) {
   status.Update(CheckRange("max_candidates", options.max_candidates, 1, limits::kMaxCandidates));
   status.Update(CheckRange("max_capture_bytes", static_cast<double>(options.max_capture_bytes),
                            kMinCaptureBytes, kMaxCaptureBytes));
-  if (!options.metrics_listen.empty()) {
-    status.Update(CheckAddress("metrics_listen", options.metrics_listen));
-  }
+  status.Update(CheckMetrics(options));
   status.Update(CheckRange("max_message_bytes", options.max_message_bytes, kMinMessageBytes,
                            limits::kMaxMessageBytes));
   status.Update(CheckRange("drain_s", options.drain_s, 0.0, kMaxDrain_s));

@@ -40,7 +40,7 @@ class CountingClient : public LocalizationClient {
 TEST(AsyncClient, AnswersEveryQueryFromManyThreads) {
   const auto client = std::make_shared<CountingClient>();
   client->gate.Open();
-  AsyncClient async(client, 3);
+  AsyncClient async(client, 3, 200);
   std::vector<std::thread> robots;
   for (int robot = 0; robot < 4; ++robot) {
     robots.emplace_back([&async, robot] {
@@ -59,6 +59,19 @@ TEST(AsyncClient, AnswersEveryQueryFromManyThreads) {
   for (std::thread& robot : robots) robot.join();
   EXPECT_EQ(async.LocalizeScan({}).get().status().code(), absl::StatusCode::kInvalidArgument);
   EXPECT_EQ(async.LocalizeDescriptor({.signature = "s"}).get()->map, "s");
+}
+
+TEST(AsyncClient, RefusesWhatFindsNoRoomToWait) {
+  const auto client = std::make_shared<CountingClient>();
+  AsyncClient async(client, 1, 2);
+  std::vector<std::future<absl::StatusOr<LocalizeReply>>> replies;
+  replies.push_back(async.LocalizeScan(PointCloud(1)));
+  while (client->num_begun == 0) std::this_thread::yield();  // no longer waits
+  for (int i = 0; i < 3; ++i) replies.push_back(async.LocalizeScan(PointCloud(1)));
+  EXPECT_EQ(replies[3].get().status().code(), absl::StatusCode::kResourceExhausted);
+  client->gate.Open();
+  for (int i = 0; i < 3; ++i) EXPECT_TRUE(replies[i].get().ok()) << i;
+  EXPECT_TRUE(async.LocalizeScan(PointCloud(1)).get().ok());
 }
 
 TEST(AsyncClient, CallsBackOnce) {

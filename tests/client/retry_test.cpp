@@ -6,7 +6,9 @@
 #include <atomic>
 #include <chrono>
 #include <memory>
+#include <mutex>
 #include <string>
+#include <vector>
 
 #include "scanloc/client/client.hpp"
 #include "scanloc/proto/convert.hpp"
@@ -33,8 +35,13 @@ class ShakyServer : public v1::Localization::Service, public v1::Admin::Service 
     address_ = "127.0.0.1:" + std::to_string(port);
   }
 
-  grpc::Status Localize(grpc::ServerContext*, const v1::LocalizeRequest*,
+  grpc::Status Localize(grpc::ServerContext* context, const v1::LocalizeRequest*,
                         v1::LocalizeResponse* response) override {
+    const auto id = context->client_metadata().find("x-request-id");
+    const std::lock_guard lock(mutex_);
+    ids_.push_back(id == context->client_metadata().end()
+                       ? ""
+                       : std::string(id->second.data(), id->second.size()));
     response->set_outcome(v1::OUTCOME_NOT_RECOGNIZED);
     return Next();
   }
@@ -53,6 +60,10 @@ class ShakyServer : public v1::Localization::Service, public v1::Admin::Service 
     return *Client::Connect(options);
   }
   [[nodiscard]] int num_calls() const { return num_calls_; }
+  [[nodiscard]] std::vector<std::string> ids() const {
+    const std::lock_guard lock(mutex_);
+    return ids_;
+  }
 
  private:
   grpc::Status Next() {
@@ -62,6 +73,8 @@ class ShakyServer : public v1::Localization::Service, public v1::Admin::Service 
   const int num_failures_;
   const absl::Status failure_;
   std::atomic<int> num_calls_ = 0;
+  mutable std::mutex mutex_;
+  std::vector<std::string> ids_;  // of queries, in turn
   std::unique_ptr<grpc::Server> server_;
   std::string address_;
 };
@@ -69,6 +82,18 @@ class ShakyServer : public v1::Localization::Service, public v1::Admin::Service 
 const RetryOptions kQuick{
     .max_attempts = 4, .initial_backoff = milliseconds(1), .max_backoff = milliseconds(2)};
 const PointCloud kScan = {{1.0F, 2.0F, 3.0F}};
+
+TEST(Retry, SendsTheRequestIdWithEveryAttempt) {
+  ShakyServer server(1, absl::UnavailableError("restarting"));
+  const Client client = server.Connect(kQuick);
+  EXPECT_TRUE(client.LocalizeScan(kScan, {.request_id = "robot-7/42"}).ok());
+  EXPECT_TRUE(client.LocalizeScan(kScan).ok());
+  EXPECT_THAT(server.ids(), testing::ElementsAre("robot-7/42", "robot-7/42", ""));
+  for (const std::string& bad : {std::string("two words"), std::string(129, 'x')}) {
+    EXPECT_EQ(client.LocalizeScan(kScan, {.request_id = bad}).status().code(),
+              absl::StatusCode::kInvalidArgument);
+  }
+}
 
 TEST(Retry, AsksAgainUntilThereIsAnAnswer) {
   for (const absl::Status& failure :

@@ -28,6 +28,13 @@ using test::SmallPlan;
 
 constexpr std::size_t kNumScans = 8;
 
+// Whether SQLite has to roll it back: its header, written last, counts pages from byte 8 on.
+bool IsHotJournal(const std::string& path) {
+  if (!std::filesystem::exists(path)) return false;
+  const std::string bytes = test::ReadFile(path);
+  return bytes.size() > 1000 && bytes.substr(8, 4) != std::string(4, '\0');
+}
+
 class KilledBuild : public testing::Test {
  protected:
   void SetUp() override {
@@ -58,6 +65,20 @@ class KilledBuild : public testing::Test {
     ASSERT_TRUE(resumed.ok()) << resumed.status();
     EXPECT_EQ(resumed->content_id, content_id_);
     EXPECT_FALSE(std::filesystem::exists(path_ + "-journal"));
+  }
+
+  // Kills builds at later and later writes until a journal is left beside a changed file.
+  void LeaveHotJournal() {
+    int operation = 60;
+    do {
+      Remove();
+      ASSERT_EQ(test::RunInChild([&] {
+                  test::CrashingVfs::Install(operation);
+                  return Build().ok() ? 0 : 1;
+                }),
+                -SIGKILL);
+      ++operation;
+    } while (!IsHotJournal(path_ + "-journal"));
   }
 
   void Remove() const {
@@ -207,25 +228,37 @@ TEST_F(ReadOnlyMap, IsNotAppendedTo) {
             0);
 }
 
-// Whether SQLite has to roll it back: its header, written last, counts pages from byte 8 on.
-bool IsHotJournal(const std::string& path) {
-  if (!std::filesystem::exists(path)) return false;
-  const std::string bytes = test::ReadFile(path);
-  return bytes.size() > 1000 && bytes.substr(8, 4) != std::string(4, '\0');
+TEST_F(KilledBuild, IsLeftAloneByWhoMayNotUndoItsWrite) {
+  LeaveHotJournal();
+  const std::string map = test::ReadFile(path_);
+  const std::string journal = test::ReadFile(path_ + "-journal");
+  const absl::Status refused = LoadMap(path_, UnfinishedWrite::kRefuse).status();
+  EXPECT_TRUE(absl::IsFailedPrecondition(refused)) << refused;
+  EXPECT_TRUE(absl::StrContains(refused.message(), path_ + "-journal")) << refused;
+  EXPECT_EQ(test::ReadFile(path_), map);
+  EXPECT_EQ(test::ReadFile(path_ + "-journal"), journal);
+  EXPECT_TRUE(LoadMap(path_).ok());
+  EXPECT_TRUE(LoadMap(path_, UnfinishedWrite::kRefuse).ok());
+}
+
+TEST_F(KilledBuild, HasNoPowerOverTheMapThatTakesItsPlace) {
+  LeaveHotJournal();
+  const std::string next = dir_.File("next");
+  ASSERT_TRUE(
+      BuildMap(SmallOptions(next, BuildMode::kCreate), SmallPlan("other", 5), SmallLoader()).ok());
+  const std::string map = test::ReadFile(next);
+  std::filesystem::rename(next, path_);
+  const absl::Status refused = LoadMap(path_, UnfinishedWrite::kRefuse).status();
+  EXPECT_TRUE(absl::IsFailedPrecondition(refused)) << refused;
+  EXPECT_EQ(test::ReadFile(path_), map);
+  std::filesystem::remove(path_ + "-journal");
+  const auto loaded = LoadMap(path_, UnfinishedWrite::kRefuse);
+  ASSERT_TRUE(loaded.ok()) << loaded.status();
+  EXPECT_EQ(loaded->places.size(), 5U);
 }
 
 TEST_F(ReadOnlyMap, IsRefusedWithTheUnfinishedWriteOfAKilledBuild) {
-  // Kill at later and later writes until a journal is left beside a changed file.
-  int operation = 60;
-  do {
-    Remove();
-    ASSERT_EQ(test::RunInChild([&] {
-                test::CrashingVfs::Install(operation);
-                return Build().ok() ? 0 : 1;
-              }),
-              -SIGKILL);
-    ++operation;
-  } while (!IsHotJournal(path_ + "-journal"));
+  LeaveHotJournal();
   MakeReadOnly();
   EXPECT_EQ(test::RunInChild([&] {
               BecomeNobody();

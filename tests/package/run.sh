@@ -36,4 +36,8 @@ read -r line <"$work/ready"
 # The example in the documentation is the one that was just built.
 sed -n '/^```cpp$/,/^```$/p' "$source_dir/docs/client.md" | sed '1d;$d' |
   diff - "$source_dir/tests/package/where_am_i.cpp"
+if (($(wc -l <"$source_dir/tests/package/where_am_i.cpp") > 20)); then
+  echo "the documented example has more than 20 lines" >&2
+  exit 1
+fi
 echo "package: all well"

@@ -13,9 +13,7 @@ int main(int argc, char** argv) {
   if (!reply.ok()) return std::fprintf(stderr, "%s\n", reply.status().ToString().c_str()), 1;
   const scanloc::Answer& answer = reply->answer;
   std::printf("%s: %s\n", scanloc::OutcomeName(answer.outcome), answer.reason.c_str());
-  if (answer.outcome == scanloc::Outcome::kLocalized) {
-    const auto at = answer.candidates.front().T_map_query.translation();
-    std::printf("x %.2f m, y %.2f m, confidence %.2f\n", at.x(), at.y(),
-                answer.candidates.front().confidence.value_or(0.0));
-  }
+  if (answer.outcome != scanloc::Outcome::kLocalized) return 0;
+  const auto at = answer.candidates.front().T_map_query.translation();
+  std::printf("x %.2f m, y %.2f m\n", at.x(), at.y());
 }

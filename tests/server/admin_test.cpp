@@ -156,6 +156,10 @@ TEST_F(AdminTest, SaysWhyANewFileIsBadAndKeepsTheOldOneServing) {
   std::filesystem::remove(PathOf("town"));
   EXPECT_EQ(admin.ReloadMap("town").status().code(), absl::StatusCode::kNotFound);
   EXPECT_EQ(*Ask(admin, 1, "town"), 2);
+  scanlocd_->Signal(SIGTERM);
+  ASSERT_EQ(scanlocd_->Wait(), 0);
+  EXPECT_THAT(scanlocd_->stderr_text(),
+              HasSubstr("[error] administration method=ReloadMap map=town by=operator"));
 }
 
 TEST_F(AdminTest, LoadsAndUnloadsMapsOfTheFolder) {

@@ -5,6 +5,7 @@
 
 #include <csignal>
 #include <cstdlib>
+#include <system_error>
 
 #include "support/small_map.hpp"
 #include "support/test_server.hpp"
@@ -26,6 +27,23 @@ namespace {
   std::exit(RunUntilStopped(**server, std::chrono::duration<double>(options.drain_s)));
 }
 
+/// Runs a server that the first signal makes start a second thread, which there is none for.
+[[noreturn]] void RunWithoutSecondThread(int signal) {
+  BlockStopSignals();
+  const test::Maps maps = {{"town", test::SmallMap(1, 2)}};
+  const ServerOptions options = test::OptionsFor(maps);
+  auto server = Server::Start(options, test::LoaderOf(maps));
+  int num_started = 0;
+  const auto start_thread = [&](std::function<void()> work) {
+    if (++num_started != 2) return std::thread(std::move(work));
+    if (signal != SIGTERM) kill(getpid(), SIGTERM);  // what it is to live for
+    throw std::system_error(std::make_error_code(std::errc::resource_unavailable_try_again));
+  };
+  kill(getpid(), signal);
+  std::exit(
+      RunUntilStopped(**server, std::chrono::duration<double>(options.drain_s), start_thread));
+}
+
 class LifecycleDeathTest : public testing::Test {
  protected:
   // The other style forks a process that already has threads.
@@ -38,6 +56,14 @@ TEST_F(LifecycleDeathTest, EndsThoughAMapStillLoads) {
 
 TEST_F(LifecycleDeathTest, EndsAtOnceAtASecondSignal) {
   EXPECT_EXIT(RunLoadingForEver({SIGTERM, SIGINT}), testing::ExitedWithCode(128 + SIGTERM), "");
+}
+
+TEST_F(LifecycleDeathTest, LivesOnWithoutAThreadToReloadWith) {
+  EXPECT_EXIT(RunWithoutSecondThread(SIGHUP), testing::ExitedWithCode(0), "");
+}
+
+TEST_F(LifecycleDeathTest, StopsWellWithoutAThreadForIt) {
+  EXPECT_EXIT(RunWithoutSecondThread(SIGTERM), testing::ExitedWithCode(0), "");
 }
 
 }  // namespace

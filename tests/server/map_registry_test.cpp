@@ -53,6 +53,16 @@ TEST(MapRegistry, TakesTheEmptyNameForTheOnlyMap) {
   EXPECT_THAT(std::string(status.message()), HasSubstr("north, south"));
 }
 
+TEST(MapRegistry, TakesTheEmptyNameForTheOnlyMapThatDidNotFail) {
+  MapRegistry maps({"north", "south"});
+  maps.SetFailed("north");
+  EXPECT_EQ(maps.Find("").status().code(), absl::StatusCode::kUnavailable) << "south still loads";
+  ASSERT_TRUE(maps.Serve("south", "file", test::SmallMap(1, 2)).ok());
+  EXPECT_EQ((*maps.Find(""))->info.name, "south");
+  ASSERT_TRUE(maps.Serve("north", "file", test::SmallMap(2, 2)).ok());
+  EXPECT_EQ(maps.Find("").status().code(), absl::StatusCode::kNotFound);
+}
+
 TEST(MapRegistry, ListsTheNamesItKnows) {
   MapRegistry maps({"north", "south"});
   const absl::Status status = maps.Find("east\n").status();

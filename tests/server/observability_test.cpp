@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "logs.hpp"
 #include "scanloc/proto/convert.hpp"
 #include "scanloc/proto/status.hpp"
 #include "scanloc/v1/capture.pb.h"
@@ -99,7 +100,7 @@ TEST_F(ObservabilityTest, TellsOfEveryMapAndItsLoads) {
   EXPECT_THAT(text, HasSubstr("scanloc_map_places{map=\"town\"} 4\n"));
   EXPECT_THAT(text, HasSubstr("scanloc_map_generation{map=\"town\"} 1\n"));
   EXPECT_THAT(text, ContainsRegex("scanloc_map_load_seconds.map=\"town\". [0-9]"));
-  EXPECT_THAT(text, Not(HasSubstr("scanloc_map_reload_failures_total{")));
+  EXPECT_THAT(text, HasSubstr("scanloc_map_reload_failures_total{map=\"town\"} 0\n"));
   ASSERT_TRUE(server_->UnloadMap("town").ok());
   EXPECT_THAT(server_->MetricsText(), Not(HasSubstr("scanloc_map_serving{map=\"town\"}")));
 }
@@ -111,6 +112,40 @@ TEST_F(ObservabilityTest, TellsOfTheProcess) {
   EXPECT_THAT(text, ContainsRegex("process_open_fds [1-9]"));
   EXPECT_THAT(text, ContainsRegex("process_threads [1-9]"));
   EXPECT_THAT(text, HasSubstr("scanloc_build_info{"));
+}
+
+TEST_F(ObservabilityTest, TakesNoEndOfAStreamForATimeOfAnAnswer) {
+  Start(Options());
+  grpc::ClientContext context;
+  test::SetPatience(context);
+  auto stream = stub_->LocalizeStream(&context);
+  v1::LocalizeStreamRequest request;
+  *request.mutable_query() = test::ScanRequest(test::QueryScan(1, 1));
+  v1::LocalizeStreamResponse response;
+  ASSERT_TRUE(stream->Write(request));
+  ASSERT_TRUE(stream->Read(&response));
+  request.set_max_step_m(1.0);  // of a stream's first request only: refused
+  ASSERT_TRUE(stream->Write(request));
+  EXPECT_FALSE(stream->Read(&response));
+  EXPECT_EQ(stream->Finish().error_code(), grpc::StatusCode::INVALID_ARGUMENT);
+  server_->Shutdown();  // both were counted
+  const std::string text = server_->MetricsText();
+  EXPECT_THAT(text, HasSubstr("scanloc_requests_total{code=\"INVALID_ARGUMENT\",method=\""
+                              "LocalizeStream\",outcome=\"none\"} 1\n"));
+  EXPECT_THAT(text,
+              HasSubstr("scanloc_request_duration_seconds_count{method=\"LocalizeStream\"} 1\n"));
+}
+
+TEST(LogLimit, LetsSoManyLinesThroughInEachPeriodAndTellsHowManyItLeftOut) {
+  LogLimit limit(2, 1000);
+  EXPECT_EQ(limit.MayLog(0), 0);
+  EXPECT_EQ(limit.MayLog(1), 0);
+  EXPECT_FALSE(limit.MayLog(2).has_value());
+  EXPECT_FALSE(limit.MayLog(999).has_value());
+  EXPECT_EQ(limit.MayLog(1000), 2);
+  EXPECT_EQ(limit.MayLog(1001), 0);
+  EXPECT_FALSE(limit.MayLog(1002).has_value());
+  EXPECT_EQ(limit.MayLog(5000), 1);
 }
 
 TEST_F(ObservabilityTest, SaysWhyItCannotServeMetricsThere) {

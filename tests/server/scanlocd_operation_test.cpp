@@ -106,6 +106,52 @@ TEST_F(ScanlocdOperationTest, SurvivesGarbageOnTheMetricsPort) {
   EXPECT_EQ(Metric("scanloc_in_flight"), 0.0);
 }
 
+TEST_F(ScanlocdOperationTest, ServesMetricsBesideSilentConnections) {
+  StartWithMetrics({"--map", "town=" + WriteMap("town", 1)});
+  const Connection first(metrics_address_);
+  const Connection second(metrics_address_);
+  for (const Connection* silent : {&first, &second}) silent->Send("GET /metrics HTTP/1.0\r\n");
+  EXPECT_EQ(Metric("scanloc_in_flight"), 0.0);
+  // The silent ones have not been given up for it: they were not waited for.
+  for (const Connection* silent : {&first, &second}) {
+    silent->Send("\r\n");
+    EXPECT_THAT(silent->ReadAll(), HasSubstr("scanloc_in_flight 0"));
+  }
+}
+
+TEST_F(ScanlocdOperationTest, RefusesToServeMetricsToTheNetworkUnlessToldSo) {
+  const std::vector<std::string> open = {"--map", "town=" + WriteMap("town", 1), "--metrics-listen",
+                                         "0.0.0.0:0"};
+  const test::ProcessResult refused = test::RunProcess(Command(open));
+  EXPECT_EQ(refused.status, 2);
+  EXPECT_THAT(refused.err, HasSubstr("metrics on 0.0.0.0:0"));
+  for (const char* flag : {"--allow-plaintext", "--allow-plaintext-metrics"}) {
+    std::vector<std::string> allowed = open;
+    allowed.emplace_back(flag);
+    Start(allowed);
+  }
+}
+
+TEST_F(ScanlocdOperationTest, TellsOnceThatQueriesCannotBeCaptured) {
+  const std::string folder = dir_.File("captures");
+  std::filesystem::create_directory(folder);
+  Start({"--map", "town=" + WriteMap("town", 1), "--capture-dir", folder});
+  std::filesystem::remove(folder);
+  const client::Client client = Connect();
+  for (int i = 0; i < 20; ++i) {
+    ASSERT_TRUE(client.LocalizeScan(PointCloud{{5.0F, 0.0F, 0.0F}}).ok());
+  }
+  scanlocd_->Signal(SIGTERM);
+  ASSERT_EQ(scanlocd_->Wait(), 0);
+  std::istringstream lines(scanlocd_->stderr_text());
+  int num_told = 0;
+  for (std::string line; std::getline(lines, line);) {
+    num_told += line.find("query not captured") != std::string::npos ? 1 : 0;
+  }
+  EXPECT_GE(num_told, 1);
+  EXPECT_LE(num_told, 2);  // two where a minute ended meanwhile
+}
+
 TEST_F(ScanlocdOperationTest, LogsOneJsonObjectALine) {
   Start({"--map", "town=" + WriteMap("town", 1), "--log-format", "json", "--log-requests", "all"});
   const auto stub = v1::Localization::NewStub(test::ChannelTo(address_));

@@ -40,12 +40,28 @@ TEST(ServerOptions, NamesTheFirstBadField) {
   refuses("both a certificate", [](ServerOptions& o) { o.tls.cert_file = "cert"; });
   refuses("both a certificate", [](ServerOptions& o) { o.tls.key_file = "key"; });
   refuses("CA for clients", [](ServerOptions& o) { o.tls.client_ca_file = "ca"; });
+  refuses("metrics_listen", [](ServerOptions& o) { o.metrics_listen = "9464"; });
+  for (const char* open : {"0.0.0.0:9464", "[::]:9464", "metrics.example:9464"}) {
+    refuses("open to the network", [&](ServerOptions& o) { o.metrics_listen = open; });
+  }
   refuses("num_threads", [](ServerOptions& o) { o.num_threads = -1; });
   refuses("max_inflight", [](ServerOptions& o) { o.max_inflight = 0; });
   refuses("max_message_bytes", [](ServerOptions& o) { o.max_message_bytes = 0; });
   refuses("drain_s", [](ServerOptions& o) { o.drain_s = -0.1; });
   refuses("drain_s",
           [](ServerOptions& o) { o.drain_s = std::numeric_limits<double>::quiet_NaN(); });
+}
+
+TEST(ServerOptions, AcceptsMetricsForTheNetworkInSoManyWords) {
+  ServerOptions options = Good();
+  options.metrics_listen = "127.0.0.1:9464";
+  EXPECT_TRUE(Validate(options).ok()) << Validate(options);
+  options.metrics_listen = "0.0.0.0:9464";
+  options.allow_plaintext_metrics = true;
+  EXPECT_TRUE(Validate(options).ok()) << Validate(options);
+  options.allow_plaintext_metrics = false;
+  options.allow_plaintext = true;
+  EXPECT_TRUE(Validate(options).ok()) << Validate(options);
 }
 
 TEST(ServerOptions, AcceptsAnIpv6Address) {

@@ -3,11 +3,15 @@
 #include <gtest/gtest.h>
 
 #include <cstdlib>
+#include <filesystem>
 #include <stdexcept>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include "scanloc/client/client.hpp"
+#include "support/paths.hpp"
+#include "support/process.hpp"
 #include "support/small_map.hpp"
 #include "support/temp_dir.hpp"
 #include "support/test_server.hpp"
@@ -32,17 +36,33 @@ class TlsTest : public testing::Test {
     Run("openssl req -x509 -newkey rsa:2048 -nodes -days 2 -subj /CN=" + name + " -keyout " +
         Path(name + ".key") + " -out " + Path(name + ".pem"));
   }
-  void Issue(const std::string& name, const std::string& ca) const {
-    dir_.Write("san.cnf", "subjectAltName=IP:127.0.0.1\n");
+  void Issue(const std::string& name, const std::string& ca, int days = 2) const {
+    dir_.Write("san.cnf", "subjectAltName=IP:127.0.0.1,DNS:scanlocd.example\n");
     Run("openssl req -newkey rsa:2048 -nodes -subj /CN=" + name + " -keyout " +
         Path(name + ".key") + " -out " + Path(name + ".csr"));
-    Run("openssl x509 -req -days 2 -in " + Path(name + ".csr") + " -CA " + Path(ca + ".pem") +
-        " -CAkey " + Path(ca + ".key") + " -CAcreateserial -extfile " + Path("san.cnf") + " -out " +
-        Path(name + ".pem"));
+    Run("openssl x509 -req -days " + std::to_string(days) + " -in " + Path(name + ".csr") +
+        " -CA " + Path(ca + ".pem") + " -CAkey " + Path(ca + ".key") +
+        " -CAcreateserial -extfile " + Path("san.cnf") + " -out " + Path(name + ".pem"));
   }
   [[nodiscard]] std::string Path(const std::string& name) const { return dir_.File(name); }
   static void Run(const std::string& command) {
     if (std::system((command + " 2>/dev/null").c_str()) != 0) throw std::runtime_error(command);
+  }
+
+  /// Unix time [s].
+  [[nodiscard]] double ExpiryOf(const std::string& name) const {
+    Run("date -d \"$(openssl x509 -noout -enddate -in " + Path(name + ".pem") +
+        " | cut -d= -f2)\" +%s > " + Path("expiry"));
+    return std::stod(test::ReadFile(Path("expiry")));
+  }
+  static double ExpiryTold(const Server& server) {
+    const std::string text = server.MetricsText();
+    const std::string name = "\nscanloc_tls_expiry_seconds ";
+    return std::stod(text.substr(text.find(name) + name.size()));
+  }
+  static void AwaitFailures(const Server& server, int count) {
+    const std::string line = "scanloc_tls_reload_failures_total " + std::to_string(count) + "\n";
+    while (server.MetricsText().find(line) == std::string::npos) std::this_thread::yield();
   }
 
   [[nodiscard]] std::unique_ptr<Server> Start(bool is_mutual) const {
@@ -87,6 +107,76 @@ TEST_F(TlsTest, TakesUpARenewedCertificate) {
   Issue("server", "stranger");
   while (!Ask(*server, "stranger").ok()) std::this_thread::yield();  // some seconds
   EXPECT_EQ(Ask(*server, "ca").code(), absl::StatusCode::kUnavailable);
+}
+
+TEST_F(TlsTest, KeepsItsCertificateWhileANewOneIsBad) {
+  const auto server = Start(false);
+  const std::string old_key = test::ReadFile(Path("server.key"));
+  EXPECT_THAT(server->MetricsText(), HasSubstr("scanloc_tls_reload_failures_total 0\n"));
+  EXPECT_EQ(ExpiryTold(*server), ExpiryOf("server"));
+
+  Issue("server", "stranger");
+  dir_.Write("server.key", old_key);  // not its own
+  AwaitFailures(*server, 1);
+  EXPECT_TRUE(Ask(*server, "ca").ok()) << Ask(*server, "ca");
+  Issue("server", "stranger");
+  dir_.Write("server.key", old_key);  // again
+  AwaitFailures(*server, 2);
+  dir_.Write("server.pem", "-----BEGIN CERTIFICATE-----\nAA==\n-----END CERTIFICATE-----\n");
+  AwaitFailures(*server, 3);
+  EXPECT_TRUE(Ask(*server, "ca").ok()) << Ask(*server, "ca");
+  std::filesystem::remove(Path("server.pem"));
+  AwaitFailures(*server, 4);
+  EXPECT_TRUE(Ask(*server, "ca").ok()) << Ask(*server, "ca");
+
+  Issue("server", "stranger", 9);
+  while (!Ask(*server, "stranger").ok()) std::this_thread::yield();
+  EXPECT_EQ(Ask(*server, "ca").code(), absl::StatusCode::kUnavailable);
+  EXPECT_EQ(ExpiryTold(*server), ExpiryOf("server"));
+}
+
+TEST_F(TlsTest, TakesUpANewCaOfItsClients) {
+  const auto server = Start(true);
+  std::filesystem::copy_file(Path("ca.pem"), Path("servers-ca.pem"));
+  EXPECT_EQ(Ask(*server, "servers-ca", "intruder").code(), absl::StatusCode::kUnavailable);
+  dir_.Write("ca.pem", "-----BEGIN CERTIFICATE-----\n");
+  AwaitFailures(*server, 1);
+  EXPECT_TRUE(Ask(*server, "servers-ca", "robot").ok());
+  dir_.Write("ca.pem", test::ReadFile(Path("stranger.pem")));
+  while (!Ask(*server, "servers-ca", "intruder").ok()) std::this_thread::yield();
+  EXPECT_EQ(Ask(*server, "servers-ca", "robot").code(), absl::StatusCode::kUnavailable);
+}
+
+TEST_F(TlsTest, ChecksTheNameThatTheClientIsToldToExpect) {
+  const auto server = Start(false);
+  client::ClientOptions options{.address = server->address(), .tls_ca_file = Path("ca.pem")};
+  options.tls_server_name = "scanlocd.example";
+  EXPECT_TRUE(client::Client::Connect(options).ok());
+  options.tls_server_name = "other.example";
+  EXPECT_EQ(client::Client::Connect(options).status().code(), absl::StatusCode::kUnavailable);
+  options.tls_ca_file.clear();
+  EXPECT_EQ(client::Client::Connect(options).status().code(), absl::StatusCode::kInvalidArgument);
+}
+
+TEST_F(TlsTest, IsProbedOverTls) {
+  const auto server = Start(false);
+  const auto mutual = Start(true);
+  const auto probe = [&](const Server& of, std::vector<std::string> options) {
+    std::vector<std::string> command = {test::BinDir() + "/scanlocd", "--probe", of.address()};
+    command.insert(command.end(), options.begin(), options.end());
+    const test::ProcessResult result = test::RunProcess(command);
+    EXPECT_TRUE(result.status == 0 || result.status == 1) << result.err;
+    return result.status == 0;
+  };
+  const std::vector<std::string> own = {"--tls-cert", Path("server.pem"), "--tls-key",
+                                        Path("server.key")};
+  EXPECT_TRUE(probe(*server, own));
+  EXPECT_TRUE(probe(*server, {"--tls-ca", Path("ca.pem")}));
+  EXPECT_FALSE(probe(*server, {"--tls-ca", Path("stranger.pem")}));
+  EXPECT_FALSE(probe(*server, {}));
+  EXPECT_TRUE(probe(*mutual, own));
+  EXPECT_FALSE(probe(*mutual, {"--tls-ca", Path("ca.pem")}));
+  EXPECT_FALSE(probe(*mutual, {"--tls-ca", Path("absent")}));
 }
 
 TEST_F(TlsTest, IsRefusedAtTheStartWithFilesThatAreNone) {

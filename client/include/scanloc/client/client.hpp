@@ -34,6 +34,7 @@ struct ClientOptions {
   std::string tls_ca_file;
   std::string tls_cert_file;  ///< the robot's own, where the server asks for one; with its key
   std::string tls_key_file;
+  std::string tls_server_name;  ///< whom the certificate must be for; empty: the address's host
 
   /// Shown with every call; empty: none. Without encryption it is sent to this machine only, unless
   /// allow_plaintext_token says that something else protects the way.

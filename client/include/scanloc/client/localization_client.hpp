@@ -17,6 +17,9 @@ struct RequestOptions {
   std::string map;                                   ///< empty: the only map there is
   QueryOptions query;                                ///< now_ns, excluded, is_unwanted: not used
   std::optional<std::chrono::milliseconds> timeout;  ///< none: the client's
+  /// What a server's log and answers know the call by: up to 128 printable characters without
+  /// spaces; empty: the server makes one. Sent as the metadata x-request-id.
+  std::string request_id;
 };
 
 /// Who answers wake-up queries: a server (Client), or a map file in this process (OfflineClient).

@@ -21,6 +21,7 @@ struct StreamOptions {
   /// Describe scans here and send some kilobytes; else send them as they are, 12 bytes a point.
   bool send_descriptor = true;
   std::optional<std::chrono::milliseconds> timeout;  ///< of each scan; none: the client's
+  std::string request_id;                            ///< of all of it; as in RequestOptions
 };
 
 /// One robot that keeps moving: the server weighs its scans together (core's Tracker). From

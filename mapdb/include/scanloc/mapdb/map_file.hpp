@@ -15,7 +15,7 @@
 ///
 /// Every function here opens the file read-only and may be called from any thread. A file that a
 /// killed build left with an unfinished write is rolled back to the last commit first, which needs
-/// the right to write it once.
+/// the right to write it once, unless the caller wants such a file refused.
 ///
 /// Whatever was done to a file, a call gives either exactly what was written or one of
 ///   NotFound            no such file
@@ -72,9 +72,17 @@ struct PlaceRecord {
   std::uint32_t num_voxels = 0;  ///< as in PlaceDescriptor
 };
 
+/// What to do about the unfinished write of a killed build beside the file.
+enum class UnfinishedWrite : std::uint8_t {
+  kRollBack,  ///< undo it
+  /// Touch nothing: it may belong to another map that lay at this path before.
+  kRefuse,
+};
+
 /// The whole map, ready for Localizer::Create. Every checksum is checked and the content id
 /// recomputed. An incomplete map gives what was committed.
-[[nodiscard]] absl::StatusOr<Map> LoadMap(const std::string& path);
+[[nodiscard]] absl::StatusOr<Map> LoadMap(const std::string& path,
+                                          UnfinishedWrite unfinished = UnfinishedWrite::kRollBack);
 
 /// What the file says of itself; does not read the contexts, so damage to them goes unseen.
 [[nodiscard]] absl::StatusOr<MapInfo> ReadInfo(const std::string& path);

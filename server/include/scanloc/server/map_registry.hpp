@@ -32,7 +32,8 @@ class MapRegistry {
   /// Each name is loading until Serve.
   explicit MapRegistry(const std::vector<std::string>& names);
 
-  /// From then on the name is known, and loading until Serve. No effect on one that is known.
+  /// From then on the name is known, and loading until Serve. No effect on one that is known. Where
+  /// maps are in service already, it does not count for the empty name until it is, too.
   void Add(const std::string& name);
 
   /// From then on the name is not known; queries under way end with the map they have. NotFound: it
@@ -47,9 +48,9 @@ class MapRegistry {
   /// Tells that the map's file could not be loaded. Has no effect on a map that is in service.
   void SetFailed(const std::string& name);
 
-  /// The map that is in service under the name; empty stands for the only one there is.
-  /// NotFound that lists the names: there is none, or the name is empty and there are several.
-  /// Unavailable: it is still loading, or could not be loaded.
+  /// The map that is in service under the name; empty stands for the only one there is, beside
+  /// which others may have failed to load. NotFound that lists the names: there is none, or the
+  /// name is empty and there are several. Unavailable: it is still loading, or could not be loaded.
   [[nodiscard]] absl::StatusOr<std::shared_ptr<const ServedMap>> Find(
       const std::string& name) const;
 
@@ -60,12 +61,17 @@ class MapRegistry {
   struct Slot {
     std::shared_ptr<const ServedMap> served;  // null while loading
     bool has_failed = false;
+    bool is_late = false;  // was added when others were in service
   };
+  using Slots = std::map<std::string, Slot>;
 
-  [[nodiscard]] std::string KnownNames() const;  // with mutex_ held
+  // Both with mutex_ held.
+  [[nodiscard]] Slots::const_iterator FindOnly() const;  // end: none or several
+
+  [[nodiscard]] std::string KnownNames() const;
 
   mutable std::mutex mutex_;
-  std::map<std::string, Slot> slots_;
+  Slots slots_;
   std::map<std::string, std::uint64_t> generations_;  // of removed ones, too
 };
 

@@ -51,7 +51,8 @@ class Server {
   [[nodiscard]] absl::Status ReloadMap(const std::string& name);
 
   /// Puts a map in service that is configured or lies in the maps folder. AlreadyExists: it is in
-  /// service. NotFound: there is none. Others: its file is bad.
+  /// service. NotFound: there is none. Others: its file is bad; it is listed as failed until it is
+  /// loaded or unloaded, and queries that name no map are answered as before.
   [[nodiscard]] absl::Status LoadMap(const std::string& name);
 
   /// Takes a map out of service; queries under way end with it. NotFound: no map of that name is
@@ -59,7 +60,8 @@ class Server {
   [[nodiscard]] absl::Status UnloadMap(const std::string& name);
 
   /// ReloadMap for every map, and LoadMap for what is new in the maps folder; what fails is logged.
-  /// A map whose file is gone stays in service.
+  /// A map whose file is gone stays in service; one that never was, and whose file is gone, is
+  /// known no more.
   void ReloadMaps();
 
   /// Tells NOT_SERVING, accepts nothing more, waits up to drain_s for what is in flight, cancels

@@ -93,8 +93,11 @@ struct ServerOptions {
   /// Candidates that one query may have compared.
   int max_candidates = limits::kMaxCandidates;
 
-  /// HOST:PORT where metrics are served over HTTP; empty: nowhere. Port 0 takes a free one.
+  /// HOST:PORT where metrics are served over HTTP; empty: nowhere. Port 0 takes a free one. Nothing
+  /// protects them there, so that beyond this machine's own addresses they are only served if this
+  /// or allow_plaintext says so.
   std::string metrics_listen;
+  bool allow_plaintext_metrics = false;
 
   RequestLog log_requests = RequestLog::kFailed;
 

@@ -1,0 +1,29 @@
+#include "request_id.hpp"
+
+#include <algorithm>
+#include <cctype>
+#include <cstddef>
+
+#include "absl/strings/str_cat.h"
+
+namespace scanloc::client {
+namespace {
+
+constexpr std::size_t kMaxRequestIdBytes = 128;
+
+}  // namespace
+
+absl::Status CheckRequestId(const std::string& id) {
+  const bool is_good =
+      id.size() <= kMaxRequestIdBytes &&
+      std::all_of(id.begin(), id.end(), [](unsigned char c) { return std::isgraph(c) != 0; });
+  if (is_good) return absl::OkStatus();
+  return absl::InvalidArgumentError(absl::StrCat("request_id is not at most ", kMaxRequestIdBytes,
+                                                 " printable characters without spaces"));
+}
+
+void SendRequestId(const std::string& id, grpc::ClientContext& context) {
+  if (!id.empty()) context.AddMetadata("x-request-id", id);
+}
+
+}  // namespace scanloc::client
