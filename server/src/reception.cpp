@@ -9,6 +9,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "logs.hpp"
+#include "unary_call.hpp"
 
 namespace scanloc::server {
 namespace {
@@ -41,8 +42,7 @@ std::string PeerOf(const grpc::CallbackServerContext& context) {
     const auto names = auth->GetPeerIdentity();
     if (!names.empty()) return absl::StrCat("cert:", std::string(names[0].data(), names[0].size()));
   }
-  const std::string peer = context.peer();
-  return peer.substr(0, peer.rfind(':'));
+  return AddressOf(context);
 }
 
 }  // namespace
@@ -61,6 +61,11 @@ Call Reception::Begin(grpc::CallbackServerContext& context, const char* method, 
   if (!caller.ok()) {
     call.client = PeerOf(context);
     metrics_.CountRejected("token");
+    // A good token is not asked how many bad ones came from its address.
+    if (auto status = failures_.Take(AddressOf(context)); !status.ok()) {
+      call.admitted = status;
+      call.is_quiet = true;
+    }
     return call;
   }
   call.caller = *std::move(caller);
@@ -89,7 +94,7 @@ void Reception::End(const Call& call, const absl::Status& status) {
 
 void Reception::Log(const Call& call, const absl::Status& status, double seconds) {
   std::int64_t num_unlogged = 0;
-  if (!MayLog(&num_unlogged)) return;
+  if (!MayLog(call.is_quiet, &num_unlogged)) return;
   LogFields fields{{"request_id", call.request_id},
                    {"method", call.method},
                    {"client", call.client},
@@ -106,8 +111,12 @@ void Reception::Log(const Call& call, const absl::Status& status, double seconds
   LogWith(is_ours ? spdlog::level::err : spdlog::level::info, "request", fields);
 }
 
-bool Reception::MayLog(std::int64_t* num_unlogged) {
+bool Reception::MayLog(bool is_quiet, std::int64_t* num_unlogged) {
   const std::lock_guard lock(log_mutex_);
+  if (is_quiet) {
+    ++num_unlogged_;
+    return false;
+  }
   const std::int64_t second = NowNs() / kNsPerSecond;
   if (second != log_second_) {
     log_second_ = second;

@@ -28,6 +28,7 @@ struct Call {
   std::string client;  ///< whose turn it takes: the token's name, the certificate's, or the address
   std::int64_t arrived_ns = 0;
   absl::Status admitted;
+  bool is_quiet = false;  ///< one of so many failures that the log only counts it
 
   // Known once it is answered.
   std::string map;
@@ -39,6 +40,9 @@ struct Call {
 /// what became of them. Thread-safe.
 class Reception {
  public:
+  /// Of one address: beyond it, calls without a good token are told to wait, and only counted.
+  static constexpr double kMaxFailures_per_s = 10.0;
+
   /// All must outlive it.
   Reception(Access& access, Metrics& metrics, double max_rate_per_s, RequestLog log)
       : access_(access), metrics_(metrics), rates_(max_rate_per_s), log_(log) {}
@@ -56,11 +60,12 @@ class Reception {
 
  private:
   void Log(const Call& call, const absl::Status& status, double seconds);
-  [[nodiscard]] bool MayLog(std::int64_t* num_unlogged);
+  [[nodiscard]] bool MayLog(bool is_quiet, std::int64_t* num_unlogged);
 
   Access& access_;
   Metrics& metrics_;
   ClientRates rates_;
+  ClientRates failures_{kMaxFailures_per_s};  // calls without a good token, by address
   const RequestLog log_;
   std::mutex log_mutex_;
   std::int64_t log_second_ = 0;
