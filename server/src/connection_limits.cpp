@@ -1,10 +1,16 @@
 #include "connection_limits.hpp"
 
+#include <grpcpp/resource_quota.h>
+
+#include <cstddef>
+
 namespace scanloc::server {
 namespace {
 
 // One robot asks one thing at a time; a proxy in front of many shares a connection among them.
 constexpr int kMaxCalls = 256;
+// Its own services take none.
+constexpr int kMaxGrpcThreads = 16;
 // A client may ping this often; one that does so faster is told to go away.
 constexpr int kMinPingInterval_ms = 10'000;
 constexpr int kMaxPingStrikes = 5;
@@ -17,7 +23,14 @@ constexpr int kPingTimeout_ms = 20'000;
 
 }  // namespace
 
-void LimitConnections(grpc::ServerBuilder& builder) {
+void LimitConnections(grpc::ServerBuilder& builder, std::int64_t max_memory_bytes) {
+  grpc::ResourceQuota quota("scanlocd");
+  quota.Resize(static_cast<std::size_t>(max_memory_bytes));
+  quota.SetMaxThreads(kMaxGrpcThreads);
+  builder.SetResourceQuota(quota);
+  builder.AddChannelArgument(GRPC_ARG_ENABLE_PER_MESSAGE_DECOMPRESSION, 0);
+  builder.SetCompressionAlgorithmSupportStatus(GRPC_COMPRESS_DEFLATE, false);
+  builder.SetCompressionAlgorithmSupportStatus(GRPC_COMPRESS_GZIP, false);
   builder.AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS, kMaxCalls);
   builder.AddChannelArgument(GRPC_ARG_HTTP2_MIN_RECV_PING_INTERVAL_WITHOUT_DATA_MS,
                              kMinPingInterval_ms);

@@ -3,6 +3,12 @@
 #include <cstddef>
 #include <utility>
 
+#include "absl/status/statusor.h"
+#include "absl/strings/str_cat.h"
+#include "inbound_call.hpp"
+#include "scanloc/proto/status.hpp"
+#include "unary_call.hpp"
+
 namespace scanloc::server {
 
 using grpc::health::v1::HealthCheckRequest;
@@ -13,17 +19,30 @@ namespace {
 // Of a watched name this much is kept, so that a watcher costs little. No service's name is as
 // long.
 constexpr std::size_t kMaxKeptNameBytes = 512;
+constexpr double kWatchRetry_s = 5.0;
 
 }  // namespace
 
-/// One Watch stream. Only the newest status is kept for a reader that is slow. Deletes itself when
-/// gRPC is done with it.
-class HealthService::Watcher final : public grpc::ServerWriteReactor<HealthCheckResponse> {
+/// One Watch stream. Only the newest status is kept for a reader that is slow. Until its request is
+/// there it is in the hands of the inbox, then under the mutex of the service.
+class HealthService::Watcher final : public Reactor,
+                                     public Waiter,
+                                     public std::enable_shared_from_this<Watcher> {
  public:
-  Watcher(HealthService& health, std::string service)
-      : health_(health), service_(std::move(service)) {}
+  Watcher(HealthService& health, std::string address)
+      : health_(health), address_(std::move(address)) {}
 
   [[nodiscard]] const std::string& service() const { return service_; }
+  [[nodiscard]] const std::string& address() const { return address_; }
+
+  void Start() {
+    self_ = shared_from_this();
+    if (auto status = health_.inbox_.Enter(self_, address_); !status.ok()) {
+      Finish(proto::ToGrpc(status));
+    } else {
+      StartRead(&request_);
+    }
+  }
 
   // The next two require health_.mutex_.
   void Tell(Status status) {
@@ -35,6 +54,18 @@ class HealthService::Watcher final : public grpc::ServerWriteReactor<HealthCheck
     Tell(status);
   }
 
+  void OnReadDone(bool ok) override {
+    if (!health_.inbox_.Leave(*this)) return;  // it has been ended
+    HealthCheckRequest request;
+    absl::Status status =
+        ok ? Parse(request_, &request) : absl::CancelledError("the watcher is gone");
+    request_.Clear();
+    const std::lock_guard lock(health_.mutex_);
+    service_ = request.service().substr(0, kMaxKeptNameBytes);
+    if (status.ok()) status = health_.Add(self_);
+    if (!status.ok()) End(proto::ToGrpc(status));
+  }
+
   void OnWriteDone(bool ok) override {
     const std::lock_guard lock(health_.mutex_);
     writing_ = false;
@@ -44,24 +75,31 @@ class HealthService::Watcher final : public grpc::ServerWriteReactor<HealthCheck
 
   void OnCancel() override {
     const std::lock_guard lock(health_.mutex_);
-    End({grpc::StatusCode::CANCELLED, "the watcher is gone"});
+    if (watching_) End({grpc::StatusCode::CANCELLED, "the watcher is gone"});
   }
 
   void OnDone() override {
-    {
-      const std::lock_guard lock(health_.mutex_);
-      health_.watchers_.erase(this);
-    }
-    delete this;
+    const std::shared_ptr<Watcher> self = std::move(self_);
+    const std::lock_guard lock(health_.mutex_);
+    health_.Remove(self);
   }
 
  private:
+  friend class HealthService;
+
+  void OnPutOut(const absl::Status& why) override { Finish(proto::ToGrpc(why)); }
+
   void Proceed() {
     if (writing_ || ended_) return;
-    if (!told_any_ || response_.status() != wanted_) {
+    if (!told_any_ || told_ != wanted_) {
       told_any_ = true;
+      told_ = wanted_;
+      HealthCheckResponse response;
+      response.set_status(wanted_);
+      if (auto status = Serialize(response, &response_); !status.ok()) {
+        return End(proto::ToGrpc(status));
+      }
       writing_ = true;
-      response_.set_status(wanted_);
       StartWrite(&response_);
     } else if (last_) {
       End({grpc::StatusCode::UNAVAILABLE, "the server is stopping"});
@@ -74,21 +112,63 @@ class HealthService::Watcher final : public grpc::ServerWriteReactor<HealthCheck
   }
 
   HealthService& health_;
-  const std::string service_;
-  HealthCheckResponse response_;
+  const std::string address_;
+  std::string service_;
+  grpc::ByteBuffer request_;
+  grpc::ByteBuffer response_;
   Status wanted_ = HealthCheckResponse::SERVICE_UNKNOWN;
+  Status told_ = HealthCheckResponse::SERVICE_UNKNOWN;
+  bool watching_ = false;  // it is one of health_.watchers_
   bool told_any_ = false;
   bool writing_ = false;
   bool last_ = false;
   bool ended_ = false;
+  std::shared_ptr<Watcher> self_;  // until gRPC is done with it
 };
+
+HealthService::HealthService(WaitingRoom& inbox) : inbox_(inbox) {
+  using Context = grpc::CallbackServerContext;
+  Serve("/grpc.health.v1.Health/Check", [this](Context* context) { return Check(context); });
+  Serve("/grpc.health.v1.Health/Watch", [this](Context* context) { return Watch(context); });
+}
+
+absl::Status HealthService::Add(const std::shared_ptr<Watcher>& watcher) {
+  int& num_of_address = num_by_address_[watcher->address()];
+  if (static_cast<int>(watchers_.size()) >= kMaxWatchers ||
+      num_of_address >= kMaxWatchersOfAddress) {
+    if (num_of_address == 0) num_by_address_.erase(watcher->address());
+    return proto::WithRetryAfter(
+        absl::ResourceExhaustedError(absl::StrCat(
+            "as many watch the health as may: ", kMaxWatchers, ", and ", kMaxWatchersOfAddress,
+            " from one address; use Check, or a watch for many")),
+        kWatchRetry_s);
+  }
+  ++num_of_address;
+  watchers_.insert(watcher);
+  watcher->watching_ = true;
+  const auto found = statuses_.find(watcher->service());
+  const Status status =
+      found == statuses_.end() ? HealthCheckResponse::SERVICE_UNKNOWN : found->second;
+  if (draining_) {
+    watcher->TellLast(status);
+  } else {
+    watcher->Tell(status);
+  }
+  return absl::OkStatus();
+}
+
+void HealthService::Remove(const std::shared_ptr<Watcher>& watcher) {
+  if (watchers_.erase(watcher) == 0) return;
+  const auto count = num_by_address_.find(watcher->address());
+  if (--count->second == 0) num_by_address_.erase(count);
+}
 
 void HealthService::Set(const std::string& service, bool serving) {
   const std::lock_guard lock(mutex_);
   if (draining_) return;
   const Status status = serving ? HealthCheckResponse::SERVING : HealthCheckResponse::NOT_SERVING;
   statuses_[service] = status;
-  for (Watcher* watcher : watchers_) {
+  for (const std::shared_ptr<Watcher>& watcher : watchers_) {
     if (watcher->service() == service) watcher->Tell(status);
   }
 }
@@ -97,38 +177,32 @@ void HealthService::StartDraining() {
   const std::lock_guard lock(mutex_);
   draining_ = true;
   for (auto& [service, status] : statuses_) status = HealthCheckResponse::NOT_SERVING;
-  for (Watcher* watcher : watchers_) watcher->TellLast(HealthCheckResponse::NOT_SERVING);
+  for (const std::shared_ptr<Watcher>& watcher : watchers_)
+    watcher->TellLast(HealthCheckResponse::NOT_SERVING);
 }
 
-grpc::ServerUnaryReactor* HealthService::Check(grpc::CallbackServerContext* context,
-                                               const HealthCheckRequest* request,
-                                               HealthCheckResponse* response) {
-  grpc::ServerUnaryReactor* reactor = context->DefaultReactor();
-  const std::lock_guard lock(mutex_);
-  const auto found = statuses_.find(request->service());
-  if (found == statuses_.end()) {
-    reactor->Finish({grpc::StatusCode::NOT_FOUND, "no such service"});
-  } else {
-    response->set_status(found->second);
-    reactor->Finish(grpc::Status::OK);
-  }
-  return reactor;
+RawService::Reactor* HealthService::Check(grpc::CallbackServerContext* context) {
+  const auto answer =
+      [this](const HealthCheckRequest& request) -> absl::StatusOr<HealthCheckResponse> {
+    const std::lock_guard lock(mutex_);
+    const auto found = statuses_.find(request.service());
+    if (found == statuses_.end()) return absl::NotFoundError("no such service");
+    HealthCheckResponse response;
+    response.set_status(found->second);
+    return response;
+  };
+  return InboundCall::Receive(
+      inbox_, AddressOf(*context),
+      [answer](InboundCall& call) {
+        call.End(Respond<HealthCheckRequest>(call.request(), call.response(), answer));
+      },
+      [](const absl::Status&) {});
 }
 
-grpc::ServerWriteReactor<HealthCheckResponse>* HealthService::Watch(
-    grpc::CallbackServerContext* /*context*/, const HealthCheckRequest* request) {
-  auto* watcher = new Watcher(*this, request->service().substr(0, kMaxKeptNameBytes));
-  const std::lock_guard lock(mutex_);
-  watchers_.insert(watcher);
-  const auto found = statuses_.find(request->service());
-  const Status status =
-      found == statuses_.end() ? HealthCheckResponse::SERVICE_UNKNOWN : found->second;
-  if (draining_) {
-    watcher->TellLast(status);
-  } else {
-    watcher->Tell(status);
-  }
-  return watcher;
+RawService::Reactor* HealthService::Watch(grpc::CallbackServerContext* context) {
+  const auto watcher = std::make_shared<Watcher>(*this, AddressOf(*context));
+  watcher->Start();
+  return watcher.get();
 }
 
 }  // namespace scanloc::server

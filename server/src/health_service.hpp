@@ -1,39 +1,51 @@
 #pragma once
 
 #include <map>
+#include <memory>
 #include <mutex>
 #include <set>
 #include <string>
 
-#include "grpc/health/v1/health.grpc.pb.h"
+#include "absl/status/status.h"
+#include "grpc/health/v1/health.pb.h"
+#include "raw_service.hpp"
+#include "waiting_room.hpp"
 
 namespace scanloc::server {
 
 /// grpc.health.v1. Written here because gRPC's own says SERVING for the server as a whole from the
 /// moment it listens, which is before the maps are there.
-class HealthService final : public grpc::health::v1::Health::CallbackService {
+class HealthService final : public RawService {
  public:
+  /// Watchers at once, and of these from one address; beyond: ResourceExhausted.
+  static constexpr int kMaxWatchers = 1000;
+  static constexpr int kMaxWatchersOfAddress = 100;
+
+  /// Requests are received in the inbox, which must outlive the service.
+  explicit HealthService(WaitingRoom& inbox);
+
   /// From then on the service is known, and watchers are told of every change.
   void Set(const std::string& service, bool serving);
 
   /// Everything is NOT_SERVING for good; watchers are told, and their streams end.
   void StartDraining();
 
-  grpc::ServerUnaryReactor* Check(grpc::CallbackServerContext* context,
-                                  const grpc::health::v1::HealthCheckRequest* request,
-                                  grpc::health::v1::HealthCheckResponse* response) override;
-
-  grpc::ServerWriteReactor<grpc::health::v1::HealthCheckResponse>* Watch(
-      grpc::CallbackServerContext* context,
-      const grpc::health::v1::HealthCheckRequest* request) override;
-
  private:
   using Status = grpc::health::v1::HealthCheckResponse::ServingStatus;
   class Watcher;
 
+  Reactor* Check(grpc::CallbackServerContext* context);
+  Reactor* Watch(grpc::CallbackServerContext* context);
+
+  /// Both with mutex_ held.
+  [[nodiscard]] absl::Status Add(const std::shared_ptr<Watcher>& watcher);
+  void Remove(const std::shared_ptr<Watcher>& watcher);
+
+  WaitingRoom& inbox_;
   std::mutex mutex_;  // guards all below and the state of every watcher
   std::map<std::string, Status> statuses_;
-  std::set<Watcher*> watchers_;
+  std::set<std::shared_ptr<Watcher>> watchers_;
+  std::map<std::string, int> num_by_address_;  // of watchers_
   bool draining_ = false;
 };
 

@@ -24,6 +24,11 @@ constexpr std::size_t kMaxDescribersKept = 16;
 /// Largest request of the methods that run where they arrive [bytes].
 constexpr std::size_t kMaxSmallRequestBytes = 4096;
 
+constexpr double kMemoryRetry_s = 0.2;
+
+/// What the method auto takes of each kind of context where nobody says how many.
+constexpr int kAutoCandidates = 100;
+
 /// Of one point on the wire: x y z.
 constexpr std::size_t kPointBytes = 12;
 
@@ -32,22 +37,6 @@ absl::Status CheckSmall(const grpc::ByteBuffer& request) {
   return absl::InvalidArgumentError(absl::StrCat("the request has ", request.Length(),
                                                  " bytes; at most ", kMaxSmallRequestBytes,
                                                  " are allowed here"));
-}
-
-/// Answers at once, on the thread that brought the request.
-template <typename Request, typename Act>
-grpc::ServerUnaryReactor* RespondHere(Reception& reception, const char* method,
-                                      grpc::CallbackServerContext* context,
-                                      const grpc::ByteBuffer* request, grpc::ByteBuffer* response,
-                                      Act&& act) {
-  const Call call = reception.Begin(*context, method, Role::kQuery);
-  absl::Status status = call.admitted;
-  if (status.ok()) status = CheckSmall(*request);
-  if (status.ok()) status = Respond<Request>(*request, response, std::forward<Act>(act));
-  grpc::ServerUnaryReactor* reactor = context->DefaultReactor();
-  reception.End(call, status);
-  reactor->Finish(proto::ToGrpc(status));
-  return reactor;
 }
 
 absl::Status CheckSignature(const SignedDescriptor& query, const ServedMap& map) {
@@ -82,61 +71,90 @@ struct LocalizationService::Robot {
   std::optional<Tracker> tracker;
 };
 
+void LimitCandidates(const Params& params, int max_candidates, QueryOptions& options) {
+  if (options.num_candidates) return;
+  const bool is_auto = options.method.value_or(DefaultMethod(params)).automatic;
+  const int of_map = is_auto ? kAutoCandidates : params.search.num_candidates;
+  if (of_map > max_candidates) options.num_candidates = max_candidates;
+}
+
 LocalizationService::LocalizationService(const MapRegistry& maps, WorkerPool& workers,
-                                         Reception& reception, Metrics& metrics,
+                                         WaitingRoom& inbox, Reception& reception, Metrics& metrics,
                                          QueryCapture* capture, const Limits& limits)
     : maps_(maps),
       workers_(workers),
+      inbox_(inbox),
       reception_(reception),
       metrics_(metrics),
       capture_(capture),
       limits_(limits),
       scratch_(workers.num_threads()),
-      streams_(workers, limits.max_streams, limits.max_streams_per_client) {}
+      waiting_bytes_(limits.max_waiting_bytes),
+      streams_(workers, waiting_bytes_, limits.streams) {
+  using Context = grpc::CallbackServerContext;
+  RawService::Serve("/scanloc.v1.Localization/Localize",
+                    [this](Context* context) { return Localize(context); });
+  RawService::Serve("/scanloc.v1.Localization/LocalizeStream",
+                    [this](Context* context) { return LocalizeStream(context); });
+  RawService::Serve("/scanloc.v1.Localization/ListMaps",
+                    [this](Context* context) { return ListMaps(context); });
+  RawService::Serve("/scanloc.v1.Localization/GetMapInfo",
+                    [this](Context* context) { return GetMapInfo(context); });
+}
 
-grpc::ServerUnaryReactor* LocalizationService::Localize(grpc::CallbackServerContext* context,
-                                                        const grpc::ByteBuffer* request,
-                                                        grpc::ByteBuffer* response) {
-  grpc::ServerUnaryReactor* reactor = context->DefaultReactor();
+absl::Status LocalizationService::CheckMemory() const {
+  if (!waiting_bytes_.is_overdrawn()) return absl::OkStatus();
+  return proto::WithRetryAfter(
+      absl::ResourceExhaustedError(
+          "the requests that wait fill the memory meant for them; try again later"),
+      kMemoryRetry_s);
+}
+
+RawService::Reactor* LocalizationService::Localize(grpc::CallbackServerContext* context) {
   const auto call = std::make_shared<Call>(reception_.Begin(*context, "Localize", Role::kQuery));
-  const auto finish = [this, reactor, call](const absl::Status& status) {
-    reception_.End(*call, status);
-    reactor->Finish(proto::ToGrpc(status));
-  };
-  if (!call->admitted.ok()) {
-    finish(call->admitted);
-    return reactor;
-  }
-  if (!request->Valid()) {
-    // As many clients as hang up at once must not fill the queue.
-    finish(absl::InvalidArgumentError("the call ended without a request"));
-    return reactor;
-  }
-  const absl::Status taken = Guard([&] {
-    return workers_.Submit(call->client, [=, this](const absl::StatusOr<int>& worker) {
-      if (!worker.ok()) metrics_.CountRejected("busy");
-      absl::Status status = worker.status();
-      if (status.ok()) status = CheckStillWanted(*context);
-      if (status.ok()) {
-        status = Respond<v1::LocalizeRequest>(
-            *request, response,
-            [&, arrival = Arrival{call->arrived_ns, NowNs()}](
-                const v1::LocalizeRequest& message) -> absl::StatusOr<v1::LocalizeResponse> {
-              const auto reply = Answer(message, arrival, *context, scratch_[*worker]);
-              if (!reply.ok()) return reply.status();
-              v1::LocalizeResponse told = proto::ToProto(*reply);
-              Note(message, *reply, told, *call);
-              return told;
-            });
-      }
-      finish(status);
-    });
-  });
-  if (!taken.ok()) {
+  auto ended = [this, call](const absl::Status& status) { reception_.End(*call, status); };
+  if (!call->admitted.ok()) return InboundCall::Refuse(call->admitted, std::move(ended));
+  // What would be refused need not be received first.
+  absl::Status room = CheckMemory();
+  if (room.ok()) room = workers_.CheckRoomFor(call->client);
+  if (!room.ok()) {
     metrics_.CountRejected("busy");
-    finish(taken);
+    return InboundCall::Refuse(room, std::move(ended));
   }
-  return reactor;
+  const auto act = [this, call, context](InboundCall& inbound) {
+    call->arrived_ns = NowNs();  // how long the client took to send it is not the server's time
+    ByteBudget::Share share(waiting_bytes_, static_cast<std::int64_t>(inbound.request().Length()));
+    absl::Status taken = CheckMemory();
+    if (taken.ok()) {
+      taken = Guard([&] {
+        return workers_.Submit(
+            call->client, [this, call, context, &inbound,
+                           share = std::move(share)](const absl::StatusOr<int>& worker) {
+              if (!worker.ok()) metrics_.CountRejected("busy");
+              inbound.End(worker.ok() ? Serve(inbound, *call, *context, *worker) : worker.status());
+            });
+      });
+    }
+    if (taken.ok()) return;
+    metrics_.CountRejected("busy");
+    inbound.End(taken);
+  };
+  return InboundCall::Receive(inbox_, call->client, act, std::move(ended));
+}
+
+absl::Status LocalizationService::Serve(InboundCall& inbound, Call& call,
+                                        const grpc::CallbackServerContext& context, int worker) {
+  if (auto status = CheckStillWanted(context); !status.ok()) return status;
+  const Arrival arrival{call.arrived_ns, NowNs()};
+  return Respond<v1::LocalizeRequest>(
+      inbound.request(), inbound.response(),
+      [&](const v1::LocalizeRequest& message) -> absl::StatusOr<v1::LocalizeResponse> {
+        const auto reply = Answer(message, arrival, context, scratch_[worker]);
+        if (!reply.ok()) return reply.status();
+        v1::LocalizeResponse told = proto::ToProto(*reply);
+        Note(message, *reply, told, call);
+        return told;
+      });
 }
 
 void LocalizationService::Note(const v1::LocalizeRequest& request, const LocalizeReply& reply,
@@ -159,21 +177,33 @@ absl::StatusOr<QueryOptions> LocalizationService::OptionsOf(
     const v1::LocalizeRequest& request, const grpc::CallbackServerContext& context) const {
   auto options = proto::FromProto(request.options());
   if (!options.ok()) return options.status();
-  const int most = std::max(options->num_candidates.value_or(1), options->max_answers);
+  if (auto status = CheckCost(*options); !status.ok()) return status;
+  options->now_ns = NowNs;
+  options->is_unwanted = [&context] { return context.IsCancelled(); };
+  return options;
+}
+
+absl::Status LocalizationService::CheckCost(const QueryOptions& options) const {
+  const int most = std::max(options.num_candidates.value_or(1), options.max_answers);
   if (most > limits_.max_candidates) {
     return absl::ResourceExhaustedError(absl::StrCat(
         most, " candidates are asked for; this server allows ", limits_.max_candidates));
   }
-  options->now_ns = NowNs;
-  options->is_unwanted = [&context] { return context.IsCancelled(); };
-  return options;
+  const bool is_slow =
+      options.method && (options.method->brute_force || options.method->naive_alignment);
+  if (is_slow && !limits_.allow_slow_methods) {
+    return absl::PermissionDeniedError(absl::StrCat(
+        "the method ", MethodName(*options.method), " takes a thread for up to seconds; leave out ",
+        "-brute and -naive, or start the server with --allow-slow-methods"));
+  }
+  return absl::OkStatus();
 }
 
 absl::StatusOr<LocalizeReply> LocalizationService::Answer(
     const v1::LocalizeRequest& request, const Arrival& arrival,
     const grpc::CallbackServerContext& context, Scratch& scratch) {
   if (auto status = proto::CheckMapName(request.map()); !status.ok()) return status;
-  const auto options = OptionsOf(request, context);
+  auto options = OptionsOf(request, context);
   if (!options.ok()) return options.status();
 
   const auto map = maps_.Find(request.map());
@@ -183,6 +213,8 @@ absl::StatusOr<LocalizeReply> LocalizationService::Answer(
       return status;
     }
   }
+
+  LimitCandidates((*map)->info.params, limits_.max_candidates, *options);
 
   auto described = Describe(request, **map, scratch);
   if (!described.ok()) return described.status();
@@ -230,7 +262,7 @@ absl::StatusOr<LocalizationService::Described> LocalizationService::Describe(
   }
 }
 
-RobotStreams::Reactor* LocalizationService::LocalizeStream(grpc::CallbackServerContext* context) {
+RawService::Reactor* LocalizationService::LocalizeStream(grpc::CallbackServerContext* context) {
   const auto robot = std::make_shared<Robot>();
   robot->call = reception_.Begin(*context, "LocalizeStream", Role::kQuery);
   robot->context = context;
@@ -247,13 +279,15 @@ RobotStreams::Reactor* LocalizationService::LocalizeStream(grpc::CallbackServerC
     if (told.ok()) reception_.End(robot->call, absl::OkStatus());
     return told;
   };
-  // A copy: Drain may end a stream while a worker still answers on it.
-  const auto ended = [this, opened = robot->call](const absl::Status& status) {
-    if (!status.ok()) reception_.End(opened, status);  // each answer was seen out
+  const auto ended = [this, robot](const absl::Status& status) {
+    if (!status.ok()) reception_.End(robot->call, status);  // each answer was seen out
   };
-  return streams_.Open(
-      {.client = robot->call.client, .answer = answer, .ended = ended, .metrics = &metrics_},
-      robot->call.admitted);
+  return streams_.Open({.context = context,
+                        .client = robot->call.client,
+                        .answer = answer,
+                        .ended = ended,
+                        .metrics = &metrics_},
+                       robot->call.admitted);
 }
 
 absl::StatusOr<v1::LocalizeStreamResponse> LocalizationService::Track(
@@ -277,7 +311,9 @@ absl::StatusOr<v1::LocalizeStreamResponse> LocalizationService::Track(
   const auto map = maps_.Find(robot.map_name);
   if (!map.ok()) return map.status();
   if (*map != robot.map) {
-    auto tracker = Tracker::Create((*map)->localizer, robot.options);
+    TrackerOptions tracker_options = robot.options;
+    LimitCandidates((*map)->info.params, limits_.max_candidates, tracker_options.query);
+    auto tracker = Tracker::Create((*map)->localizer, tracker_options);
     if (!tracker.ok()) return tracker.status();
     robot.tracker = *std::move(tracker);
     robot.map = *map;
@@ -302,21 +338,34 @@ absl::StatusOr<v1::LocalizeStreamResponse> LocalizationService::Track(
   return response;
 }
 
-grpc::ServerUnaryReactor* LocalizationService::ListMaps(grpc::CallbackServerContext* context,
-                                                        const grpc::ByteBuffer* request,
-                                                        grpc::ByteBuffer* response) {
+template <typename Request, typename Act>
+RawService::Reactor* LocalizationService::RespondHere(const char* method,
+                                                      grpc::CallbackServerContext* context,
+                                                      Act act) {
+  const auto call = std::make_shared<Call>(reception_.Begin(*context, method, Role::kQuery));
+  auto ended = [this, call](const absl::Status& status) { reception_.End(*call, status); };
+  if (!call->admitted.ok()) return InboundCall::Refuse(call->admitted, std::move(ended));
+  return InboundCall::Receive(
+      inbox_, call->client,
+      [act = std::move(act)](InboundCall& inbound) {
+        absl::Status status = CheckSmall(inbound.request());
+        if (status.ok()) status = Respond<Request>(inbound.request(), inbound.response(), act);
+        inbound.End(status);
+      },
+      std::move(ended));
+}
+
+RawService::Reactor* LocalizationService::ListMaps(grpc::CallbackServerContext* context) {
   return RespondHere<v1::ListMapsRequest>(
-      reception_, "ListMaps", context, request, response,
+      "ListMaps", context,
       [this](const v1::ListMapsRequest&) -> absl::StatusOr<v1::ListMapsResponse> {
         return proto::ToProto(maps_.List());
       });
 }
 
-grpc::ServerUnaryReactor* LocalizationService::GetMapInfo(grpc::CallbackServerContext* context,
-                                                          const grpc::ByteBuffer* request,
-                                                          grpc::ByteBuffer* response) {
+RawService::Reactor* LocalizationService::GetMapInfo(grpc::CallbackServerContext* context) {
   return RespondHere<v1::GetMapInfoRequest>(
-      reception_, "GetMapInfo", context, request, response,
+      "GetMapInfo", context,
       [this](const v1::GetMapInfoRequest& message) -> absl::StatusOr<v1::GetMapInfoResponse> {
         if (auto status = proto::CheckMapName(message.map()); !status.ok()) return status;
         const auto map = maps_.Find(message.map());

@@ -8,8 +8,11 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "byte_budget.hpp"
+#include "inbound_call.hpp"
 #include "metrics.hpp"
 #include "query_capture.hpp"
+#include "raw_service.hpp"
 #include "reception.hpp"
 #include "robot_streams.hpp"
 #include "scanloc/core/descriptor.hpp"
@@ -17,45 +20,54 @@
 #include "scanloc/proto/messages.hpp"
 #include "scanloc/server/map_registry.hpp"
 #include "scanloc/server/worker_pool.hpp"
-#include "scanloc/v1/localization.grpc.pb.h"
+#include "scanloc/v1/localization.pb.h"
+#include "waiting_room.hpp"
 
 namespace scanloc::server {
 
+/// Holds what a map of these parameters has a query compare that does not say how much itself to a
+/// limit.
+void LimitCandidates(const Params& params, int max_candidates, QueryOptions& options);
+
 /// scanloc.v1.Localization: queries run on the workers, the others where they arrive.
-class LocalizationService final
-    : public v1::Localization::WithRawCallbackMethod_Localize<
-          v1::Localization::WithRawCallbackMethod_LocalizeStream<
-              v1::Localization::WithRawCallbackMethod_ListMaps<
-                  v1::Localization::WithRawCallbackMethod_GetMapInfo<v1::Localization::Service>>>> {
+class LocalizationService final : public RawService {
  public:
   struct Limits {
-    int max_streams = 0;
-    int max_streams_per_client = 0;  ///< 0: as many
+    RobotStreams::Limits streams;
     std::size_t max_points = 0;
     int max_candidates = 0;
+    bool allow_slow_methods = false;
+    std::int64_t max_waiting_bytes = 0;  ///< of requests that run or wait for a worker
   };
 
-  /// All but the limits must outlive the service; capture may be null.
-  LocalizationService(const MapRegistry& maps, WorkerPool& workers, Reception& reception,
-                      Metrics& metrics, QueryCapture* capture, const Limits& limits);
+  /// All but the limits must outlive the service; capture may be null. Requests are received in the
+  /// inbox.
+  LocalizationService(const MapRegistry& maps, WorkerPool& workers, WaitingRoom& inbox,
+                      Reception& reception, Metrics& metrics, QueryCapture* capture,
+                      const Limits& limits);
 
   [[nodiscard]] int num_streams() const { return streams_.num_open(); }
 
   /// Ends the streams, which would else last as long as their robots like.
   void Drain() { streams_.Drain(); }
 
-  grpc::ServerUnaryReactor* Localize(grpc::CallbackServerContext* context,
-                                     const grpc::ByteBuffer* request,
-                                     grpc::ByteBuffer* response) override;
-  RobotStreams::Reactor* LocalizeStream(grpc::CallbackServerContext* context) override;
-  grpc::ServerUnaryReactor* ListMaps(grpc::CallbackServerContext* context,
-                                     const grpc::ByteBuffer* request,
-                                     grpc::ByteBuffer* response) override;
-  grpc::ServerUnaryReactor* GetMapInfo(grpc::CallbackServerContext* context,
-                                       const grpc::ByteBuffer* request,
-                                       grpc::ByteBuffer* response) override;
-
  private:
+  Reactor* Localize(grpc::CallbackServerContext* context);
+  Reactor* LocalizeStream(grpc::CallbackServerContext* context);
+  Reactor* ListMaps(grpc::CallbackServerContext* context);
+  Reactor* GetMapInfo(grpc::CallbackServerContext* context);
+
+  /// Answers a small request on the thread that brought it.
+  template <typename Request, typename Act>
+  Reactor* RespondHere(const char* method, grpc::CallbackServerContext* context, Act act);
+
+  /// Whether requests may be held that wait for a worker.
+  [[nodiscard]] absl::Status CheckMemory() const;
+
+  /// What a worker does for a query.
+  [[nodiscard]] absl::Status Serve(InboundCall& inbound, Call& call,
+                                   const grpc::CallbackServerContext& context, int worker);
+
   /// What one worker keeps from query to query.
   struct Scratch {
     PointCloud points;
@@ -80,6 +92,7 @@ class LocalizationService final
                                                      Scratch& scratch);
   [[nodiscard]] absl::StatusOr<QueryOptions> OptionsOf(
       const v1::LocalizeRequest& request, const grpc::CallbackServerContext& context) const;
+  [[nodiscard]] absl::Status CheckCost(const QueryOptions& options) const;
   [[nodiscard]] absl::StatusOr<Described> Describe(const v1::LocalizeRequest& request,
                                                    const ServedMap& map, Scratch& scratch) const;
 
@@ -95,11 +108,13 @@ class LocalizationService final
 
   const MapRegistry& maps_;
   WorkerPool& workers_;
+  WaitingRoom& inbox_;
   Reception& reception_;
   Metrics& metrics_;
   QueryCapture* const capture_;
   const Limits limits_;
   std::vector<Scratch> scratch_;  // by worker
+  ByteBudget waiting_bytes_;
   RobotStreams streams_;
 };
 

@@ -85,13 +85,20 @@ void LogWith(spdlog::level::level_enum level, const std::string& message, const 
 
 std::optional<std::int64_t> LogLimit::MayLog(std::int64_t now_ns) {
   const std::lock_guard lock(mutex_);
-  if (std::exchange(period_, now_ns / period_ns_) != period_) num_logged_ = 0;
+  const std::int64_t period = now_ns / period_ns_;
+  if (period != period_) num_logged_ = 0;
+  period_ = period;
   if (num_logged_ >= max_lines_) {
     ++num_left_out_;
     return std::nullopt;
   }
   ++num_logged_;
   return std::exchange(num_left_out_, 0);
+}
+
+void LogLimit::LeaveOut() {
+  const std::lock_guard lock(mutex_);
+  ++num_left_out_;
 }
 
 }  // namespace scanloc::server

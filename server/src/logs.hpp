@@ -33,6 +33,9 @@ class LogLimit {
   /// none: this one is left out, too.
   [[nodiscard]] std::optional<std::int64_t> MayLog(std::int64_t now_ns);
 
+  /// Counts a line that is left out whatever there is room for.
+  void LeaveOut();
+
  private:
   const int max_lines_;
   const std::int64_t period_ns_;

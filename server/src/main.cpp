@@ -81,8 +81,23 @@ void Declare(CLI::App& app, CommandLine& line) {
                  "how long queries in flight may take to end when stopping [s]")
       ->capture_default_str();
   app.add_option("--max-streams-per-client", options.max_streams_per_client,
-                 "of these, for one client; 0: all")
+                 "of these, for one client (raise it behind a proxy without tokens); 0: all")
       ->capture_default_str();
+  app.add_option("--stream-idle-seconds", options.stream_idle_s,
+                 "how long a robot on a stream may stay silent or leave its answer unread [s]")
+      ->capture_default_str();
+  app.add_option("--max-memory-bytes", options.max_memory_bytes,
+                 "for requests that are being received or wait, of all clients [bytes]")
+      ->capture_default_str();
+  app.add_option("--receive-seconds", options.receive_s,
+                 "how long a request may take to arrive once its call has begun [s]")
+      ->capture_default_str();
+  app.add_option("--reflection", options.reflection,
+                 "tell of the services by gRPC server reflection (true, false)")
+      ->capture_default_str();
+  app.add_flag("--allow-slow-methods", options.allow_slow_methods,
+               "take the methods with -brute and -naive, of which one query may take a thread for "
+               "seconds");
   app.add_option("--max-rate", options.max_rate_per_s,
                  "requests a second of one client (token, else certificate, else address) [1/s]; "
                  "0: as many as it likes")

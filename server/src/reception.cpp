@@ -8,6 +8,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "unary_call.hpp"
 
 namespace scanloc::server {
 namespace {
@@ -38,8 +39,7 @@ std::string PeerOf(const grpc::CallbackServerContext& context) {
     const auto names = auth->GetPeerIdentity();
     if (!names.empty()) return absl::StrCat("cert:", std::string(names[0].data(), names[0].size()));
   }
-  const std::string peer = context.peer();
-  return peer.substr(0, peer.rfind(':'));
+  return AddressOf(context);
 }
 
 }  // namespace
@@ -59,6 +59,11 @@ Call Reception::Begin(grpc::CallbackServerContext& context, const char* method, 
   if (!caller.ok()) {
     call.client = PeerOf(context);
     metrics_.CountRejected("token");
+    // A good token is not asked how many bad ones came from its address.
+    if (auto status = failures_.Take(AddressOf(context)); !status.ok()) {
+      call.admitted = status;
+      call.is_quiet = true;
+    }
     return call;
   }
   call.caller = *std::move(caller);
@@ -88,6 +93,7 @@ void Reception::End(const Call& call, const absl::Status& status) {
 }
 
 void Reception::Log(const Call& call, const absl::Status& status, double seconds) {
+  if (call.is_quiet) return log_limit_.LeaveOut();
   const auto num_unlogged = log_limit_.MayLog(NowNs());
   if (!num_unlogged) return;
   LogFields fields{{"request_id", call.request_id},

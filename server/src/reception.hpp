@@ -29,6 +29,7 @@ struct Call {
   std::int64_t arrived_ns = 0;
   bool is_stream = false;
   absl::Status admitted;
+  bool is_quiet = false;  ///< one of so many failures that the log only counts it
 
   // Known once it is answered.
   std::string map;
@@ -40,6 +41,9 @@ struct Call {
 /// what became of them. Thread-safe.
 class Reception {
  public:
+  /// Of one address: beyond it, calls without a good token are told to wait, and only counted.
+  static constexpr double kMaxFailures_per_s = 10.0;
+
   /// All must outlive it.
   Reception(Access& access, Metrics& metrics, double max_rate_per_s, RequestLog log)
       : access_(access),
@@ -70,6 +74,7 @@ class Reception {
   Access& access_;
   Metrics& metrics_;
   ClientRates rates_;
+  ClientRates failures_{kMaxFailures_per_s};  // calls without a good token, by address
   const RequestLog log_;
   LogLimit log_limit_;
 };

@@ -1,6 +1,8 @@
 #include "robot_streams.hpp"
 
+#include <atomic>
 #include <map>
+#include <set>
 #include <utility>
 #include <vector>
 
@@ -14,6 +16,8 @@ namespace {
 
 /// Robots hold their streams for minutes.
 constexpr double kStreamRetry_s = 5.0;
+/// How long robots have, once the server drains, to read the answers under way.
+constexpr std::chrono::seconds kAnswerGrace(1);
 
 absl::Status DrainingError() {
   return absl::UnavailableError("the server is draining; open a stream to another, or later");
@@ -22,99 +26,124 @@ absl::Status DrainingError() {
 }  // namespace
 
 struct RobotStreams::Registry {
-  Registry(WorkerPool& pool, int max, int max_of_one)
-      : workers(pool), max_streams(max), max_per_client(max_of_one > 0 ? max_of_one : max) {}
+  Registry(WorkerPool& pool, ByteBudget& bytes, const Limits& limits)
+      : workers(pool),
+        budget(bytes),
+        max_streams(limits.max_streams),
+        max_per_client(limits.max_per_client > 0 ? limits.max_per_client : limits.max_streams),
+        idle({.max_waiters = limits.max_streams,
+              .timeout = limits.idle,
+              .full = "as many streams as the server takes wait for their robots",
+              .expired = absl::StrCat("the robot was silent for ", limits.idle.count(),
+                                      " s; open another stream")}) {}
 
   /// With mutex held.
   [[nodiscard]] absl::Status CheckRoomFor(const std::string& client) const;
 
   WorkerPool& workers;
+  ByteBudget& budget;
   const int max_streams;
   const int max_per_client;
   mutable std::mutex mutex;
-  std::set<std::shared_ptr<Stream>> streams;
+  std::set<std::shared_ptr<Stream>> streams;  // those that were let in
   std::map<std::string, int> num_by_client;
   bool is_draining = false;
+  WaitingRoom idle;  // streams that wait for their robots, to send or to read
 };
 
-/// One stream. Its work goes round: a read, a task on a worker, a write. Only Drain comes from
-/// aside; `is_finished_` says who ended the stream.
-class RobotStreams::Stream : public Reactor, public std::enable_shared_from_this<Stream> {
+/// One stream. Its work goes round: a read, a task on a worker, a write. Whoever does the next step
+/// has it alone, and only who has it may end it: the waiting room while the robot is waited for,
+/// the worker while it answers.
+class RobotStreams::Stream : public Reactor,
+                             public Waiter,
+                             public std::enable_shared_from_this<Stream> {
  public:
-  Stream(std::shared_ptr<Registry> registry, StreamHandler handler)
-      : registry_(std::move(registry)), handler_(std::move(handler)) {}
+  Stream(Registry& registry, StreamHandler handler)
+      : registry_(registry), handler_(std::move(handler)) {}
 
   [[nodiscard]] const std::string& client() const { return handler_.client; }
 
-  void Start() { Read(); }
+  void Start(bool is_counted) {
+    is_counted_ = is_counted;
+    self_ = shared_from_this();
+  }
+
+  /// Waits for the next request.
+  void Read() {
+    request_.Clear();
+    share_ = {};
+    AwaitRobot([this] { StartRead(&request_); });
+    // Drain may have passed by before the stream came to wait.
+    if (is_draining_ && registry_.idle.Leave(*this)) End(DrainingError());
+  }
 
   void End(const absl::Status& status) {
-    {
-      const std::lock_guard lock(mutex_);
-      if (std::exchange(is_finished_, true)) return;
-    }
     handler_.ended(status);
     Finish(proto::ToGrpc(status));
   }
 
   void Drain() {
-    {
-      const std::lock_guard lock(mutex_);
-      is_draining_ = true;
-      if (!is_reading_) return;
-    }
-    End(DrainingError());
+    is_draining_ = true;
+    // The answer under way is still to be read.
+    if (registry_.idle.Leave(*this, [this] { return !is_writing_; })) End(DrainingError());
   }
 
   void OnReadDone(bool ok) override {
-    {
-      const std::lock_guard lock(mutex_);
-      is_reading_ = false;
-    }
-    if (!ok) return End(absl::OkStatus());  // the robot has said all, or has gone
+    if (!registry_.idle.Leave(*this)) return;       // it has been ended
+    if (!ok) return End(absl::OkStatus());          // the robot has said all, or has gone
+    if (is_draining_) return End(DrainingError());  // not begun yet
+    share_ = ByteBudget::Share(registry_.budget, static_cast<std::int64_t>(request_.Length()));
     const std::int64_t arrived_ns = NowNs();
-    // Once taken, the task runs; the stream cannot end before it, but for a stream that Drain
-    // ended.
-    const absl::Status taken = Guard([&] {
-      return registry_->workers.Submit(handler_.client, [self = shared_from_this(), arrived_ns](
-                                                            const absl::StatusOr<int>& worker) {
-        if (!worker.ok()) return self->Refuse(worker.status());
-        self->Answer(arrived_ns, *worker);
-      });
-    });
-    if (!taken.ok()) Refuse(taken);
+    const absl::Status taken =
+        Guard([&] { return registry_.workers.Submit(client(), TaskOf(arrived_ns)); });
+    if (!taken.ok()) TryLater(arrived_ns);
   }
 
   void OnWriteDone(bool ok) override {
+    if (!registry_.idle.Leave(*this)) return;  // it has been ended
+    is_writing_ = false;
     if (!ok) return End(absl::CancelledError("the robot has gone"));
+    if (is_draining_) return End(DrainingError());
     Read();
   }
 
   void OnDone() override {
-    const std::shared_ptr<Stream> self = shared_from_this();
-    const std::lock_guard lock(registry_->mutex);
-    registry_->streams.erase(self);
-    if (const auto count = registry_->num_by_client.find(client()); --count->second == 0) {
-      registry_->num_by_client.erase(count);
+    const std::shared_ptr<Stream> self = std::move(self_);
+    if (!is_counted_) return;
+    const std::lock_guard lock(registry_.mutex);
+    registry_.streams.erase(self);
+    if (const auto count = registry_.num_by_client.find(client()); --count->second == 0) {
+      registry_.num_by_client.erase(count);
     }
   }
 
  private:
-  void Refuse(const absl::Status& status) {
-    handler_.metrics->CountRejected("busy");
-    End(status);
+  void OnPutOut(const absl::Status& why) override {
+    // The status would wait behind the answer that the robot does not read.
+    if (is_writing_) handler_.context->TryCancel();
+    End(why);
   }
 
-  void Read() {
-    bool is_over = false;
-    {
-      const std::lock_guard lock(mutex_);
-      is_over = is_draining_;
-      is_reading_ = !is_over;
+  void AwaitRobot(const std::function<void()>& start) {
+    if (auto status = registry_.idle.Enter(shared_from_this(), client(), start); !status.ok()) {
+      End(status);
     }
-    if (is_over) return End(DrainingError());
-    request_.Clear();
-    StartRead(&request_);
+  }
+
+  [[nodiscard]] WorkerPool::Task TaskOf(std::int64_t arrived_ns) {
+    return [this, arrived_ns](const absl::StatusOr<int>& worker) {
+      if (!worker.ok()) return TryLater(arrived_ns);
+      Answer(arrived_ns, *worker);
+    };
+  }
+
+  /// What a robot's stream knows of it is not lost to a queue that is full for a moment.
+  void TryLater(std::int64_t arrived_ns) {
+    const absl::Status taken = Guard([&] {
+      registry_.workers.SubmitPatiently(client(), TaskOf(arrived_ns));
+      return absl::OkStatus();
+    });
+    if (!taken.ok()) End(taken);
   }
 
   void Answer(std::int64_t arrived_ns, int worker) {
@@ -123,22 +152,19 @@ class RobotStreams::Stream : public Reactor, public std::enable_shared_from_this
         request_, &response_,
         [&](const auto& request) { return handler_.answer(request, arrived_ns, worker); });
     if (!status.ok()) return End(status);
-    bool is_over = false;
-    {
-      const std::lock_guard lock(mutex_);
-      is_over = is_finished_;
-    }
-    if (!is_over) StartWrite(&response_);
+    is_writing_ = true;
+    AwaitRobot([this] { StartWrite(&response_); });
   }
 
-  const std::shared_ptr<Registry> registry_;
+  Registry& registry_;
   const StreamHandler handler_;
   grpc::ByteBuffer request_;
   grpc::ByteBuffer response_;
-  std::mutex mutex_;
-  bool is_reading_ = false;
-  bool is_draining_ = false;
-  bool is_finished_ = false;
+  ByteBudget::Share share_;  // of the request
+  std::atomic<bool> is_draining_ = false;
+  bool is_writing_ = false;
+  bool is_counted_ = false;
+  std::shared_ptr<Stream> self_;  // until gRPC is done with it
 };
 
 absl::Status RobotStreams::Registry::CheckRoomFor(const std::string& client) const {
@@ -159,26 +185,28 @@ absl::Status RobotStreams::Registry::CheckRoomFor(const std::string& client) con
   return absl::OkStatus();
 }
 
-RobotStreams::RobotStreams(WorkerPool& workers, int max_streams, int max_per_client)
-    : registry_(std::make_shared<Registry>(workers, max_streams, max_per_client)) {}
+RobotStreams::RobotStreams(WorkerPool& workers, ByteBudget& budget, const Limits& limits)
+    : registry_(std::make_unique<Registry>(workers, budget, limits)) {}
 
-RobotStreams::~RobotStreams() { Drain(); }
+RobotStreams::~RobotStreams() = default;
 
 RobotStreams::Reactor* RobotStreams::Open(StreamHandler handler, absl::Status admitted) {
   Metrics& metrics = *handler.metrics;
-  const auto stream = std::make_shared<Stream>(registry_, std::move(handler));
+  const auto stream = std::make_shared<Stream>(*registry_, std::move(handler));
   absl::Status refused = std::move(admitted);
-  {
-    const std::lock_guard lock(registry_->mutex);
-    if (refused.ok()) {
-      refused = registry_->CheckRoomFor(stream->client());
-      if (absl::IsResourceExhausted(refused)) metrics.CountRejected("streams");
-    }
-    registry_->streams.insert(stream);  // until OnDone, which comes in any case
-    ++registry_->num_by_client[stream->client()];
-  }
   if (refused.ok()) {
-    stream->Start();
+    const std::lock_guard lock(registry_->mutex);
+    refused = registry_->CheckRoomFor(stream->client());
+    if (refused.ok()) {
+      registry_->streams.insert(stream);  // until OnDone, which comes in any case
+      ++registry_->num_by_client[stream->client()];
+    } else if (absl::IsResourceExhausted(refused)) {
+      metrics.CountRejected("streams");
+    }
+  }
+  stream->Start(/*is_counted=*/refused.ok());
+  if (refused.ok()) {
+    stream->Read();
   } else {
     stream->End(refused);
   }
@@ -193,6 +221,7 @@ void RobotStreams::Drain() {
     streams.assign(registry_->streams.begin(), registry_->streams.end());
   }
   for (const std::shared_ptr<Stream>& stream : streams) stream->Drain();
+  registry_->idle.Drain(kAnswerGrace);
 }
 
 int RobotStreams::num_open() const {

@@ -1,20 +1,19 @@
 #pragma once
 
-#include <grpcpp/server_context.h>
-#include <grpcpp/support/byte_buffer.h>
-#include <grpcpp/support/server_callback.h>
-
+#include <chrono>
 #include <functional>
 #include <memory>
 #include <mutex>
-#include <set>
 #include <string>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "byte_budget.hpp"
 #include "metrics.hpp"
+#include "raw_service.hpp"
 #include "scanloc/server/worker_pool.hpp"
 #include "scanloc/v1/localization.pb.h"
+#include "waiting_room.hpp"
 
 namespace scanloc::server {
 
@@ -25,6 +24,7 @@ using StreamAnswerer = std::function<absl::StatusOr<v1::LocalizeStreamResponse>(
 
 /// One stream, as the service sees it.
 struct StreamHandler {
+  grpc::CallbackServerContext* context = nullptr;
   std::string client;  ///< whose turn it takes
   StreamAnswerer answer;
   /// Once, with the status that the robot gets; from any thread.
@@ -34,13 +34,22 @@ struct StreamHandler {
 
 /// The open streams of a server, at most so many. Of each stream one request at a time is read,
 /// answered and its answer written, so that a robot that sends faster than it is answered is held
-/// up by the flow control of its own connection. Thread-safe.
+/// up by the flow control of its own connection. A request that the workers have no room for waits
+/// until they have. A robot that neither sends nor reads for too long loses its stream.
+/// Thread-safe.
 class RobotStreams {
  public:
-  using Reactor = grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>;
+  using Reactor = RawService::Reactor;
 
-  /// The pool must outlive the streams. max_per_client: 0 is as many as there may be.
-  RobotStreams(WorkerPool& workers, int max_streams, int max_per_client);
+  struct Limits {
+    int max_streams = 0;
+    int max_per_client = 0;  ///< 0: as many as there may be
+    std::chrono::duration<double> idle{};
+  };
+
+  /// The pool and the budget, in which requests count that wait for a worker, must outlive the
+  /// streams, and they end before this does.
+  RobotStreams(WorkerPool& workers, ByteBudget& budget, const Limits& limits);
   ~RobotStreams();
 
   /// Begins a stream; one too many ends with ResourceExhausted at once, and one that is not
@@ -56,7 +65,7 @@ class RobotStreams {
  private:
   class Stream;
   struct Registry;
-  std::shared_ptr<Registry> registry_;  // streams that end after the server hold it
+  const std::unique_ptr<Registry> registry_;
 };
 
 }  // namespace scanloc::server

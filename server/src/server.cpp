@@ -1,7 +1,6 @@
 #include "scanloc/server/server.hpp"
 
 #include <grpc/support/time.h>
-#include <grpcpp/ext/proto_server_reflection_plugin.h>
 #include <grpcpp/security/server_credentials.h>
 #include <grpcpp/server.h>
 #include <grpcpp/server_builder.h>
@@ -21,14 +20,18 @@
 #include "admin_service.hpp"
 #include "connection_limits.hpp"
 #include "credentials.hpp"
+#include "grpc/health/v1/health.grpc.pb.h"
 #include "health_service.hpp"
 #include "localization_service.hpp"
 #include "map_sources.hpp"
 #include "metrics.hpp"
 #include "query_capture.hpp"
 #include "reception.hpp"
+#include "reflection_service.hpp"
+#include "scanloc/v1/localization.grpc.pb.h"
 #include "tls_files.hpp"
 #include "unary_call.hpp"
+#include "waiting_room.hpp"
 
 namespace scanloc::server {
 namespace {
@@ -36,6 +39,25 @@ namespace {
 int NumThreads(const ServerOptions& options) {
   if (options.num_threads > 0) return options.num_threads;
   return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+}
+
+/// A request that is there so soon counts for nothing while it is received.
+constexpr std::chrono::milliseconds kReceivedAtOnce(250);
+
+/// How long a request may take to arrive once the server drains.
+constexpr std::chrono::seconds kReceiveGrace(1);
+
+/// Requests of the largest size that may be on their way at once.
+int MaxReceiving(const ServerOptions& options) {
+  return static_cast<int>(
+      std::clamp<std::int64_t>(options.max_memory_bytes / LargestMessageBytes(options), 1, 4096));
+}
+
+std::vector<std::string> ServicesOf(const ServerOptions& options) {
+  std::vector<std::string> services = {v1::Localization::service_full_name(),
+                                       grpc::health::v1::Health::service_full_name()};
+  if (options.admin) services.emplace_back(v1::Admin::service_full_name());
+  return services;
 }
 
 }  // namespace
@@ -55,15 +77,27 @@ struct Server::State {
         metrics([this] { return Look(); }),
         capture(open_capture(metrics)),
         reception(*access, metrics, server_options.max_rate_per_s, server_options.log_requests),
-        localization(maps, workers, reception, metrics, capture.get(),
-                     {.max_streams = server_options.max_streams,
-                      .max_streams_per_client = server_options.max_streams_per_client,
-                      .max_points = static_cast<std::size_t>(server_options.max_points),
-                      .max_candidates = server_options.max_candidates}),
+        inbox({.max_waiters = MaxReceiving(server_options),
+               .grace = kReceivedAtOnce,
+               .timeout = std::chrono::duration<double>(server_options.receive_s),
+               .full = "the server receives as many requests as its memory allows; try again later",
+               .expired = absl::StrCat("the request did not arrive within ",
+                                       server_options.receive_s, " s")}),
+        localization(
+            maps, workers, inbox, reception, metrics, capture.get(),
+            {.streams = {.max_streams = server_options.max_streams,
+                         .max_per_client = server_options.max_streams_per_client,
+                         .idle = std::chrono::duration<double>(server_options.stream_idle_s)},
+             .max_points = static_cast<std::size_t>(server_options.max_points),
+             .max_candidates = server_options.max_candidates,
+             .allow_slow_methods = server_options.allow_slow_methods,
+             .max_waiting_bytes = server_options.max_memory_bytes / 2}),
         admin(maps, reception,
               {.reload = [this](const std::string& name) { return Reload(name); },
                .load = [this](const std::string& name) { return LoadNew(name); },
-               .unload = [this](const std::string& name) { return Unload(name); }}) {}
+               .unload = [this](const std::string& name) { return Unload(name); }}),
+        health(inbox),
+        reflection(ServicesOf(server_options)) {}
 
   // gRPC ends every call, then the workers what they were at; only then goes what both use.
   ~State() {
@@ -101,9 +135,11 @@ struct Server::State {
   Metrics metrics;
   const std::unique_ptr<QueryCapture> capture;
   Reception reception;
+  WaitingRoom inbox;  // requests on their way
   LocalizationService localization;
   AdminService admin;
   HealthService health;
+  ReflectionService reflection;
   std::atomic<bool> stopping = false;
   std::once_flag shutdown;
   std::mutex loading;  // one map at a time: each may be as large as memory allows
@@ -131,9 +167,6 @@ absl::Status Server::State::Listen() {
     for (const MapSource& source : *known) Expect(source.name);
   }
 
-  static std::once_flag reflection;
-  std::call_once(reflection, grpc::reflection::InitProtoReflectionServerBuilderPlugin);
-
   if (!options.metrics_listen.empty()) {
     auto endpoint = MetricsEndpoint::Listen(options.metrics_listen, metrics);
     if (!endpoint.ok()) return endpoint.status();
@@ -152,8 +185,9 @@ absl::Status Server::State::Listen() {
   builder.RegisterService(&localization);
   builder.RegisterService(&health);
   if (options.admin) builder.RegisterService(&admin);
-  builder.SetMaxReceiveMessageSize(options.max_message_bytes);
-  LimitConnections(builder);
+  if (options.reflection) builder.RegisterService(&reflection);
+  builder.SetMaxReceiveMessageSize(LargestMessageBytes(options));
+  LimitConnections(builder, options.max_memory_bytes);
   grpc_server = builder.BuildAndStart();
   if (grpc_server == nullptr || port == 0) {
     return absl::UnavailableError(
@@ -334,6 +368,8 @@ void Server::Shutdown() {
     state_->stopping = true;
     state_->health.StartDraining();
     state_->localization.Drain();
+    state_->reflection.Drain();
+    state_->inbox.Drain(kReceiveGrace);
     const auto drain_ns = static_cast<std::int64_t>(1e9 * state_->options.drain_s);
     state_->grpc_server->Shutdown(
         gpr_time_add(gpr_now(GPR_CLOCK_MONOTONIC), gpr_time_from_nanos(drain_ns, GPR_TIMESPAN)));

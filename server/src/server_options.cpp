@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cstddef>
+#include <cstdint>
 #include <set>
 
 #include "absl/strings/match.h"
@@ -19,6 +20,14 @@ constexpr int kMaxInflight = 100'000;
 constexpr int kMaxStreams = 1'000'000;
 constexpr int kMinMessageBytes = 1 << 10;
 constexpr double kMaxDrain_s = 3600.0;
+constexpr double kMinMemoryBytes = 64 << 20;
+constexpr double kMaxMemoryBytes = 1e15;
+constexpr double kMinReceive_s = 0.01;
+constexpr double kMaxStreamIdle_s = 86'400.0;
+/// Of one point on the wire: x y z.
+constexpr std::int64_t kPointBytes = 12;
+/// Descriptors of the largest shape fit, whatever the scans that are allowed.
+constexpr std::int64_t kOtherMessageBytes = 3 << 20;
 constexpr double kMaxRate_per_s = 1e6;
 constexpr double kMinCaptureBytes = 1 << 20;
 constexpr double kMaxCaptureBytes = 1e15;
@@ -119,6 +128,11 @@ absl::StatusOr<MapSource> ParseMapSource(const std::string& text) {
   return MapSource{.name = text.substr(0, equals), .path = text.substr(equals + 1)};
 }
 
+int LargestMessageBytes(const ServerOptions& options) {
+  return static_cast<int>(std::min<std::int64_t>(
+      options.max_message_bytes, kPointBytes * options.max_points + kOtherMessageBytes));
+}
+
 absl::Status Validate(const ServerOptions& options) {
   absl::Status status = CheckMaps(options);
   status.Update(CheckAddress("listen", options.listen));
@@ -141,6 +155,11 @@ absl::Status Validate(const ServerOptions& options) {
   status.Update(CheckMetrics(options));
   status.Update(CheckRange("max_message_bytes", options.max_message_bytes, kMinMessageBytes,
                            limits::kMaxMessageBytes));
+  status.Update(CheckRange("max_memory_bytes", static_cast<double>(options.max_memory_bytes),
+                           kMinMemoryBytes, kMaxMemoryBytes));
+  status.Update(CheckRange("receive_s", options.receive_s, kMinReceive_s, kMaxDrain_s));
+  status.Update(
+      CheckRange("stream_idle_s", options.stream_idle_s, kMinReceive_s, kMaxStreamIdle_s));
   status.Update(CheckRange("drain_s", options.drain_s, 0.0, kMaxDrain_s));
   return status;
 }

@@ -12,4 +12,9 @@ absl::Status CheckStillWanted(const grpc::CallbackServerContext& context) {
   return absl::OkStatus();
 }
 
+std::string AddressOf(const grpc::CallbackServerContext& context) {
+  const std::string peer = context.peer();
+  return peer.substr(0, peer.rfind(':'));
+}
+
 }  // namespace scanloc::server

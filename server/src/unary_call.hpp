@@ -34,6 +34,9 @@ absl::Status Guard(Work&& work) {
 /// Cancelled or DeadlineExceeded if nobody waits for the answer any more.
 [[nodiscard]] absl::Status CheckStillWanted(const grpc::CallbackServerContext& context);
 
+/// Where the call comes from, without the port: nobody has to say who he is for it.
+[[nodiscard]] std::string AddressOf(const grpc::CallbackServerContext& context);
+
 /// InvalidArgument if the bytes are not a message of the type.
 template <typename Message>
 absl::Status Parse(const grpc::ByteBuffer& bytes, Message* message) {

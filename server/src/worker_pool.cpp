@@ -43,67 +43,108 @@ absl::Status WorkerPool::Submit(const std::string& client, Task task) {
   absl::Status busy;
   {
     const std::lock_guard lock(mutex_);
-    if (num_waiting_ + num_running_ >= max_inflight_ || Wait_s() > max_wait_s_) {
+    if (!HasRoom()) {
       busy = BusyError();
-      displaced = MakeRoomFor(client);
+      displaced = waiting_.TakeLastFor(client);
       if (!displaced) return busy;
     }
-    Queue& queue = waiting_[client];
-    if (queue.empty()) turns_.push_back(client);
-    queue.push_back(std::move(task));
-    ++num_waiting_;
+    waiting_.Add(client, std::move(task));
   }
   has_work_.notify_one();
   if (displaced) displaced(busy);
   return absl::OkStatus();
 }
 
+void WorkerPool::SubmitPatiently(const std::string& client, Task task) {
+  {
+    const std::lock_guard lock(mutex_);
+    patient_.Add(client, std::move(task));
+    LetPatientIn();  // else whoever is done next does
+  }
+  has_work_.notify_one();
+}
+
+absl::Status WorkerPool::CheckRoomFor(const std::string& client) const {
+  const std::lock_guard lock(mutex_);
+  return HasRoom() || waiting_.HasToSpareFor(client) ? absl::OkStatus() : BusyError();
+}
+
+bool WorkerPool::HasRoom() const {
+  return waiting_.size() + num_running_ < max_inflight_ && Wait_s() <= max_wait_s_;
+}
+
+void WorkerPool::LetPatientIn() {
+  if (patient_.size() == 0) return;
+  const bool is_idle = waiting_.size() == 0 && num_running_ < static_cast<int>(threads_.size());
+  if (!is_idle && !HasRoom()) return;
+  is_turn_of_patient_ = !is_turn_of_patient_;
+  if (!is_idle && !is_turn_of_patient_) return;
+  auto [client, task] = patient_.TakeNext();
+  waiting_.Add(client, std::move(task));
+}
+
 double WorkerPool::Wait_s() const {
-  return mean_task_s_ * num_waiting_ /
+  return mean_task_s_ * waiting_.size() /
          static_cast<double>(std::max<std::size_t>(1, threads_.size()));
 }
 
 absl::Status WorkerPool::BusyError() const {
   return proto::WithRetryAfter(absl::ResourceExhaustedError(absl::StrCat(
-                                   "the server is busy with ", num_waiting_ + num_running_,
+                                   "the server is busy with ", waiting_.size() + num_running_,
                                    " queries, its limit; try again later")),
                                std::max(kMinRetry_s, Wait_s()));
 }
 
-WorkerPool::Task WorkerPool::MakeRoomFor(const std::string& client) {
-  const auto own = waiting_.find(client);
-  const std::size_t num_own = own == waiting_.end() ? 0 : own->second.size();
-  const auto longest = std::max_element(
-      waiting_.begin(), waiting_.end(),
-      [](const auto& a, const auto& b) { return a.second.size() < b.second.size(); });
-  if (longest == waiting_.end() || longest->second.size() < num_own + 2) return nullptr;
-  Task last = std::move(longest->second.back());
-  longest->second.pop_back();
-  --num_waiting_;
-  return last;
+void WorkerPool::Line::Add(const std::string& client, Task task) {
+  Queue& queue = queues_[client];
+  if (queue.empty()) turns_.push_back(client);
+  queue.push_back(std::move(task));
+  ++num_tasks_;
 }
 
-WorkerPool::Task WorkerPool::TakeNext() {
-  const std::string client = std::move(turns_.front());
+std::pair<std::string, WorkerPool::Task> WorkerPool::Line::TakeNext() {
+  std::string client = std::move(turns_.front());
   turns_.pop_front();
-  const auto queue = waiting_.find(client);
+  const auto queue = queues_.find(client);
   Task task = std::move(queue->second.front());
   queue->second.pop_front();
   if (queue->second.empty()) {
-    waiting_.erase(queue);
+    queues_.erase(queue);
   } else {
     turns_.push_back(client);
   }
-  --num_waiting_;
-  return task;
+  --num_tasks_;
+  return {std::move(client), std::move(task)};
+}
+
+WorkerPool::Line::Queues::const_iterator WorkerPool::Line::Longest() const {
+  return std::max_element(queues_.begin(), queues_.end(), [](const auto& a, const auto& b) {
+    return a.second.size() < b.second.size();
+  });
+}
+
+bool WorkerPool::Line::HasToSpareFor(const std::string& client) const {
+  const auto own = queues_.find(client);
+  const std::size_t num_own = own == queues_.end() ? 0 : own->second.size();
+  const auto longest = Longest();
+  return longest != queues_.end() && longest->second.size() >= num_own + 2;
+}
+
+WorkerPool::Task WorkerPool::Line::TakeLastFor(const std::string& client) {
+  if (!HasToSpareFor(client)) return nullptr;
+  Queue& longest = queues_.find(Longest()->first)->second;
+  Task last = std::move(longest.back());
+  longest.pop_back();
+  --num_tasks_;
+  return last;
 }
 
 void WorkerPool::Run(int worker) {
   std::unique_lock lock(mutex_);
   while (true) {
-    has_work_.wait(lock, [this] { return stopping_ || num_waiting_ > 0; });
-    if (num_waiting_ == 0) return;
-    Task task = TakeNext();
+    has_work_.wait(lock, [this] { return stopping_ || waiting_.size() > 0; });
+    if (waiting_.size() == 0) return;
+    Task task = waiting_.TakeNext().second;
     ++num_running_;
     lock.unlock();
     const auto start = std::chrono::steady_clock::now();
@@ -114,12 +155,13 @@ void WorkerPool::Run(int worker) {
     lock.lock();
     mean_task_s_ += kNewest * (taken.count() - mean_task_s_);
     --num_running_;
+    LetPatientIn();
   }
 }
 
 WorkerPool::Load WorkerPool::load() const {
   const std::lock_guard lock(mutex_);
-  return {.num_waiting = num_waiting_, .num_running = num_running_};
+  return {.num_waiting = waiting_.size(), .num_running = num_running_};
 }
 
 }  // namespace scanloc::server

@@ -1,7 +1,12 @@
+#include "health_service.hpp"
+
 #include <gtest/gtest.h>
 
+#include <memory>
 #include <string>
 #include <thread>
+#include <tuple>
+#include <vector>
 
 #include "grpc/health/v1/health.grpc.pb.h"
 #include "support/raw_call.hpp"
@@ -132,6 +137,35 @@ TEST(HealthService, OutlivesWatchersThatHangUp) {
     EXPECT_FALSE(watch.Finish().ok());
   }
   EXPECT_EQ(Check(*stub, ""), HealthCheckResponse::SERVING);
+}
+
+TEST(HealthService, TakesNoMoreWatchersThanItsLimit) {
+  const auto server = test::StartServer({{"a", test::SmallMap(1, 3)}});
+  const auto stub = Health::NewStub(test::ChannelTo(server->address()));
+  std::vector<std::unique_ptr<Watch>> watches;
+  for (int i = 0; i < HealthService::kMaxWatchersOfAddress; ++i) {
+    watches.push_back(std::make_unique<Watch>(*stub, ""));
+    ASSERT_EQ(watches.back()->Next(), HealthCheckResponse::SERVING);
+  }
+  {
+    Watch another(*stub, "");
+    EXPECT_EQ(another.Next(), HealthCheckResponse::UNKNOWN);
+    EXPECT_EQ(another.Finish().error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED);
+  }
+  EXPECT_EQ(Check(*stub, ""), HealthCheckResponse::SERVING);
+  // One that goes makes room; when the server learns of it is not ours to say.
+  watches.front()->Cancel();
+  EXPECT_FALSE(watches.front()->Finish().ok());
+  for (bool is_watching = false; !is_watching;) {
+    Watch next(*stub, "");
+    is_watching = next.Next() == HealthCheckResponse::SERVING;
+    next.Cancel();
+    std::ignore = next.Finish();
+  }
+  for (std::size_t i = 1; i < watches.size(); ++i) {
+    watches[i]->Cancel();
+    std::ignore = watches[i]->Finish();
+  }
 }
 
 }  // namespace

@@ -29,7 +29,11 @@ class LocalizationServiceTest : public testing::Test {
     maps_ = new test::Maps{{"north", test::SmallMap(1, kNumPlaces)},
                            {"south", test::SmallMap(2, kNumPlaces)},
                            {"coarse", test::SmallMap(3, 4, coarse)}};
-    server_ = test::StartServer(*maps_).release();
+    ServerOptions options = test::OptionsFor(*maps_);
+    options.max_points = static_cast<int>(limits::kMaxPointsPerScan);
+    options.max_message_bytes = limits::kMaxMessageBytes;
+    options.allow_slow_methods = true;
+    server_ = test::StartServer(*maps_, options).release();
   }
   static void TearDownTestSuite() {
     delete server_;

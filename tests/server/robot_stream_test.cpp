@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <chrono>
 #include <optional>
 #include <string>
@@ -49,10 +50,22 @@ class RawStream {
     stream_ = stub_->LocalizeStream(&context_);
   }
   [[nodiscard]] bool Say(const v1::LocalizeStreamRequest& request) {
-    return stream_->Write(request) && stream_->Read(&response_);
+    return Send(request) && Hear();
   }
+  [[nodiscard]] bool Send(const v1::LocalizeStreamRequest& request) {
+    return stream_->Write(request);
+  }
+  [[nodiscard]] bool Hear() { return stream_->Read(&response_); }
+  /// For other calls on the same connection.
+  [[nodiscard]] v1::Localization::Stub& stub() { return *stub_; }
   [[nodiscard]] grpc::Status End() {
     stream_->WritesDone();
+    return stream_->Finish();
+  }
+  /// The end that the server puts to it.
+  [[nodiscard]] grpc::Status Await() {
+    while (stream_->Read(&response_)) {
+    }
     return stream_->Finish();
   }
   void HangUp() { context_.TryCancel(); }
@@ -226,15 +239,94 @@ TEST(RobotStream, ThatWaitsForItsRobotDoesNotHoldUpTheEnd) {
   EXPECT_THAT(std::string(status.message()), HasSubstr("draining"));
 }
 
-TEST(RobotStream, EndsWhenAnAnswerIsLate) {
-  const auto server = test::StartServer({{"town", test::SmallMap(1, kNumPlaces)}});
-  test::Gate gate;
-  for (int i = 0; i < server->workers().num_threads(); ++i) {
+/// Keeps every worker of a server busy until it is opened.
+void HoldWorkers(Server& server, test::Gate& gate) {
+  for (int i = 0; i < server.workers().num_threads(); ++i) {
     ASSERT_TRUE(
-        server->workers()
+        server.workers()
             .Submit("holder " + std::to_string(i), [&](const absl::StatusOr<int>&) { gate.Wait(); })
             .ok());
   }
+}
+
+TEST(RobotStream, OutlivesAQueueThatIsFull) {
+  const test::Maps maps = {{"town", test::SmallMap(1, kNumPlaces)}};
+  ServerOptions options = test::OptionsFor(maps);
+  options.num_threads = 1;
+  options.max_inflight = 1;
+  const auto server = test::StartServer(maps, options);
+  RawStream stream(*server);
+  ASSERT_TRUE(stream.Say(StreamRequest(0)));
+  test::Gate gate;
+  // The worker may not have counted the answer out yet.
+  while (
+      !server->workers().Submit("holder", [&](const absl::StatusOr<int>&) { gate.Wait(); }).ok()) {
+    std::this_thread::yield();
+  }
+  ASSERT_TRUE(stream.Send(StreamRequest(0)));
+  // What comes later on the same connection is refused, so the scan has found the queue full, too.
+  v1::LocalizeResponse response;
+  EXPECT_EQ(test::Localize(stream.stub(), test::ScanRequest(test::QueryScan(1, 0)), &response)
+                .error_code(),
+            grpc::StatusCode::RESOURCE_EXHAUSTED);
+  gate.Open();
+  ASSERT_TRUE(stream.Hear());
+  EXPECT_EQ(stream.response().num_scans(), 2);  // the server still knows of the first
+}
+
+TEST(RobotStream, EndsWhenItsRobotIsSilentForTooLong) {
+  const test::Maps maps = {{"town", test::SmallMap(1, kNumPlaces)}};
+  ServerOptions options = test::OptionsFor(maps);
+  options.stream_idle_s = 0.05;
+  options.max_streams = 1;
+  const auto server = test::StartServer(maps, options);
+  RawStream silent(*server);
+  const grpc::Status status = silent.Await();
+  EXPECT_EQ(status.error_code(), grpc::StatusCode::DEADLINE_EXCEEDED);
+  EXPECT_THAT(status.error_message(), HasSubstr("silent"));
+}
+
+TEST(RobotStream, DoesNotCountWhereItWasRefused) {
+  const test::Maps maps = {{"town", test::SmallMap(1, kNumPlaces)}};
+  ServerOptions options = test::OptionsFor(maps);
+  options.max_streams = 3;
+  options.max_streams_per_client = 1;
+  const auto server = test::StartServer(maps, options);
+  RawStream one(*server);
+  ASSERT_TRUE(one.Say(StreamRequest(0)));
+  for (int i = 0; i < 5; ++i) {
+    RawStream another(*server);
+    EXPECT_EQ(another.Await().error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED);
+  }
+  EXPECT_THAT(server->MetricsText(), HasSubstr("scanloc_streams_open 1\n"));
+}
+
+TEST(RobotStream, OfManyRobotsAtWorkEndWellWhenTheServerStops) {
+  const Map map = test::SmallMap(1, 2);
+  const v1::LocalizeStreamRequest request = StreamRequest(0);
+  for (int round = 0; round < 15; ++round) {
+    const auto server = test::StartServer({{"town", map}});
+    std::atomic<int> num_answered = 0;
+    std::vector<std::thread> robots;
+    for (int i = 0; i < 8; ++i) {
+      robots.emplace_back([&] {
+        RawStream stream(*server);
+        while (stream.Say(request)) ++num_answered;
+        const grpc::StatusCode code = stream.End().error_code();
+        EXPECT_TRUE(code == grpc::StatusCode::UNAVAILABLE || code == grpc::StatusCode::CANCELLED)
+            << code;
+      });
+    }
+    while (num_answered < round) std::this_thread::yield();
+    server->Shutdown();
+    for (std::thread& robot : robots) robot.join();
+  }
+}
+
+TEST(RobotStream, EndsWhenAnAnswerIsLate) {
+  const auto server = test::StartServer({{"town", test::SmallMap(1, kNumPlaces)}});
+  test::Gate gate;
+  HoldWorkers(*server, gate);
   const client::Client client = ConnectTo(*server);
   auto stream = client.OpenStream({.timeout = std::chrono::milliseconds(50)});
   ASSERT_TRUE(stream.ok()) << stream.status();

@@ -47,6 +47,9 @@ TEST(ServerOptions, NamesTheFirstBadField) {
   refuses("num_threads", [](ServerOptions& o) { o.num_threads = -1; });
   refuses("max_inflight", [](ServerOptions& o) { o.max_inflight = 0; });
   refuses("max_message_bytes", [](ServerOptions& o) { o.max_message_bytes = 0; });
+  refuses("max_memory_bytes", [](ServerOptions& o) { o.max_memory_bytes = 1 << 20; });
+  refuses("receive_s", [](ServerOptions& o) { o.receive_s = 0.0; });
+  refuses("stream_idle_s", [](ServerOptions& o) { o.stream_idle_s = -1.0; });
   refuses("drain_s", [](ServerOptions& o) { o.drain_s = -0.1; });
   refuses("drain_s",
           [](ServerOptions& o) { o.drain_s = std::numeric_limits<double>::quiet_NaN(); });
@@ -79,6 +82,18 @@ TEST(ParseMapSource, RefusesWhatIsNoPair) {
   for (const char* text : {"", "town", "=", "=file", "town="}) {
     EXPECT_EQ(ParseMapSource(text).status().code(), absl::StatusCode::kInvalidArgument) << text;
   }
+}
+
+TEST(ServerOptions, TakeMessagesThatFitTheScansTheyAllow) {
+  ServerOptions options;
+  EXPECT_GE(LargestMessageBytes(options), 12 * options.max_points + 4096);
+  options.max_points = 1000;
+  EXPECT_LT(LargestMessageBytes(options), options.max_message_bytes);
+  // Descriptors of the largest shape fit, whatever the scans.
+  EXPECT_GE(LargestMessageBytes(options),
+            2 * 2 * limits::kMaxDescriptorSide * limits::kMaxDescriptorSide + 4096);
+  options.max_points = static_cast<int>(limits::kMaxPointsPerScan);
+  EXPECT_EQ(LargestMessageBytes(options), options.max_message_bytes);
 }
 
 }  // namespace

@@ -114,6 +114,14 @@ class HeldPool {
     });
   }
 
+  void SubmitPatiently(const std::string& client, const std::string& task) {
+    pool_.SubmitPatiently(client,
+                          [this, task](const absl::StatusOr<int>&) { ran_.push_back(task); });
+  }
+
+  [[nodiscard]] absl::Status CheckRoomFor(const std::string& client) const {
+    return pool_.CheckRoomFor(client);
+  }
   [[nodiscard]] WorkerPool::Load load() const { return pool_.load(); }
   [[nodiscard]] const std::vector<std::string>& refused() const { return refused_; }
   [[nodiscard]] const absl::Status& why() const { return why_; }
@@ -154,6 +162,31 @@ TEST(WorkerPool, MakesRoomForAClientThatHasFewerTasks) {
   EXPECT_EQ(pool.Submit("b", "b3").code(), absl::StatusCode::kResourceExhausted);
   EXPECT_EQ(pool.Submit("a", "a5").code(), absl::StatusCode::kResourceExhausted);
   EXPECT_EQ(pool.RunAll(), (std::vector<std::string>{"a1", "b1", "a2", "b2"}));
+}
+
+TEST(WorkerPool, KeepsPatientTasksUntilThereIsRoom) {
+  HeldPool pool(2);
+  ASSERT_TRUE(pool.Submit("a", "a1").ok());
+  ASSERT_FALSE(pool.Submit("b", "b0").ok());
+  for (const char* task : {"b1", "b2", "b3"}) pool.SubmitPatiently("b", task);
+  pool.SubmitPatiently("c", "c1");
+  EXPECT_EQ(pool.load().num_waiting, 1);
+  EXPECT_EQ(pool.RunAll(), (std::vector<std::string>{"a1", "b1", "c1", "b2", "b3"}));
+}
+
+TEST(WorkerPool, RunsAPatientTaskAtOnceWhereThereIsRoom) {
+  std::promise<void> ran;
+  WorkerPool pool(1, 1);
+  pool.SubmitPatiently("a", [&](const absl::StatusOr<int>&) { ran.set_value(); });
+  ran.get_future().wait();
+}
+
+TEST(WorkerPool, TellsWhetherThereIsRoom) {
+  HeldPool pool(3);
+  EXPECT_TRUE(pool.CheckRoomFor("a").ok());
+  for (const char* task : {"a1", "a2"}) ASSERT_TRUE(pool.Submit("a", task).ok());
+  EXPECT_TRUE(proto::RetryAfter(pool.CheckRoomFor("a")).has_value());
+  EXPECT_TRUE(pool.CheckRoomFor("b").ok());
 }
 
 TEST(WorkerPool, RefusesWhatWouldWaitTooLong) {

@@ -9,7 +9,9 @@
 
 #include <array>
 #include <cerrno>
+#include <fstream>
 #include <stdexcept>
+#include <string>
 #include <utility>
 
 namespace scanloc::test {
@@ -103,6 +105,16 @@ void Process::CloseStdout() {
 }
 
 void Process::Signal(int signal) const { kill(pid_, signal); }
+
+long Process::StatusOf(const std::string& field) const {
+  std::ifstream file("/proc/" + std::to_string(pid_) + "/status");
+  for (std::string line; std::getline(file, line);) {
+    if (line.compare(0, field.size() + 1, field + ":") == 0) {
+      return std::stol(line.substr(field.size() + 1));
+    }
+  }
+  throw std::runtime_error("the process has no " + field);
+}
 
 int Process::Wait() {
   while (ReadSome()) {

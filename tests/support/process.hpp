@@ -43,6 +43,9 @@ class Process {
 
   void Signal(int signal) const;
 
+  /// A number of its /proc/PID/status, such as VmHWM [kB] or Threads.
+  [[nodiscard]] long StatusOf(const std::string& field) const;
+
   /// Waits for its end. Its exit status, or -signal if it died of one.
   int Wait();
 

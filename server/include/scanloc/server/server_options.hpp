@@ -84,14 +84,24 @@ struct ServerOptions {
   /// connection and some kilobytes.
   int max_streams = 1000;
 
-  /// Of these, for one client; 0: all.
-  int max_streams_per_client = 0;
+  /// Of these, for one client, so that none can take them all; 0: all. Behind a proxy without
+  /// tokens all robots are one client.
+  int max_streams_per_client = 100;
 
-  /// Points of one scan; a larger one is refused before it is described.
-  int max_points = static_cast<int>(limits::kMaxPointsPerScan);
+  /// How long a robot on a stream may stay silent, or leave its answer unread [s].
+  double stream_idle_s = 300.0;
 
-  /// Candidates that one query may have compared.
+  /// Points of one scan; a larger one is refused before it is described. A 128-ray sensor gives at
+  /// most 0.3 million.
+  int max_points = 600'000;
+
+  /// Candidates that one query may have compared. A query that asks for more is refused; where the
+  /// map's own choice is more, it is cut to this.
   int max_candidates = limits::kMaxCandidates;
+
+  /// Takes the methods that compare every place or every shift (-brute, -naive), of which one query
+  /// may take a thread for seconds.
+  bool allow_slow_methods = false;
 
   /// HOST:PORT where metrics are served over HTTP; empty: nowhere. Port 0 takes a free one. Nothing
   /// protects them there, so that beyond this machine's own addresses they are only served if this
@@ -106,13 +116,27 @@ struct ServerOptions {
   std::string capture_dir;
   std::int64_t max_capture_bytes = std::int64_t{1} << 30;
 
-  /// Largest request [bytes]; a larger one is refused unread. The default fits the largest scan.
-  int max_message_bytes = limits::kMaxMessageBytes;
+  /// Largest request [bytes]; a larger one is refused unread. The default fits a scan of
+  /// max_points.
+  int max_message_bytes = 8 << 20;
+
+  /// Memory for requests that are being received or wait [bytes], whoever sends them. Beyond it
+  /// further ones are refused and, if that does not do, connections lose calls.
+  std::int64_t max_memory_bytes = std::int64_t{512} << 20;
+
+  /// How long a request may take to arrive once its call has begun [s].
+  double receive_s = 10.0;
+
+  /// Tells of its services by gRPC's server reflection.
+  bool reflection = true;
 
   /// How long queries in flight may take to end once the server has been told to stop [s]; those
   /// that have not started by then are cancelled.
   double drain_s = 10.0;
 };
+
+/// Largest request that can be of use [bytes]: max_message_bytes, or less if max_points need less.
+[[nodiscard]] int LargestMessageBytes(const ServerOptions& options);
 
 /// OK, or InvalidArgument that names the first bad field, its value and what it may be.
 [[nodiscard]] absl::Status Validate(const ServerOptions& options);

@@ -8,6 +8,7 @@
 #include <mutex>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "absl/functional/any_invocable.h"
@@ -47,6 +48,14 @@ class WorkerPool {
   /// The status holds a RetryInfo (proto/status.hpp) with the time the queue needs.
   [[nodiscard]] absl::Status Submit(const std::string& client, Task task);
 
+  /// Takes a task even where Submit refuses it: it then waits outside until there is room, and gets
+  /// at most every second place that falls free while others want it. Who calls bounds how many
+  /// there are. The task may still be called with ResourceExhausted, as above.
+  void SubmitPatiently(const std::string& client, Task task);
+
+  /// What Submit would say now, for a client whose task is not there yet.
+  [[nodiscard]] absl::Status CheckRoomFor(const std::string& client) const;
+
   /// Calls every task that was taken, then ends the threads. No task may be submitted from then on;
   /// to be called by one thread.
   void Finish();
@@ -57,10 +66,31 @@ class WorkerPool {
  private:
   using Queue = std::deque<Task>;
 
+  /// Tasks whose clients take turns.
+  class Line {
+   public:
+    void Add(const std::string& client, Task task);
+    /// The first task of the client whose turn it is, and the client. Requires one that waits.
+    [[nodiscard]] std::pair<std::string, Task> TakeNext();
+    /// The last task of the client that has most, if it has at least two more than this one; else
+    /// null.
+    [[nodiscard]] Task TakeLastFor(const std::string& client);
+    [[nodiscard]] bool HasToSpareFor(const std::string& client) const;
+    [[nodiscard]] int size() const { return num_tasks_; }
+
+   private:
+    using Queues = std::map<std::string, Queue>;
+    [[nodiscard]] Queues::const_iterator Longest() const;
+
+    Queues queues_;                  // by client; none is empty
+    std::deque<std::string> turns_;  // clients of queues_, whose turn is next first
+    int num_tasks_ = 0;
+  };
+
   void Run(int worker);
   /// All with mutex_ held.
-  [[nodiscard]] Task TakeNext();
-  [[nodiscard]] Task MakeRoomFor(const std::string& client);
+  void LetPatientIn();
+  [[nodiscard]] bool HasRoom() const;
   [[nodiscard]] absl::Status BusyError() const;
 
   [[nodiscard]] double Wait_s() const;  // of one more task
@@ -69,9 +99,9 @@ class WorkerPool {
   const double max_wait_s_;
   mutable std::mutex mutex_;
   std::condition_variable has_work_;
-  std::map<std::string, Queue> waiting_;  // by client; none is empty
-  std::deque<std::string> turns_;         // clients of waiting_, whose turn is next first
-  int num_waiting_ = 0;
+  Line waiting_;
+  Line patient_;                     // outside, until there is room
+  bool is_turn_of_patient_ = false;  // the next place that falls free is theirs
   int num_running_ = 0;
   double mean_task_s_ = 0.01;  // moving average
   bool stopping_ = false;

@@ -1,0 +1,355 @@
+// What the real program spends on clients that mean it no good, and whether others are served
+// meanwhile.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <zlib.h>
+
+#include <csignal>
+#include <fstream>
+#include <memory>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "localization_service.hpp"
+#include "scanlocd_fixture.hpp"
+#include "support/raw_call.hpp"
+#include "support/raw_http2.hpp"
+#include "support/small_map.hpp"
+#include "support/test_server.hpp"
+
+namespace scanloc::server {
+namespace {
+
+using ::testing::HasSubstr;
+
+constexpr const char* kLocalize = "/scanloc.v1.Localization/Localize";
+constexpr const char* kStream = "/scanloc.v1.Localization/LocalizeStream";
+constexpr const char* kGood = "a-token-of-the-fleet-0001";
+constexpr const char* kHostile = "a-token-of-the-fleet-0002";
+constexpr const char* kReflection =
+    "/grpc.reflection.v1alpha.ServerReflection/ServerReflectionInfo";
+constexpr const char* kWatch = "/grpc.health.v1.Health/Watch";
+
+const std::string kListServices = test::Message(2, std::string("\x3a\x00", 2));
+
+class LimitsTest : public ScanlocdTest {
+ protected:
+  void StartWith(std::vector<std::string> arguments) {
+    arguments.insert(arguments.end(), {"--map", "town=" + WriteMap("town", 1)});
+    Start(arguments);
+    ASSERT_FALSE(HasFatalFailure());
+    ExpectAnswer();
+  }
+
+  void StartWithTokens(std::vector<std::string> arguments) {
+    token_ = kGood;
+    arguments.insert(
+        arguments.end(),
+        {"--token-file", dir_.Write("tokens", std::string("fleet query ") + kGood +
+                                                  "\nother query " + kHostile + "\n")});
+    StartWith(arguments);
+  }
+
+  /// A client of good will is answered.
+  void ExpectAnswer() const {
+    const auto stub = v1::Localization::NewStub(test::ChannelTo(address_));
+    v1::LocalizeResponse response;
+    grpc::ClientContext context;
+    test::SetPatience(context);
+    context.set_wait_for_ready(true);
+    if (!token_.empty()) context.AddMetadata("authorization", "Bearer " + token_);
+    const grpc::Status status =
+        stub->Localize(&context, test::ScanRequest(test::QueryScan(1, 2)), &response);
+    EXPECT_TRUE(status.ok()) << status.error_message();
+  }
+
+  [[nodiscard]] long PeakMemoryKb() const { return scanlocd_->StatusOf("VmHWM"); }
+  [[nodiscard]] long NumThreads() const { return scanlocd_->StatusOf("Threads"); }
+
+  std::string token_;  // of ExpectAnswer
+};
+
+TEST_F(LimitsTest, HoldsHalfSentMessagesWithinItsMemory) {
+  StartWithTokens({"--max-memory-bytes", "67108864"});
+  const long before_kb = PeakMemoryKb();
+  const std::string half = test::Message(7'000'000, std::string(6'000'000, 'x'));
+  for (const char* path : {kLocalize, kStream}) {
+    std::vector<std::thread> senders;
+    for (int i = 0; i < 4; ++i) {
+      senders.emplace_back([&] {
+        test::RawHttp2 hostile(address_);
+        for (int call = 0; call < 20; ++call) hostile.Send(hostile.Call(path, kHostile), half);
+        ExpectAnswer();
+      });
+    }
+    for (std::thread& sender : senders) sender.join();
+  }
+  // Of the 960 MB sent; what the allocator keeps beside the 64 MiB is its own.
+  EXPECT_LT(PeakMemoryKb() - before_kb, 160 * 1024);
+}
+
+TEST_F(LimitsTest, EndsACallWhoseRequestDoesNotArrive) {
+  StartWith({"--receive-seconds", "0.05"});
+  for (const char* path :
+       {kLocalize, "/scanloc.v1.Localization/ListMaps", "/grpc.health.v1.Health/Check", kWatch}) {
+    test::RawHttp2 slow(address_);
+    const std::uint32_t call = slow.Call(path);
+    slow.Send(call, test::Message(1000, "half"));
+    slow.AwaitEnd(call);
+  }
+  ExpectAnswer();
+}
+
+TEST_F(LimitsTest, StopsDespiteWhoNeverEnds) {
+  StartWith({"--drain-seconds", "3600"});
+  test::RawHttp2 hostile(address_);
+  for (const char* path : {kLocalize, kWatch, kReflection}) {
+    hostile.Send(hostile.Call(path), test::Message(1000, "half"));
+  }
+  const std::uint32_t asked = hostile.Call(kReflection);
+  hostile.Send(asked, kListServices);
+  hostile.AwaitHeaders(asked);
+  scanlocd_->Signal(SIGTERM);
+  hostile.AwaitClose();
+  EXPECT_EQ(scanlocd_->Wait(), 0) << scanlocd_->stderr_text();
+}
+
+/// So many zeros in the format of gzip.
+std::string GzipOfZeros(std::size_t num_megabytes) {
+  constexpr int kGzip = 15 + 16;  // largest window; gzip instead of zlib
+  z_stream stream = {};
+  EXPECT_EQ(deflateInit2(&stream, 1, Z_DEFLATED, kGzip, 8, Z_DEFAULT_STRATEGY), Z_OK);
+  std::string zeros(1'000'000, '\0');
+  std::string packed(10'000 * num_megabytes + 1000, '\0');
+  stream.next_out = reinterpret_cast<Bytef*>(packed.data());
+  stream.avail_out = static_cast<uInt>(packed.size());
+  for (std::size_t i = 1; i <= num_megabytes; ++i) {
+    stream.next_in = reinterpret_cast<Bytef*>(zeros.data());
+    stream.avail_in = static_cast<uInt>(zeros.size());
+    deflate(&stream, i == num_megabytes ? Z_FINISH : Z_NO_FLUSH);
+  }
+  packed.resize(stream.total_out);
+  EXPECT_EQ(deflateEnd(&stream), Z_OK);
+  return packed;
+}
+
+TEST_F(LimitsTest, DoesNotUnpackWhatIsCompressed) {
+  StartWith({});
+  const long before_kb = PeakMemoryKb();
+  const std::string bomb = GzipOfZeros(300);
+  std::string message = test::Message(bomb.size(), bomb);
+  message[0] = 1;  // compressed
+  for (const char* path : {kLocalize, kStream, kWatch, kReflection}) {
+    test::RawHttp2 hostile(address_);
+    const std::uint32_t call = hostile.Call(path, "", "gzip");
+    hostile.Send(call, message);
+    hostile.AwaitEnd(call);
+  }
+  EXPECT_LT(PeakMemoryKb() - before_kb, 64 * 1024);
+  ExpectAnswer();
+}
+
+TEST_F(LimitsTest, SaysThatItDoesNotUnpack) {
+  StartWith({});
+  const std::string zeros(100'000, '\0');
+  const grpc::Slice slice(zeros);
+  const grpc::ByteBuffer request(&slice, 1);
+  for (const auto algorithm : {GRPC_COMPRESS_GZIP, GRPC_COMPRESS_DEFLATE}) {
+    grpc::ByteBuffer response;
+    grpc::ClientContext context;
+    test::SetPatience(context);
+    context.set_compression_algorithm(algorithm);
+    std::promise<grpc::Status> ended;
+    grpc::GenericStub(test::ChannelTo(address_))
+        .UnaryCall(&context, kLocalize, {}, &request, &response,
+                   [&](const grpc::Status& status) { ended.set_value(status); });
+    EXPECT_EQ(ended.get_future().get().error_code(), grpc::StatusCode::UNIMPLEMENTED);
+  }
+}
+
+TEST_F(LimitsTest, SpendsNoThreadOnAStream) {
+  StartWith({});
+  const long before = NumThreads();
+  std::vector<std::unique_ptr<test::RawHttp2>> clients;
+  for (int i = 0; i < 4; ++i) {
+    clients.push_back(std::make_unique<test::RawHttp2>(address_));
+    for (int call = 0; call < 60; ++call) {
+      clients.back()->Call(kWatch);
+      clients.back()->Call(kStream);
+      const std::uint32_t asked = clients.back()->Call(kReflection);
+      clients.back()->Send(asked, kListServices);
+      clients.back()->AwaitHeaders(asked);
+    }
+  }
+  ExpectAnswer();
+  EXPECT_LT(NumThreads() - before, 32);
+}
+
+TEST_F(LimitsTest, SendsAwayWhoPingsTooOften) {
+  StartWith({});
+  test::RawHttp2 hostile(address_);
+  for (int i = 0; i < 100; ++i) hostile.Ping();
+  EXPECT_THAT(hostile.AwaitGoAway(), HasSubstr("too_many_pings"));
+  ExpectAnswer();
+}
+
+TEST_F(LimitsTest, AnswersOthersWhileAnswersAreNotRead) {
+  StartWith({});
+  // Nobody may send this client a single byte of an answer.
+  test::RawHttp2 hostile(address_, /*window_bytes=*/0);
+  const std::string request = test::ScanRequest(test::QueryScan(1, 2)).SerializeAsString();
+  for (int i = 0; i < 50; ++i) {
+    const std::uint32_t call = hostile.Call(kLocalize);
+    hostile.Send(call, test::Message(request.size(), request));
+    hostile.AwaitHeaders(call);
+  }
+  ExpectAnswer();
+}
+
+TEST_F(LimitsTest, AnswersOthersDespiteIdleConnections) {
+  StartWith({});
+  std::vector<test::Socket> idle;
+  for (int i = 0; i < 900; ++i) {  // as many as a usual limit of open files lets a test have
+    idle.emplace_back(address_);
+    if (i % 2 == 0) idle.back().Send(test::Opening() + test::CallHeaders(1, kLocalize));
+  }
+  ExpectAnswer();
+}
+
+TEST_F(LimitsTest, DoesNotLetStrangersFillTheLog) {
+  StartWithTokens({});
+  const auto channel = test::ChannelTo(address_);
+  int num_told_to_wait = 0;
+  for (int i = 0; i < 60; ++i) {
+    const grpc::StatusCode code = test::CallWithBytes(channel, kLocalize, "").error_code();
+    if (code == grpc::StatusCode::RESOURCE_EXHAUSTED) {
+      ++num_told_to_wait;
+    } else {
+      EXPECT_EQ(code, grpc::StatusCode::UNAUTHENTICATED);
+    }
+  }
+  EXPECT_GT(num_told_to_wait, 0);
+  ExpectAnswer();
+  scanlocd_->Signal(SIGTERM);
+  EXPECT_EQ(scanlocd_->Wait(), 0);
+  std::size_t num_lines = 0;
+  const std::string& log = scanlocd_->stderr_text();
+  for (std::size_t at = log.find("code=UNAUTH"); at != std::string::npos;
+       at = log.find("code=UNAUTH", at + 1)) {
+    ++num_lines;
+  }
+  EXPECT_EQ(num_lines, 60U - static_cast<std::size_t>(num_told_to_wait)) << log;
+}
+
+/// A map in which a slow search lasts long enough to be broken off.
+Map LargeMap() {
+  Map map = test::SmallMap(1, 4);
+  const Map small = map;
+  auto describer = Describer::Create(map.params).value();
+  const PlaceDescriptor descriptor = describer.DescribePlace(test::PlaceScan(1, 0));
+  for (int i = 0; i < 3000; ++i) {
+    map.places.push_back(small.places[0]);
+    map.AppendDescriptor(static_cast<int>(map.places.size()) - 1, descriptor);
+  }
+  return map;
+}
+
+class SearchTest : public testing::Test {
+ protected:
+  void StartWith(bool allow_slow_methods, int max_candidates = 1000,
+                 Map map = test::SmallMap(1, 4)) {
+    const test::Maps maps = {{"town", std::move(map)}};
+    ServerOptions options = test::OptionsFor(maps);
+    options.allow_slow_methods = allow_slow_methods;
+    options.max_candidates = max_candidates;
+    server_ = test::StartServer(maps, options);
+    stub_ = v1::Localization::NewStub(test::ChannelTo(server_->address()));
+  }
+
+  static v1::LocalizeRequest SlowRequest() {
+    v1::LocalizeRequest request = test::ScanRequest(test::QueryScan(1, 2));
+    request.mutable_options()->set_method("a-pc-naive-brute");
+    return request;
+  }
+
+  std::unique_ptr<Server> server_;
+  std::unique_ptr<v1::Localization::Stub> stub_;
+  v1::LocalizeResponse response_;
+};
+
+TEST_F(SearchTest, TakesSlowMethodsOnlyIfToldTo) {
+  StartWith(/*allow_slow_methods=*/false);
+  for (const char* method : {"pc-brute", "a-cc-naive", "a-pc-naive-brute"}) {
+    v1::LocalizeRequest request = SlowRequest();
+    request.mutable_options()->set_method(method);
+    const grpc::Status status = test::Localize(*stub_, request, &response_);
+    EXPECT_EQ(status.error_code(), grpc::StatusCode::PERMISSION_DENIED);
+    EXPECT_THAT(status.error_message(), HasSubstr("--allow-slow-methods"));
+  }
+  StartWith(/*allow_slow_methods=*/true);
+  EXPECT_TRUE(test::Localize(*stub_, SlowRequest(), &response_).ok());
+}
+
+TEST_F(SearchTest, TakesNoMoreCandidatesThanTheLimit) {
+  StartWith(false, 3);
+  v1::LocalizeRequest request = test::ScanRequest(test::QueryScan(1, 2));
+  EXPECT_TRUE(test::Localize(*stub_, request, &response_).ok());
+  request.mutable_options()->set_num_candidates(4);
+  EXPECT_EQ(test::Localize(*stub_, request, &response_).error_code(),
+            grpc::StatusCode::RESOURCE_EXHAUSTED);
+}
+
+TEST(LimitCandidates, HoldsTheMapsOwnChoiceToTheLimit) {
+  Params params;
+  params.search.num_candidates = 10;
+  struct Case {
+    const char* method;
+    int limit;
+    std::optional<int> expected;
+  };
+  for (const Case& c : std::vector<Case>{{"a-pc", 10, std::nullopt},
+                                         {"a-pc", 9, 9},
+                                         {"auto", 100, std::nullopt},
+                                         {"auto", 99, 99}}) {
+    QueryOptions options;
+    options.method = ParseMethod(c.method).value();
+    LimitCandidates(params, c.limit, options);
+    EXPECT_EQ(options.num_candidates, c.expected) << c.method << " " << c.limit;
+    options.num_candidates = 5;
+    LimitCandidates(params, c.limit, options);
+    EXPECT_EQ(options.num_candidates, 5);
+  }
+}
+
+TEST_F(SearchTest, EndsWhenItsCallerHangsUp) {
+  StartWith(true, 1000, LargeMap());
+  grpc::ClientContext context;
+  test::SetPatience(context);
+  const v1::LocalizeRequest request = SlowRequest();
+  std::thread caller([&] { std::ignore = stub_->Localize(&context, request, &response_); });
+  while (server_->workers().load().num_running == 0) std::this_thread::yield();
+  context.TryCancel();
+  caller.join();
+  while (server_->workers().load().num_running > 0) std::this_thread::yield();
+  EXPECT_THAT(server_->MetricsText(), HasSubstr("code=\"CANCELLED\",method=\"Localize\""));
+}
+
+TEST_F(SearchTest, EndsWhenItsDeadlinePasses) {
+  StartWith(true, 1000, LargeMap());
+  // How long a query takes to get to its search is not known: the first deadline that does it.
+  std::chrono::milliseconds patience(1);
+  while (server_->MetricsText().find("code=\"CANCELLED\",method=\"Localize\"") ==
+         std::string::npos) {
+    grpc::ClientContext context;
+    context.set_deadline(std::chrono::system_clock::now() + patience);
+    ASSERT_EQ(stub_->Localize(&context, SlowRequest(), &response_).error_code(),
+              grpc::StatusCode::DEADLINE_EXCEEDED);
+    while (server_->workers().load().num_running > 0) std::this_thread::yield();
+    patience += std::chrono::milliseconds(2);
+  }
+}
+
+}  // namespace
+}  // namespace scanloc::server
