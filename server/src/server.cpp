@@ -185,6 +185,7 @@ WorkerPool& Server::workers() { return state_->workers; }
 absl::Status Server::State::Load(const MapSource& source) {
   const std::lock_guard lock(loading);
   const std::int64_t start_ns = NowNs();
+  spdlog::debug("loading map {} from {}", source.name, source.path);
   absl::Status status = Guard([&]() -> absl::Status {
     auto map = load_map(source.path);
     if (!map.ok()) return map.status();
