@@ -1,73 +1,22 @@
-#include <arpa/inet.h>
 #include <gtest/gtest.h>
-#include <netinet/in.h>
-#include <sys/socket.h>
-#include <unistd.h>
 
-#include <cstdlib>
 #include <random>
 #include <string>
 #include <vector>
 
+#include "support/http2.hpp"
 #include "support/raw_call.hpp"
 #include "support/small_map.hpp"
+#include "support/tcp_connection.hpp"
 #include "support/test_server.hpp"
 
 namespace scanloc::server {
 namespace {
 
-/// A TCP connection without any protocol.
-class Socket {
- public:
-  explicit Socket(const std::string& address) : fd_(socket(AF_INET, SOCK_STREAM, 0)) {
-    sockaddr_in peer = {};
-    peer.sin_family = AF_INET;
-    peer.sin_port = htons(std::stoi(address.substr(address.rfind(':') + 1)));
-    peer.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    if (connect(fd_, reinterpret_cast<const sockaddr*>(&peer), sizeof(peer)) != 0) std::abort();
-  }
-  ~Socket() { close(fd_); }
-  Socket(Socket&& other) noexcept : fd_(std::exchange(other.fd_, -1)) {}
-  Socket(const Socket&) = delete;
+using Socket = test::TcpConnection;
+using test::Http2Frame;
 
-  /// The server may hang up meanwhile.
-  void Send(const std::string& bytes) const {
-    (void)send(fd_, bytes.data(), bytes.size(), MSG_NOSIGNAL);
-  }
-
-  /// Ends with a reset instead of a goodbye.
-  void Reset() const {
-    const linger hard = {.l_onoff = 1, .l_linger = 0};
-    setsockopt(fd_, SOL_SOCKET, SO_LINGER, &hard, sizeof(hard));
-  }
-
- private:
-  int fd_;
-};
-
-std::string Frame(char type, char flags, int stream, const std::string& payload,
-                  std::size_t announced) {
-  std::string frame;
-  for (const int shift : {16, 8, 0}) frame += static_cast<char>(announced >> shift);
-  frame += type;
-  frame += flags;
-  for (const int shift : {24, 16, 8, 0}) frame += static_cast<char>(stream >> shift);
-  return frame + payload;
-}
-
-/// The opening of an HTTP/2 connection with a call of Localize, up to its message.
-std::string CallOpening() {
-  const auto literal = [](const std::string& name, const std::string& value) {
-    return std::string(1, '\0') + static_cast<char>(name.size()) + name +
-           static_cast<char>(value.size()) + value;
-  };
-  const std::string headers = literal(":method", "POST") + literal(":scheme", "http") +
-                              literal(":path", "/scanloc.v1.Localization/Localize") +
-                              literal(":authority", "localhost") + literal("te", "trailers") +
-                              literal("content-type", "application/grpc");
-  return "PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n" + Frame(4, 0, 0, "", 0) +
-         Frame(1, 4, 1, headers, headers.size());
-}
+std::string CallOpening() { return test::Http2CallOpening("/scanloc.v1.Localization/Localize"); }
 
 class HostileClientTest : public testing::Test {
  protected:
@@ -107,11 +56,11 @@ TEST_F(HostileClientTest, MayHangUpInTheMiddleOfAMessage) {
   message += request;
   for (const bool hard : {false, true}) {
     const Socket whole(server_->address());
-    whole.Send(call + Frame(0, 0, 1, message, message.size()));
-    if (hard) whole.Reset();
+    whole.Send(call + Http2Frame(0, 0, 1, message, message.size()));
+    if (hard) whole.ResetAtEnd();
     const Socket torn(server_->address());
-    torn.Send(call + Frame(0, 0, 1, message.substr(0, 500), message.size()));
-    if (hard) torn.Reset();
+    torn.Send(call + Http2Frame(0, 0, 1, message.substr(0, 500), message.size()));
+    if (hard) torn.ResetAtEnd();
   }
   for (std::size_t length = 0; length < call.size(); length += 7) {
     Socket(server_->address()).Send(call.substr(0, length));
@@ -122,7 +71,7 @@ TEST_F(HostileClientTest, MayAnnounceAMessageOfFourGigabytes) {
   std::string message(1, '\0');
   message += std::string(4, '\xff');
   const Socket socket(server_->address());
-  socket.Send(CallOpening() + Frame(0, 0, 1, message, message.size()));
+  socket.Send(CallOpening() + Http2Frame(0, 0, 1, message, message.size()));
 }
 
 TEST_F(HostileClientTest, MayHoldConnectionsOpenAndSilent) {
