@@ -4,6 +4,7 @@
 
 #include <chrono>
 #include <functional>
+#include <limits>
 #include <sstream>
 #include <stdexcept>
 #include <string>
@@ -68,13 +69,13 @@ class MeteredScanlocdTest : public ScanlocdTest {
   /// All that the server has logged.
   [[nodiscard]] std::string Log() const { return test::ReadFile(log_); }
 
-  /// Of a metric with its labels, as `name{label="value"}`; 0 if it is not there.
+  /// Of a metric with its labels, as `name{label="value"}`; not a number if it is not there.
   [[nodiscard]] double Metric(const std::string& name) const {
     std::istringstream lines(test::HttpGet(metrics_address_, "/metrics"));
     for (std::string line; std::getline(lines, line);) {
       if (line.starts_with(name + " ")) return std::stod(line.substr(name.size()));
     }
-    return 0.0;
+    return std::numeric_limits<double>::quiet_NaN();
   }
 
   void AwaitMetric(const std::string& name, const std::function<bool(double)>& is_good) const {
