@@ -3,31 +3,20 @@
 //   load_bench prepare DIR                   a map of 20,000 places, and requests for it
 //   load_bench echo --response-bytes N       a server that answers N bytes to any bytes
 //   load_bench run ADDRESS --requests FILE   asks it: as fast as it answers, or at a rate
-//
-// At a rate the arrivals are drawn in advance and do not wait for answers, and a request's time
-// counts from when it was due: a server that stalls cannot hide it.
-#include <grpcpp/alarm.h>
 #include <grpcpp/generic/async_generic_service.h>
-#include <grpcpp/generic/generic_stub.h>
 #include <grpcpp/grpcpp.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <atomic>
 #include <chrono>
-#include <condition_variable>
 #include <csignal>
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
 #include <iostream>
-#include <map>
 #include <memory>
-#include <mutex>
 #include <nlohmann/json.hpp>
-#include <random>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include "absl/status/status.h"
@@ -36,11 +25,10 @@
 #include "scanloc/proto/convert.hpp"
 #include "support/bench_map.hpp"
 #include "support/bench_scans.hpp"
+#include "support/load.hpp"
 
 namespace scanloc::bench {
 namespace {
-
-using Clock = std::chrono::steady_clock;
 
 // --- requests -----------------------------------------------------------------------------------
 
@@ -150,126 +138,46 @@ int ServeEcho(std::size_t response_bytes) {
 
 // --- the load -----------------------------------------------------------------------------------
 
-struct LoadOptions {
-  std::string address;
-  std::string requests;
-  double seconds = 5.0;
-  double rate_per_s = 0.0;  // 0: as fast as it answers
-  int num_inflight = 16;    // of these
-  int num_connections = 4;
-  double deadline_s = 10.0;
-};
-
-/// Calls under way, and what became of those before.
-class Load {
- public:
-  explicit Load(const LoadOptions& options)
-      : options_(options), requests_(ReadRequests(options.requests)) {
-    for (int i = 0; i < options.num_connections; ++i) {
-      grpc::ChannelArguments arguments;
-      arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
-      arguments.SetMaxReceiveMessageSize(limits::kMaxMessageBytes);
-      stubs_.push_back(std::make_unique<grpc::GenericStub>(grpc::CreateCustomChannel(
-          options.address, grpc::InsecureChannelCredentials(), arguments)));
-    }
+nlohmann::ordered_json Summary(const LoadResult& result) {
+  nlohmann::ordered_json json;
+  json["seconds"] = result.seconds;
+  json["response_bytes"] = result.max_response_bytes;
+  std::size_t count = 0;
+  for (const auto& [code, times_ms] : result.times_ms) {
+    const auto at = [&, &sorted = times_ms](double share) {
+      return sorted[std::min(sorted.size() - 1,
+                             static_cast<std::size_t>(share * static_cast<double>(sorted.size())))];
+    };
+    const std::string name =
+        absl::StatusCodeToString(static_cast<absl::StatusCode>(static_cast<int>(code)));
+    json[name] = {{"count", times_ms.size()},
+                  {"per_s", static_cast<double>(times_ms.size()) / result.seconds},
+                  {"p50_ms", at(0.5)},
+                  {"p99_ms", at(0.99)},
+                  {"max_ms", times_ms.back()}};
+    count += times_ms.size();
   }
+  json["count"] = count;
+  json["refused_without_retry_after"] = result.num_without_retry_after;
+  json["stream_answers"] = result.num_stream_answers;
+  json["streams_broken"] = result.num_streams_broken;
+  return json;
+}
 
-  nlohmann::ordered_json Run() {
-    const auto start = Clock::now();
-    const auto end = start + std::chrono::duration_cast<Clock::duration>(
-                                 std::chrono::duration<double>(options_.seconds));
-    options_.rate_per_s > 0.0 ? RunAtRate(start, end) : RunClosed(end);
-    std::unique_lock lock(mutex_);
-    changed_.wait(lock, [this] { return num_under_way_ == 0; });
-    return Summary(std::chrono::duration<double>(end - start).count());
+/// Of several files one request of each in turn; the shorter ones begin again.
+std::vector<grpc::ByteBuffer> ReadMix(const std::vector<std::string>& paths) {
+  std::vector<std::vector<grpc::ByteBuffer>> files;
+  std::size_t longest = 0;
+  for (const std::string& path : paths) {
+    files.push_back(ReadRequests(path));
+    longest = std::max(longest, files.back().size());
   }
-
- private:
-  struct Call {
-    grpc::ClientContext context;
-    grpc::ByteBuffer request;
-    grpc::ByteBuffer response;
-    Clock::time_point due;
-  };
-
-  void RunAtRate(Clock::time_point start, Clock::time_point end) {
-    std::mt19937_64 random(1);
-    std::exponential_distribution<double> gap_s(options_.rate_per_s);
-    for (Clock::time_point due = start; due < end;
-         due += std::chrono::duration_cast<Clock::duration>(
-             std::chrono::duration<double>(gap_s(random)))) {
-      std::this_thread::sleep_until(due);
-      Start(due, nullptr);
-    }
+  std::vector<grpc::ByteBuffer> mix;
+  for (std::size_t i = 0; i < longest; ++i) {
+    for (const auto& file : files) mix.push_back(file[i % file.size()]);
   }
-
-  void RunClosed(Clock::time_point end) {
-    for (int i = 0; i < options_.num_inflight; ++i) {
-      Start(Clock::now(), &end);
-    }
-    std::unique_lock lock(mutex_);
-    changed_.wait(lock, [this] { return num_under_way_ == 0; });
-  }
-
-  /// again_until: the end of the call starts the next one before this time.
-  void Start(Clock::time_point due, const Clock::time_point* again_until) {
-    {
-      const std::lock_guard lock(mutex_);
-      ++num_under_way_;
-    }
-    const std::size_t number = num_started_.fetch_add(1);
-    auto* call = new Call;
-    call->due = due;
-    call->request = requests_[number % requests_.size()];
-    call->context.set_deadline(
-        std::chrono::system_clock::now() +
-        std::chrono::milliseconds(static_cast<int>(1000.0 * options_.deadline_s)));
-    stubs_[number % stubs_.size()]->UnaryCall(
-        &call->context, "/scanloc.v1.Localization/Localize", {}, &call->request, &call->response,
-        [this, call, again_until](const grpc::Status& status) {
-          const auto now = Clock::now();
-          const double ms = std::chrono::duration<double, std::milli>(now - call->due).count();
-          const std::size_t response_bytes = call->response.Valid() ? call->response.Length() : 0;
-          delete call;
-          if (again_until != nullptr && now < *again_until) Start(now, again_until);
-          const std::lock_guard lock(mutex_);
-          times_ms_[status.error_code()].push_back(ms);
-          response_bytes_ = std::max(response_bytes_, response_bytes);
-          if (--num_under_way_ == 0) changed_.notify_all();
-        });
-  }
-
-  nlohmann::ordered_json Summary(double seconds) {
-    nlohmann::ordered_json json;
-    json["seconds"] = seconds;
-    json["response_bytes"] = response_bytes_;
-    for (auto& [code, times_ms] : times_ms_) {
-      std::sort(times_ms.begin(), times_ms.end());
-      const auto at = [&, &sorted = times_ms](double share) {
-        return sorted[std::min(sorted.size() - 1, static_cast<std::size_t>(
-                                                      share * static_cast<double>(sorted.size())))];
-      };
-      const std::string name =
-          absl::StatusCodeToString(static_cast<absl::StatusCode>(static_cast<int>(code)));
-      json[name] = {{"count", times_ms.size()},
-                    {"per_s", static_cast<double>(times_ms.size()) / seconds},
-                    {"p50_ms", at(0.5)},
-                    {"p99_ms", at(0.99)},
-                    {"max_ms", times_ms.back()}};
-    }
-    return json;
-  }
-
-  const LoadOptions options_;
-  const std::vector<grpc::ByteBuffer> requests_;
-  std::vector<std::unique_ptr<grpc::GenericStub>> stubs_;
-  std::atomic<std::size_t> num_started_ = 0;
-  std::mutex mutex_;
-  std::condition_variable changed_;
-  std::size_t num_under_way_ = 0;
-  std::size_t response_bytes_ = 0;
-  std::map<grpc::StatusCode, std::vector<double>> times_ms_;
-};
+  return mix;
+}
 
 int Run(int argc, char** argv) {
   CLI::App app("Loads a server from outside.");
@@ -283,16 +191,20 @@ int Run(int argc, char** argv) {
   LoadOptions options;
   auto* run = app.add_subcommand("run", "ask a server");
   run->add_option("ADDRESS", options.address)->required();
-  run->add_option("--requests", options.requests)->required();
+  std::vector<std::string> requests;
+  run->add_option("--requests", requests, "files; several are mixed, a request of each in turn")
+      ->required();
   run->add_option("--seconds", options.seconds);
   run->add_option("--rate", options.rate_per_s, "requests a second; 0: as fast as it answers");
   run->add_option("--inflight", options.num_inflight, "calls at once, without a rate");
   run->add_option("--connections", options.num_connections);
   run->add_option("--deadline-s", options.deadline_s);
+  run->add_option("--streams", options.num_streams, "robots that hold a stream meanwhile");
+  run->add_option("--stream-rate", options.stream_rate_per_s, "scans a second of each of these");
   CLI11_PARSE(app, argc, argv);
   if (prepare->parsed()) return Prepare(dir);
   if (echo->parsed()) return ServeEcho(response_bytes);
-  std::cout << Load(options).Run().dump() << std::endl;
+  std::cout << Summary(RunLoad(options, ReadMix(requests))).dump() << std::endl;
   return 0;
 }
 

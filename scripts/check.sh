@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# Format, lint and layering. Exits with 1 and the list of what is wrong.
+# Format, lint, layering and some seconds of every fuzz target. Exits with 1 and the list of what is
+# wrong.
 #   scripts/check.sh [PRESET]     whose compile commands clang-tidy reads (default: dev)
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -21,6 +22,8 @@ mapfile -t units < <(git ls-files '*.cpp' | grep -vE '^(tests|bench)/')
 echo "check: lint of ${#units[@]} files"
 printf '%s\n' "${units[@]}" |
   xargs -P "$(nproc)" -n 4 clang-tidy --quiet -p "build/$preset" 2>/dev/null || failed=1
+
+scripts/fuzz.sh 10 || failed=1
 
 if [[ $failed -ne 0 ]]; then
   echo "check: failed" >&2

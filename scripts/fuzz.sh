@@ -7,7 +7,7 @@ cd "$(dirname "$0")/.."
 seconds=${1:-60}
 shift || true
 targets=("$@")
-[[ ${#targets[@]} -gt 0 ]] || targets=(scan poses map wire)
+[[ ${#targets[@]} -gt 0 ]] || targets=(scan poses map wire config)
 
 scripts/setup.sh --with-fuzz
 cmake --preset fuzz >/dev/null

@@ -39,6 +39,7 @@ void PrepareStandardStreams() {
     if (open("/dev/null", fd == 0 ? O_WRONLY : O_RDONLY) == -1) _exit(1);
   }
   std::signal(SIGPIPE, SIG_IGN);
+  std::signal(SIGXFSZ, SIG_IGN);
 }
 
 absl::StatusOr<TextOutput> TextOutput::Open(const std::string& path) {

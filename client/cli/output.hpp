@@ -9,7 +9,8 @@
 namespace scanloc::cli {
 
 /// Keeps files that are opened later off the numbers of standard streams that the caller closed,
-/// and makes a closed pipe an error of the write instead of a signal. Call first in main.
+/// and makes a closed pipe, or a file as long as files may be, an error of the write instead of a
+/// signal. Call first in main.
 void PrepareStandardStreams();
 
 /// Text for stdout or a file; every failed write is told.

@@ -241,6 +241,7 @@ absl::Status Server::State::Load(const MapSource& source) {
 absl::Status Server::State::LoadNow(const MapSource& source) {
   Expect(source.name);
   const std::int64_t start_ns = NowNs();
+  spdlog::debug("loading map {} from {}", source.name, source.path);
   absl::Status status = Guard([&]() -> absl::Status {
     auto map = load_map(source.path);
     if (!map.ok()) return map.status();

@@ -71,6 +71,18 @@ std::string ContentId(const std::string& map) {
   return nlohmann::json::parse(MustScanloc({"info", map, "--json"})).at("content_id");
 }
 
+int NumPlacesCommitted(const std::string& map) {
+  if (!std::filesystem::exists(map)) return 0;
+  const ProcessResult verified = Scanloc({"verify", map});
+  // As which it is known for certain only once what was left unfinished has been undone.
+  const bool is_empty = verified.err.find("stopped before the first commit") != std::string::npos;
+  if (verified.status == 1 && is_empty) return 0;
+  if (verified.status != 0) throw std::runtime_error(verified.err);
+  const auto info = nlohmann::json::parse(MustScanloc({"info", map, "--json"}));
+  if (info.at("complete") != false) throw std::runtime_error(map + " claims to be whole");
+  return info.at("num_places");
+}
+
 int CountLines(const std::string& text) {
   return static_cast<int>(std::count(text.begin(), text.end(), '\n'));
 }

@@ -1,4 +1,5 @@
 // Writes good inputs for every fuzz target: make_seeds DIR
+#include <algorithm>
 #include <cstdint>
 #include <cstdio>
 #include <cstring>
@@ -9,6 +10,7 @@
 
 #include "scanloc/proto/convert.hpp"
 #include "scanloc/proto/status.hpp"
+#include "scanloc/v1/admin.pb.h"
 #include "scanloc/v1/capture.pb.h"
 #include "support/map_files.hpp"
 #include "support/paths.hpp"
@@ -98,6 +100,47 @@ void AddMaps(const Seeds& seeds) {
   seeds.Write("map", "sqlite", "SQLite format 3");
 }
 
+void AddNames(const Seeds& seeds) {
+  v1::ReloadMapRequest request;
+  request.set_map("town");
+  seeds.Add("wire", 8, "name", request.SerializeAsString());
+}
+
+/// Three scans of a robot that drives from place to place, sent as points and as descriptors.
+void AddStreams(const Seeds& seeds) {
+  const Map map = SmallMap(1, 3);
+  auto describer = Describer::Create(map.params).value();
+  for (const bool send_scans : {false, true}) {
+    std::string bytes;
+    for (int place = 0; place < 3; ++place) {
+      v1::LocalizeStreamRequest request;
+      PointCloud scan = QueryScan(1, place);
+      scan.resize(std::min<std::size_t>(scan.size(), 2000));  // its size in two bytes
+      if (send_scans) {
+        *request.mutable_query()->mutable_scan() = proto::ToProto(scan);
+      } else {
+        *request.mutable_query()->mutable_descriptors() = proto::ToProto(SignedDescriptor{
+            .signature = DescriptorSignature(map.params), .descriptor = describer.Describe(scan)});
+      }
+      if (place == 0) request.set_max_step_m(10.0);
+      if (place == 2) proto::SetOdometry(Pose(Eigen::Translation3d(7.0, 0.3, 0.0)), &request);
+      const std::string message = request.SerializeAsString();
+      AppendBytes(bytes, static_cast<std::uint16_t>(message.size()));
+      bytes += message;
+    }
+    seeds.Add("wire", 7, send_scans ? "stream_of_scans" : "stream_of_descriptors", bytes);
+  }
+}
+
+void AddConfigs(const Seeds& seeds) {
+  seeds.Add("config", 0, "tokens",
+            "# who may call\nrobot query 0123456789abcdef\noperator admin fedcba9876543210\n");
+  seeds.Add("config", 1, "map", "town=/srv/maps/town.scanloc");
+  seeds.Add("config", 2, "toml",
+            "# options\nmap = [\"town=/srv/town.scanloc\", 'b=c']\nmax-inflight = 32\n"
+            "max-rate = 1.5\nlog-requests = \"none\"\nadmin = true\n[other]\nlisten = \"a:1\"\n");
+}
+
 void AddMessages(const Seeds& seeds) {
   const Map map = SmallMap(1, 3);
   auto describer = Describer::Create(map.params).value();
@@ -131,6 +174,8 @@ void AddMessages(const Seeds& seeds) {
   seeds.Add("wire", 6, "details",
             proto::ToGrpc(proto::WithRetryAfter(absl::ResourceExhaustedError("busy"), 1.5))
                 .error_details());
+  AddNames(seeds);
+  AddStreams(seeds);
 }
 
 }  // namespace
@@ -142,6 +187,7 @@ int main(int argc, char** argv) try {
   scanloc::test::AddScans(seeds);
   scanloc::test::AddPoses(seeds);
   scanloc::test::AddMaps(seeds);
+  scanloc::test::AddConfigs(seeds);
   scanloc::test::AddMessages(seeds);
   return 0;
 } catch (const std::exception& error) {

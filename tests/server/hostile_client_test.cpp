@@ -5,21 +5,23 @@
 #include <string>
 #include <vector>
 
+#include "support/http2.hpp"
 #include "support/raw_call.hpp"
 #include "support/raw_http2.hpp"
 #include "support/small_map.hpp"
+#include "support/tcp_connection.hpp"
 #include "support/test_server.hpp"
 
 namespace scanloc::server {
 namespace {
 
-using test::Frame;
-using test::Socket;
+using Socket = test::TcpConnection;
+using test::Http2Frame;
 
 constexpr const char* kLocalize = "/scanloc.v1.Localization/Localize";
 
 /// The opening of a connection with a call of Localize, up to its message.
-std::string CallOpening() { return test::Opening() + test::CallHeaders(1, kLocalize); }
+std::string CallOpening() { return test::Http2CallOpening(kLocalize); }
 
 class HostileClientTest : public testing::Test {
  protected:
@@ -54,14 +56,14 @@ TEST_F(HostileClientTest, MayHangUpInTheMiddleOfAMessage) {
   const std::string call = CallOpening();
   const std::string request =
       test::ScanRequest(test::QueryScan(1, 2)).SerializeAsString().substr(0, 10'000);
-  const std::string message = test::Message(24'000, request);
+  const std::string message = test::GrpcMessage(24'000, request);
   for (const bool hard : {false, true}) {
     const Socket whole(server_->address());
-    whole.Send(call + Frame(0, 0, 1, message, message.size()));
-    if (hard) whole.Reset();
+    whole.Send(call + Http2Frame(0, 0, 1, message, message.size()));
+    if (hard) whole.ResetAtEnd();
     const Socket torn(server_->address());
-    torn.Send(call + Frame(0, 0, 1, message.substr(0, 500), message.size()));
-    if (hard) torn.Reset();
+    torn.Send(call + Http2Frame(0, 0, 1, message.substr(0, 500), message.size()));
+    if (hard) torn.ResetAtEnd();
   }
   for (std::size_t length = 0; length < call.size(); length += 7) {
     Socket(server_->address()).Send(call.substr(0, length));
@@ -69,9 +71,9 @@ TEST_F(HostileClientTest, MayHangUpInTheMiddleOfAMessage) {
 }
 
 TEST_F(HostileClientTest, MayAnnounceAMessageOfFourGigabytes) {
-  const std::string message = test::Message(0xffffffff, "");
+  const std::string message = test::GrpcMessage(0xffffffff, "");
   const Socket socket(server_->address());
-  socket.Send(CallOpening() + Frame(0, 0, 1, message, message.size()));
+  socket.Send(CallOpening() + Http2Frame(0, 0, 1, message, message.size()));
 }
 
 TEST_F(HostileClientTest, MayHoldConnectionsOpenAndSilent) {

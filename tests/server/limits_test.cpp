@@ -32,7 +32,7 @@ constexpr const char* kReflection =
     "/grpc.reflection.v1alpha.ServerReflection/ServerReflectionInfo";
 constexpr const char* kWatch = "/grpc.health.v1.Health/Watch";
 
-const std::string kListServices = test::Message(2, std::string("\x3a\x00", 2));
+const std::string kListServices = test::GrpcMessage(2, std::string("\x3a\x00", 2));
 
 class LimitsTest : public ScanlocdTest {
  protected:
@@ -74,7 +74,7 @@ class LimitsTest : public ScanlocdTest {
 TEST_F(LimitsTest, HoldsHalfSentMessagesWithinItsMemory) {
   StartWithTokens({"--max-memory-bytes", "67108864"});
   const long before_kb = PeakMemoryKb();
-  const std::string half = test::Message(7'000'000, std::string(6'000'000, 'x'));
+  const std::string half = test::GrpcMessage(7'000'000, std::string(6'000'000, 'x'));
   for (const char* path : {kLocalize, kStream}) {
     std::vector<std::thread> senders;
     for (int i = 0; i < 4; ++i) {
@@ -96,7 +96,7 @@ TEST_F(LimitsTest, EndsACallWhoseRequestDoesNotArrive) {
        {kLocalize, "/scanloc.v1.Localization/ListMaps", "/grpc.health.v1.Health/Check", kWatch}) {
     test::RawHttp2 slow(address_);
     const std::uint32_t call = slow.Call(path);
-    slow.Send(call, test::Message(1000, "half"));
+    slow.Send(call, test::GrpcMessage(1000, "half"));
     slow.AwaitEnd(call);
   }
   ExpectAnswer();
@@ -106,7 +106,7 @@ TEST_F(LimitsTest, StopsDespiteWhoNeverEnds) {
   StartWith({"--drain-seconds", "3600"});
   test::RawHttp2 hostile(address_);
   for (const char* path : {kLocalize, kWatch, kReflection}) {
-    hostile.Send(hostile.Call(path), test::Message(1000, "half"));
+    hostile.Send(hostile.Call(path), test::GrpcMessage(1000, "half"));
   }
   const std::uint32_t asked = hostile.Call(kReflection);
   hostile.Send(asked, kListServices);
@@ -139,7 +139,7 @@ TEST_F(LimitsTest, DoesNotUnpackWhatIsCompressed) {
   StartWith({});
   const long before_kb = PeakMemoryKb();
   const std::string bomb = GzipOfZeros(300);
-  std::string message = test::Message(bomb.size(), bomb);
+  std::string message = test::GrpcMessage(bomb.size(), bomb);
   message[0] = 1;  // compressed
   for (const char* path : {kLocalize, kStream, kWatch, kReflection}) {
     test::RawHttp2 hostile(address_);
@@ -202,7 +202,7 @@ TEST_F(LimitsTest, AnswersOthersWhileAnswersAreNotRead) {
   const std::string request = test::ScanRequest(test::QueryScan(1, 2)).SerializeAsString();
   for (int i = 0; i < 50; ++i) {
     const std::uint32_t call = hostile.Call(kLocalize);
-    hostile.Send(call, test::Message(request.size(), request));
+    hostile.Send(call, test::GrpcMessage(request.size(), request));
     hostile.AwaitHeaders(call);
   }
   ExpectAnswer();
@@ -210,10 +210,10 @@ TEST_F(LimitsTest, AnswersOthersWhileAnswersAreNotRead) {
 
 TEST_F(LimitsTest, AnswersOthersDespiteIdleConnections) {
   StartWith({});
-  std::vector<test::Socket> idle;
+  std::vector<test::TcpConnection> idle;
   for (int i = 0; i < 900; ++i) {  // as many as a usual limit of open files lets a test have
     idle.emplace_back(address_);
-    if (i % 2 == 0) idle.back().Send(test::Opening() + test::CallHeaders(1, kLocalize));
+    if (i % 2 == 0) idle.back().Send(test::Http2Opening() + test::Http2CallHeaders(1, kLocalize));
   }
   ExpectAnswer();
 }

@@ -1,17 +1,7 @@
-#include <arpa/inet.h>
-#include <netinet/in.h>
-#include <sys/socket.h>
-#include <unistd.h>
-
-#include <chrono>
-#include <filesystem>
 #include <nlohmann/json.hpp>
-#include <random>
 #include <sstream>
 
-#include "scanloc/mapdb/map_file.hpp"
-#include "scanlocd_fixture.hpp"
-#include "support/raw_call.hpp"
+#include "metered_scanlocd.hpp"
 
 namespace scanloc::server {
 namespace {
@@ -19,88 +9,23 @@ namespace {
 using ::testing::HasSubstr;
 using ::testing::StartsWith;
 
-class Connection {
- public:
-  explicit Connection(const std::string& address) : fd_(socket(AF_INET, SOCK_STREAM, 0)) {
-    const std::size_t colon = address.rfind(':');
-    sockaddr_in to = {};
-    to.sin_family = AF_INET;
-    to.sin_port = htons(static_cast<std::uint16_t>(std::stoi(address.substr(colon + 1))));
-    inet_pton(AF_INET, address.substr(0, colon).c_str(), &to.sin_addr);
-    if (connect(fd_, reinterpret_cast<sockaddr*>(&to), sizeof to) != 0) {
-      close(fd_);
-      throw std::runtime_error("cannot connect to " + address);
-    }
-  }
-  ~Connection() { close(fd_); }
-  Connection(const Connection&) = delete;
-  Connection& operator=(const Connection&) = delete;
-
-  void Send(const std::string& bytes) const {
-    // The other side may have hung up: then there is nobody to send to.
-    std::ignore = send(fd_, bytes.data(), bytes.size(), MSG_NOSIGNAL);
-  }
-
-  /// All that comes until the other side hangs up.
-  [[nodiscard]] std::string ReadAll() const {
-    std::string all;
-    char buffer[4096];
-    for (ssize_t count = 0; (count = read(fd_, buffer, sizeof buffer)) > 0;) {
-      all.append(buffer, static_cast<std::size_t>(count));
-    }
-    return all;
-  }
-
- private:
-  int fd_;
-};
-
-std::string Get(const std::string& address, const std::string& path) {
-  const Connection connection(address);
-  connection.Send("GET " + path + " HTTP/1.0\r\n\r\n");
-  return connection.ReadAll();
-}
-
-class ScanlocdOperationTest : public ScanlocdTest {
- protected:
-  /// Also serves metrics, and tells where.
-  void StartWithMetrics(std::vector<std::string> arguments) {
-    arguments.insert(arguments.end(),
-                     {"--listen", "127.0.0.1:0", "--metrics-listen", "127.0.0.1:0"});
-    scanlocd_.emplace(Command(arguments), test::ProcessOptions{.merge_stderr = true});
-    const std::string line = scanlocd_->ReadLineWith("metrics on http://");
-    const std::size_t begin = line.find("127.0.0.1:");
-    metrics_address_ = line.substr(begin, line.find('/', begin) - begin);
-    const std::string ready = scanlocd_->ReadLineWith("scanlocd ready on ");
-    address_ = ready.substr(std::string("scanlocd ready on ").size());
-  }
-
-  [[nodiscard]] double Metric(const std::string& name) const {
-    std::istringstream lines(Get(metrics_address_, "/metrics"));
-    for (std::string line; std::getline(lines, line);) {
-      if (line.starts_with(name + " ")) return std::stod(line.substr(name.size()));
-    }
-    throw std::runtime_error("no metric " + name);
-  }
-
-  std::string metrics_address_;
-};
+class ScanlocdOperationTest : public MeteredScanlocdTest {};
 
 TEST_F(ScanlocdOperationTest, ServesItsMetricsOverHttp) {
-  StartWithMetrics({"--map", "town=" + WriteMap("town", 1)});
+  StartMetered({"--map", "town=" + WriteMap("town", 1)});
   ASSERT_TRUE(Connect().LocalizeScan(test::QueryScan(1, 2)).ok());
-  const std::string page = Get(metrics_address_, "/metrics");
+  const std::string page = test::HttpGet(metrics_address_, "/metrics");
   EXPECT_THAT(page, StartsWith("HTTP/1.1 200"));
   EXPECT_THAT(page, HasSubstr("scanloc_map_serving{map=\"town\"} 1"));
   EXPECT_THAT(page, HasSubstr("method=\"Localize\""));
-  EXPECT_THAT(Get(metrics_address_, "/elsewhere"), HasSubstr(" 404 "));
+  EXPECT_THAT(test::HttpGet(metrics_address_, "/elsewhere"), HasSubstr(" 404 "));
 }
 
 TEST_F(ScanlocdOperationTest, SurvivesGarbageOnTheMetricsPort) {
-  StartWithMetrics({"--map", "town=" + WriteMap("town", 1)});
+  StartMetered({"--map", "town=" + WriteMap("town", 1)});
   for (const std::string& bytes :
        {std::string(100'000, 'x'), std::string("\0\xff\x16\x03", 4), std::string("GET\r\n\r\n")}) {
-    const Connection connection(metrics_address_);
+    const test::TcpConnection connection(metrics_address_);
     connection.Send(bytes);
   }
   EXPECT_EQ(Metric("scanloc_in_flight"), 0.0);
@@ -231,40 +156,17 @@ TEST_F(ScanlocdOperationTest, RefusesAConfigFileThatItDoesNotUnderstand) {
 }
 
 TEST_F(ScanlocdOperationTest, SurvivesTenThousandConnectionsOpenedAndDropped) {
-  StartWithMetrics({"--map", "town=" + WriteMap("town", 1)});
+  StartMetered({"--map", "town=" + WriteMap("town", 1)});
   const client::Client client = Connect();
   ASSERT_TRUE(client.LocalizeScan(test::QueryScan(1, 2)).ok());
   const double num_before = Metric("process_open_fds");
   for (int i = 0; i < 10'000; ++i) {
-    const Connection connection(address_);
+    const test::TcpConnection connection(address_);
     if (i % 3 == 1) connection.Send("PRI * HTTP/2.0\r\n\r\nSM");
     if (i % 3 == 2) connection.Send("garbage");
   }
   EXPECT_TRUE(client.LocalizeScan(test::QueryScan(1, 2)).ok());
-  const auto patience = std::chrono::steady_clock::now() + test::Process::kPatience;
-  while (Metric("process_open_fds") > num_before + 5) {
-    ASSERT_LT(std::chrono::steady_clock::now(), patience) << Metric("process_open_fds");
-    std::this_thread::yield();
-  }
-}
-
-TEST_F(ScanlocdOperationTest, LeavesItsMapsWholeHoweverItIsKilledWhileLoading) {
-  const std::string map = WriteMap("town", 1);
-  const std::uint64_t num_bytes = std::filesystem::file_size(map);
-  std::mt19937 random(7);
-  for (int i = 0; i < 25; ++i) {
-    Start({"--map", "town=" + map});
-    // A new file each time, so that the reload really loads.
-    test::WriteSmallMap(dir_.File("next"), static_cast<std::uint64_t>(i) + 2, kNumPlaces);
-    std::filesystem::rename(dir_.File("next"), map);
-    scanlocd_->Signal(SIGHUP);
-    std::this_thread::sleep_for(std::chrono::microseconds(random() % 3000));  // any moment will do
-    scanlocd_->Signal(SIGKILL);
-    EXPECT_EQ(scanlocd_->Wait(), -SIGKILL);
-    EXPECT_TRUE(mapdb::LoadMap(map).ok()) << mapdb::LoadMap(map).status();
-  }
-  EXPECT_NEAR(static_cast<double>(std::filesystem::file_size(map)), static_cast<double>(num_bytes),
-              0.5 * static_cast<double>(num_bytes));
+  AwaitMetric("process_open_fds", [=](double value) { return value <= num_before + 5; });
 }
 
 }  // namespace

@@ -37,12 +37,26 @@ Process::Process(const std::vector<std::string>& command, const ProcessOptions& 
   } else {
     posix_spawn_file_actions_adddup2(&actions, out[1], STDOUT_FILENO);
   }
-  posix_spawn_file_actions_adddup2(&actions, options.merge_stderr ? STDOUT_FILENO : err[1],
-                                   STDERR_FILENO);
+  if (options.stderr_path.empty()) {
+    posix_spawn_file_actions_adddup2(&actions, options.merge_stderr ? STDOUT_FILENO : err[1],
+                                     STDERR_FILENO);
+  } else {
+    posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, options.stderr_path.c_str(),
+                                     O_WRONLY | O_CREAT | O_APPEND, 0666);
+  }
   std::vector<char*> argv;
   for (const std::string& word : command) argv.push_back(const_cast<char*>(word.c_str()));
   argv.push_back(nullptr);
-  const int failed = posix_spawn(&pid_, argv[0], &actions, nullptr, argv.data(), environ);
+  std::vector<char*> environment;  // of a name given twice the first counts
+  for (const std::string& variable : options.environment) {
+    environment.push_back(const_cast<char*>(variable.c_str()));
+  }
+  for (char** variable = environ; *variable != nullptr; ++variable) {
+    environment.push_back(*variable);
+  }
+  environment.push_back(nullptr);
+  const int failed =
+      posix_spawn(&pid_, argv[0], &actions, nullptr, argv.data(), environment.data());
   posix_spawn_file_actions_destroy(&actions);
   close(out[1]);
   close(err[1]);

@@ -9,11 +9,14 @@
 
 namespace scanloc::test {
 
-/// Where a program's output goes.
+/// Where a program's output goes, and what it finds.
 struct ProcessOptions {
   std::string stdout_path;    ///< a file that stdout goes to, instead of being taken in
   bool close_stdout = false;  ///< the program starts without a stdout
   bool merge_stderr = false;  ///< stderr goes where stdout goes
+  std::string stderr_path;    ///< a file, made if need be, that stderr is added to
+  /// NAME=VALUE, beside the variables of the test itself.
+  std::vector<std::string> environment;
   /// Its stdout holds one write: the program waits with the next until the test has read that one,
   /// and so cannot run ahead of it by more.
   bool in_step = false;
@@ -42,6 +45,8 @@ class Process {
   void CloseStdout();
 
   void Signal(int signal) const;
+
+  [[nodiscard]] pid_t pid() const { return pid_; }
 
   /// A number of its /proc/PID/status, such as VmHWM [kB] or Threads.
   [[nodiscard]] long StatusOf(const std::string& field) const;

@@ -28,19 +28,66 @@ inline void SetPatience(grpc::ClientContext& context) {
   context.set_deadline(std::chrono::system_clock::now() + std::chrono::seconds(60));
 }
 
+/// What a call with bytes says beside them.
+struct BytesOptions {
+  std::string token;  ///< none if empty
+  grpc_compression_algorithm compression = GRPC_COMPRESS_NONE;
+};
+
+inline void Apply(const BytesOptions& options, grpc::ClientContext& context) {
+  SetPatience(context);
+  if (!options.token.empty()) context.AddMetadata("authorization", "Bearer " + options.token);
+  if (options.compression != GRPC_COMPRESS_NONE) {
+    context.set_compression_algorithm(options.compression);
+  }
+}
+
 /// Calls a method, such as "/scanloc.v1.Localization/Localize", with any bytes as the request.
 inline grpc::Status CallWithBytes(const std::shared_ptr<grpc::Channel>& channel,
-                                  const std::string& method, const std::string& bytes) {
+                                  const std::string& method, const std::string& bytes,
+                                  const BytesOptions& options = {}) {
   const grpc::Slice slice(bytes);
   const grpc::ByteBuffer request(&slice, 1);
   grpc::ByteBuffer response;
   grpc::ClientContext context;
-  SetPatience(context);
+  Apply(options, context);
   std::promise<grpc::Status> ended;
   grpc::GenericStub(channel).UnaryCall(
       &context, method, {}, &request, &response,
       [&ended](const grpc::Status& status) { ended.set_value(status); });
   return ended.get_future().get();
+}
+
+/// Calls a method that streams either way with any bytes as its one request, and hangs up at the
+/// first response; the status is then CANCELLED.
+inline grpc::Status StreamWithBytes(const std::shared_ptr<grpc::Channel>& channel,
+                                    const std::string& method, const std::string& bytes,
+                                    const BytesOptions& options = {}) {
+  class Call : public grpc::ClientBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer> {
+   public:
+    Call(const std::shared_ptr<grpc::Channel>& channel, const std::string& method,
+         const std::string& bytes, const BytesOptions& options) {
+      Apply(options, context_);
+      const grpc::Slice slice(bytes);
+      request_ = grpc::ByteBuffer(&slice, 1);
+      grpc::GenericStub(channel).PrepareBidiStreamingCall(&context_, method, {}, this);
+      StartWriteLast(&request_, {});
+      StartRead(&response_);
+      StartCall();
+    }
+    void OnReadDone(bool ok) override {
+      if (ok) context_.TryCancel();
+    }
+    void OnDone(const grpc::Status& status) override { ended_.set_value(status); }
+    grpc::Status Await() { return ended_.get_future().get(); }
+
+   private:
+    grpc::ClientContext context_;
+    grpc::ByteBuffer request_;
+    grpc::ByteBuffer response_;
+    std::promise<grpc::Status> ended_;
+  };
+  return Call(channel, method, bytes, options).Await();
 }
 
 inline v1::LocalizeRequest ScanRequest(PointView scan, const std::string& map = "") {

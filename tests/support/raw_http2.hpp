@@ -1,122 +1,21 @@
 #pragma once
 
-#include <arpa/inet.h>
-#include <netinet/in.h>
-#include <sys/socket.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <cstdint>
 #include <map>
-#include <stdexcept>
 #include <string>
-#include <utility>
-#include <vector>
 
-/// HTTP/2 by hand, to do what no gRPC client does.
+#include "support/http2.hpp"
+#include "support/tcp_connection.hpp"
+
 namespace scanloc::test {
-
-/// A TCP connection without any protocol.
-class Socket {
- public:
-  explicit Socket(const std::string& address) : fd_(socket(AF_INET, SOCK_STREAM, 0)) {
-    sockaddr_in peer = {};
-    peer.sin_family = AF_INET;
-    peer.sin_port =
-        htons(static_cast<std::uint16_t>(std::stoi(address.substr(address.rfind(':') + 1))));
-    peer.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    if (connect(fd_, reinterpret_cast<const sockaddr*>(&peer), sizeof(peer)) != 0) {
-      throw std::runtime_error("cannot connect to " + address);
-    }
-    // Only a test that fails waits so long.
-    const timeval patience = {.tv_sec = 60, .tv_usec = 0};
-    setsockopt(fd_, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof(patience));
-    setsockopt(fd_, SOL_SOCKET, SO_SNDTIMEO, &patience, sizeof(patience));
-  }
-  ~Socket() { close(fd_); }
-  Socket(Socket&& other) noexcept : fd_(std::exchange(other.fd_, -1)) {}
-  Socket(const Socket&) = delete;
-
-  /// The server may hang up meanwhile.
-  void Send(const std::string& bytes) const {
-    for (std::size_t sent = 0; sent < bytes.size();) {
-      const ssize_t count = send(fd_, bytes.data() + sent, bytes.size() - sent, MSG_NOSIGNAL);
-      if (count <= 0) return;
-      sent += static_cast<std::size_t>(count);
-    }
-  }
-
-  /// Exactly so many bytes; fewer if the server hangs up.
-  [[nodiscard]] std::string Read(std::size_t num_bytes) const {
-    std::string bytes(num_bytes, '\0');
-    std::size_t got = 0;
-    while (got < num_bytes) {
-      const ssize_t count = recv(fd_, bytes.data() + got, num_bytes - got, 0);
-      if (count <= 0) break;
-      got += static_cast<std::size_t>(count);
-    }
-    bytes.resize(got);
-    return bytes;
-  }
-
-  /// Ends with a reset instead of a goodbye.
-  void Reset() const {
-    const linger hard = {.l_onoff = 1, .l_linger = 0};
-    setsockopt(fd_, SOL_SOCKET, SO_LINGER, &hard, sizeof(hard));
-  }
-
- private:
-  int fd_;
-};
-
-inline std::string BigEndian(std::uint64_t value, int num_bytes) {
-  std::string bytes;
-  for (int shift = 8 * (num_bytes - 1); shift >= 0; shift -= 8) {
-    bytes += static_cast<char>(value >> shift);
-  }
-  return bytes;
-}
-
-inline std::string Frame(char type, char flags, std::uint32_t stream, const std::string& payload,
-                         std::size_t announced) {
-  return BigEndian(announced, 3) + type + flags + BigEndian(stream, 4) + payload;
-}
-inline std::string Frame(char type, char flags, std::uint32_t stream, const std::string& payload) {
-  return Frame(type, flags, stream, payload, payload.size());
-}
-
-/// The headers of a call, up to its message; with a bearer token if it is not empty.
-inline std::string CallHeaders(std::uint32_t stream, const std::string& path,
-                               const std::string& token = "", const std::string& encoding = "") {
-  const auto literal = [](const std::string& name, const std::string& value) {
-    return std::string(1, '\0') + static_cast<char>(name.size()) + name +
-           static_cast<char>(value.size()) + value;
-  };
-  std::string headers = literal(":method", "POST") + literal(":scheme", "http") +
-                        literal(":path", path) + literal(":authority", "localhost") +
-                        literal("te", "trailers") + literal("content-type", "application/grpc");
-  if (!token.empty()) headers += literal("authorization", "Bearer " + token);
-  if (!encoding.empty()) headers += literal("grpc-encoding", encoding);
-  return Frame(1, 4, stream, headers);
-}
-
-/// The opening of a connection; the client's streams may be sent so much, unread.
-inline std::string Opening(std::uint32_t window_bytes = 65535) {
-  return "PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n" +
-         Frame(4, 0, 0, BigEndian(4, 2) + BigEndian(window_bytes, 4));
-}
-
-/// A message of which so much is announced, and this is sent.
-inline std::string Message(std::size_t announced, const std::string& sent) {
-  return std::string(1, '\0') + BigEndian(announced, 4) + sent;
-}
 
 /// A connection that keeps to the protocol as far as the test wants.
 class RawHttp2 {
  public:
   explicit RawHttp2(const std::string& address, std::uint32_t window_bytes = 65535)
       : socket_(address) {
-    socket_.Send(Opening(window_bytes));
+    socket_.Send(Http2Opening(window_bytes));
   }
 
   /// The number of the call's stream.
@@ -125,7 +24,7 @@ class RawHttp2 {
     const std::uint32_t stream = next_stream_;
     next_stream_ += 2;
     streams_[stream] = {.window = initial_window_, .is_ended = false};
-    socket_.Send(CallHeaders(stream, path, token, encoding));
+    socket_.Send(Http2CallHeaders(stream, path, token, encoding));
     return stream;
   }
 
@@ -142,7 +41,7 @@ class RawHttp2 {
       }
       const std::size_t count =
           std::min({kMaxFrameBytes, bytes.size() - sent, static_cast<std::size_t>(allowed)});
-      socket_.Send(Frame(0, 0, stream, bytes.substr(sent, count)));
+      socket_.Send(Http2Frame(0, 0, stream, bytes.substr(sent, count)));
       sent += count;
       window_ -= static_cast<std::int64_t>(count);
       streams_[stream].window -= static_cast<std::int64_t>(count);
@@ -150,7 +49,7 @@ class RawHttp2 {
     return true;
   }
 
-  void Ping() const { socket_.Send(Frame(6, 0, 0, std::string(8, 'p'))); }
+  void Ping() const { socket_.Send(Http2Frame(6, 0, 0, std::string(8, 'p'))); }
 
   /// Waits until the server ends the call.
   void AwaitEnd(std::uint32_t stream) {
@@ -214,7 +113,7 @@ class RawHttp2 {
         if ((flags & 1) == 0) TakeSettings(payload);
         break;
       case 6:  // PING
-        if ((flags & 1) == 0) socket_.Send(Frame(6, 1, 0, payload));
+        if ((flags & 1) == 0) socket_.Send(Http2Frame(6, 1, 0, payload));
         break;
       case 7:  // GOAWAY: last stream, error code, why
         go_away_ = payload.substr(8);
@@ -234,10 +133,10 @@ class RawHttp2 {
       for (auto& [number, stream] : streams_) stream.window += initial - initial_window_;
       initial_window_ = initial;
     }
-    socket_.Send(Frame(4, 1, 0, ""));
+    socket_.Send(Http2Frame(4, 1, 0, ""));
   }
 
-  Socket socket_;
+  TcpConnection socket_;
   std::uint32_t next_stream_ = 1;
   std::int64_t window_ = 65535;
   std::int64_t initial_window_ = 65535;
