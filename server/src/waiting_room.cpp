@@ -79,8 +79,7 @@ void WaitingRoom::Settle(Waiter& waiter) {
 
 absl::Status WaitingRoom::MakeRoomFor(const std::string& client, Leavers& leavers) {
   if (static_cast<int>(settled_.size()) < options_.max_waiters) return absl::OkStatus();
-  const absl::Status full =
-      proto::WithRetryAfter(absl::ResourceExhaustedError(options_.full), kRetry_s);
+  absl::Status full = proto::WithRetryAfter(absl::ResourceExhaustedError(options_.full), kRetry_s);
   const auto own = num_by_client_.find(client);
   const int num_own = own == num_by_client_.end() ? 0 : own->second;
   const auto most =
