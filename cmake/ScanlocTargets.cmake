@@ -13,9 +13,11 @@ set(CMAKE_CXX_FLAGS_RELEASE "-O3 -DNDEBUG")
 set(CMAKE_CXX_FLAGS_RELWITHDEBINFO "-O2 -g1")
 set(CMAKE_RUNTIME_OUTPUT_DIRECTORY "${CMAKE_BINARY_DIR}/bin")
 
+# Clones of the project share what ccache holds: paths count relative to the clone.
 find_program(CCACHE_PROGRAM ccache)
 if(CCACHE_PROGRAM)
-  set(CMAKE_CXX_COMPILER_LAUNCHER "${CCACHE_PROGRAM}")
+  set(CMAKE_CXX_COMPILER_LAUNCHER "${CMAKE_COMMAND}" -E env "CCACHE_BASEDIR=${PROJECT_SOURCE_DIR}"
+    CCACHE_NOHASHDIR=1 CCACHE_SLOPPINESS=pch_defines,time_macros "${CCACHE_PROGRAM}")
 endif()
 
 # Settings of scanloc's own code only; generated protobuf code is compiled without the warnings.
@@ -54,6 +56,13 @@ function(scanloc_add_library module)
   target_compile_features(${target} PUBLIC cxx_std_20)
   target_link_libraries(${target} PUBLIC ${ARG_PUBLIC_DEPS}
     PRIVATE ${ARG_PRIVATE_DEPS} $<BUILD_INTERFACE:scanloc_warnings>)
+endfunction()
+
+# scanloc_precompile_grpc(server_tests): compiles the headers of gRPC and of the wire once for all
+# sources of a target; they take longer than the sources themselves.
+function(scanloc_precompile_grpc target)
+  target_precompile_headers(${target} PRIVATE <grpcpp/grpcpp.h>
+    <scanloc/v1/localization.grpc.pb.h>)
 endfunction()
 
 # scanloc_add_program(scanlocd SOURCES main.cpp DEPS scanloc::server)
