@@ -57,8 +57,8 @@ LongDrive MakeLongDrive(const TempDir& dir, int num_scans);
 /// The content id that `scanloc info` tells.
 std::string ContentId(const std::string& map);
 
-/// How many places a map has that a build left when it was broken off: 0 if that was before its first
-/// commit. Throws if the map does not open, is damaged, or claims to be whole.
+/// How many places a map has that a build left when it was broken off: 0 if that was before its
+/// first commit. Throws if the map does not open, is damaged, or claims to be whole.
 int NumPlacesCommitted(const std::string& map);
 
 /// Number of lines.
