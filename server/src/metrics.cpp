@@ -114,12 +114,15 @@ struct Metrics::State : public prometheus::Collectable {
     return families;
   }
 
-  void AddStage(const char* stage, std::int64_t ns) {
-    if (ns > 0) {
-      stages.Add({{"stage", stage}}, StageSeconds())
-          .Observe(kSecondsPerNs * static_cast<double>(ns));
+  /// Looked up once: most queries have all of them.
+  struct Stage {
+    Stage(prometheus::Family<Histogram>& family, const char* name)
+        : histogram(family.Add({{"stage", name}}, StageSeconds())) {}
+    void Add(std::int64_t ns) {
+      if (ns > 0) histogram.Observe(kSecondsPerNs * static_cast<double>(ns));
     }
-  }
+    Histogram& histogram;
+  };
 
   prometheus::Registry registry;
   Looked looked;
@@ -138,6 +141,12 @@ struct Metrics::State : public prometheus::Collectable {
                                               .Name("scanloc_stage_duration_seconds")
                                               .Help("Time of answered queries by stage [s].")
                                               .Register(registry);
+  Stage queue{stages, "queue"};
+  Stage decode{stages, "decode"};
+  Stage describe{stages, "describe"};
+  Stage retrieve{stages, "retrieve"};
+  Stage match{stages, "match"};
+  Stage verify{stages, "verify"};
   Histogram& confidences = prometheus::BuildHistogram()
                                .Name("scanloc_confidence")
                                .Help("Confidence of the best candidate of answered queries.")
@@ -186,13 +195,13 @@ void Metrics::CountCall(const std::string& method, absl::StatusCode code,
 }
 
 void Metrics::AddReply(const LocalizeReply& reply) {
-  state_->AddStage("queue", reply.queue_ns);
-  state_->AddStage("decode", reply.decode_ns);
   const StageTimes& times = reply.answer.times;
-  state_->AddStage("describe", times.describe_ns);
-  state_->AddStage("retrieve", times.retrieve_ns);
-  state_->AddStage("match", times.match_ns);
-  state_->AddStage("verify", times.verify_ns);
+  state_->queue.Add(reply.queue_ns);
+  state_->decode.Add(reply.decode_ns);
+  state_->describe.Add(times.describe_ns);
+  state_->retrieve.Add(times.retrieve_ns);
+  state_->match.Add(times.match_ns);
+  state_->verify.Add(times.verify_ns);
   if (reply.answer.candidates.empty()) return;
   const Candidate& best = reply.answer.candidates.front();
   if (best.confidence) state_->confidences.Observe(*best.confidence);

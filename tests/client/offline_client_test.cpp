@@ -37,7 +37,8 @@ TEST_F(OfflineClientTest, AnswersAsAServerOfTheSameMap) {
   server::ServerOptions options;
   options.maps = {{.name = "town", .path = path_}};
   options.listen = "127.0.0.1:0";
-  const auto server = *server::Server::Start(options, mapdb::LoadMap);
+  const auto server =
+      *server::Server::Start(options, [](const std::string& path) { return mapdb::LoadMap(path); });
   ASSERT_TRUE(server->LoadMaps().ok());
   const Client online = *Client::Connect({.address = server->address()});
   EXPECT_EQ(*offline_->GetMapInfo("town"), *online.GetMapInfo("town"));

@@ -1,3 +1,4 @@
+#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
@@ -32,13 +33,14 @@ TEST_F(ScanlocdOperationTest, SurvivesGarbageOnTheMetricsPort) {
 }
 
 TEST_F(ScanlocdOperationTest, ServesMetricsBesideSilentConnections) {
-  StartWithMetrics({"--map", "town=" + WriteMap("town", 1)});
-  const Connection first(metrics_address_);
-  const Connection second(metrics_address_);
-  for (const Connection* silent : {&first, &second}) silent->Send("GET /metrics HTTP/1.0\r\n");
+  StartMetered({"--map", "town=" + WriteMap("town", 1)});
+  const test::TcpConnection first(metrics_address_);
+  const test::TcpConnection second(metrics_address_);
+  for (const test::TcpConnection* silent : {&first, &second})
+    silent->Send("GET /metrics HTTP/1.0\r\n");
   EXPECT_EQ(Metric("scanloc_in_flight"), 0.0);
   // The silent ones have not been given up for it: they were not waited for.
-  for (const Connection* silent : {&first, &second}) {
+  for (const test::TcpConnection* silent : {&first, &second}) {
     silent->Send("\r\n");
     EXPECT_THAT(silent->ReadAll(), HasSubstr("scanloc_in_flight 0"));
   }

@@ -68,7 +68,7 @@ void AddResult(const std::string& name, AnswerTo&& answer_to, EvalReport* report
     if (point.f1 == result.precision_recall.f1_max) result.threshold_at_f1_max = point.threshold;
   }
   if (name == "sure") result.reliability = eval::MeasureReliability(result.scored, 10);
-  result.yaw_deg = ErrorSummary{.median = 1.125, .mean = 1.25, .p90 = 2.5};
+  result.yaw_deg = eval::ErrorSummary{.median = 1.125, .mean = 1.25, .p90 = 2.5};
   report->results.push_back(std::move(result));
 }
 
