@@ -1,7 +1,6 @@
 #include "scanloc/eval/m2dp.hpp"
 
 #include <Eigen/Eigenvalues>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -32,6 +31,28 @@ Eigen::Matrix3d PrincipalAxes(const Eigen::Matrix3Xd& centred) {
   return axes;
 }
 
+/// Rings from the inside, where ring j reaches from j² to (j + 1)² times the width of the first.
+int RingOf(double squared_radius, double ring_m) {
+  const double squared_rings = squared_radius / (ring_m * ring_m);
+  int ring = 0;
+  for (int j = 1; j < M2dp::kNumRings; ++j) ring += squared_rings >= j * j * j * j ? 1 : 0;
+  return ring;
+}
+
+/// Sectors from -x counter-clockwise: that within a quadrant by the slope, without an arc tangent.
+int SectorOf(double x, double y) {
+  constexpr int kPerQuadrant = M2dp::kNumSectors / 4;
+  static_assert(kPerQuadrant == 4);
+  constexpr double kSlopes[kPerQuadrant - 1] = {std::numbers::sqrt2 - 1.0, 1.0,
+                                                std::numbers::sqrt2 + 1.0};
+  const double width = std::fabs(x);
+  const double height = std::fabs(y);
+  int within = 0;
+  for (const double slope : kSlopes) within += height >= slope * width ? 1 : 0;
+  const int half = y < 0.0 ? 0 : 2 * kPerQuadrant;
+  return half + ((x < 0.0) == (y < 0.0) ? within : 2 * kPerQuadrant - 1 - within);
+}
+
 /// Counts the projection onto the plane in rings and sectors.
 Eigen::RowVectorXd CountOnPlane(const Eigen::Matrix3Xd& points, const Eigen::Vector3d& normal,
                                 double ring_m) {
@@ -43,12 +64,7 @@ Eigen::RowVectorXd CountOnPlane(const Eigen::Matrix3Xd& points, const Eigen::Vec
   for (Eigen::Index i = 0; i < points.cols(); ++i) {
     const double x = x_axis.dot(points.col(i));
     const double y = y_axis.dot(points.col(i));
-    // Ring j reaches from j² to (j + 1)² times the width of the first.
-    const int ring =
-        std::min(M2dp::kNumRings - 1, static_cast<int>(std::sqrt(std::hypot(x, y) / ring_m)));
-    const double turn = (std::atan2(y, x) + kPi) / (2.0 * kPi);
-    const int sector = std::min(M2dp::kNumSectors - 1, static_cast<int>(turn * M2dp::kNumSectors));
-    counts(ring * M2dp::kNumSectors + sector) += 1.0;
+    counts(RingOf(x * x + y * y, ring_m) * M2dp::kNumSectors + SectorOf(x, y)) += 1.0;
   }
   return counts / static_cast<double>(points.cols());
 }
@@ -90,10 +106,12 @@ Eigen::VectorXf M2dp::Describe(PointView scan) const {
   }
   const Eigen::MatrixXd signatures = Signatures(points);
   if (signatures.size() == 0) return Eigen::VectorXf::Zero(kLength);
-  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(signatures,
-                                              Eigen::ComputeThinU | Eigen::ComputeThinV);
+  // Only the first singular vectors are asked for: the left one is the last eigenvector of S·Sᵀ.
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(signatures * signatures.transpose());
+  const Eigen::VectorXd left = solver.eigenvectors().rightCols<1>();
+  const Eigen::VectorXd right = (signatures.transpose() * left).normalized();
   Eigen::VectorXf descriptor(kLength);
-  descriptor << WithPositiveSum(svd.matrixU().col(0)), WithPositiveSum(svd.matrixV().col(0));
+  descriptor << WithPositiveSum(left), WithPositiveSum(right);
   return descriptor;
 }
 
