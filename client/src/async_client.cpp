@@ -49,13 +49,14 @@ struct AsyncClient::State {
   }
 
   void Submit(Task task) {
-    bool is_taken = false;
-    {
-      const std::lock_guard lock(mutex);
-      is_taken = waiting.size() < max_waiting;
-      if (is_taken) waiting.push_back(std::move(task));
+    std::unique_lock lock(mutex);
+    if (waiting.size() < max_waiting) {
+      waiting.push_back(std::move(task));
+      lock.unlock();
+      has_work.notify_one();
+      return;
     }
-    if (is_taken) return has_work.notify_one();
+    lock.unlock();
     task.callback(absl::ResourceExhaustedError(absl::StrCat(
         max_waiting, " queries wait already; ask again when some of them have ended")));
   }
