@@ -206,7 +206,7 @@ struct KeyIndex::Tree {
     rows.key_size = keys.size;
     rows.batches = KeyBatches(keys.components_m, keys.size);
     for (std::size_t c = 0; c < kNumLead; ++c) {
-      box[c] = {index.root_bbox[c].low, index.root_bbox[c].high};
+      box_[c] = {index.root_bbox[c].low, index.root_bbox[c].high};
     }
     CopySubtree(table, keys, index, *index.root_node);
   }
@@ -215,7 +215,7 @@ struct KeyIndex::Tree {
     Gaps gaps{};
     float distance = 0.0F;
     for (std::size_t c = 0; c < kNumLead; ++c) {
-      const float gap = std::max({box[c].low - key_m[c], key_m[c] - box[c].high, 0.0F});
+      const float gap = std::max({box_[c].low - key_m[c], key_m[c] - box_[c].high, 0.0F});
       gaps[c] = gap * gap;
       distance += gaps[c];
     }
@@ -247,22 +247,22 @@ struct KeyIndex::Tree {
 
   void CopySubtree(const ContextTable& table, const PaddedKeys& keys, const Index& index,
                    const Index::Node& from) {
-    const std::size_t node = nodes.size();
-    nodes.emplace_back();
+    const std::size_t node = nodes_.size();
+    nodes_.emplace_back();
     if (from.child1 == nullptr) {
       const std::size_t left = from.node_type.lr.left;
       const std::size_t first_batch = rows.batches.num_batches();
       rows.AppendLeaf(table, keys,
                       std::span(index.vAcc).subspan(left, from.node_type.lr.right - left));
-      nodes[node].first_batch = static_cast<std::uint32_t>(first_batch);
-      nodes[node].num_batches =
+      nodes_[node].first_batch = static_cast<std::uint32_t>(first_batch);
+      nodes_[node].num_batches =
           static_cast<std::uint32_t>(rows.batches.num_batches() - first_batch);
       return;
     }
-    nodes[node].component = static_cast<std::uint32_t>(from.node_type.sub.divfeat);
-    nodes[node].gap = {from.node_type.sub.divlow, from.node_type.sub.divhigh};
+    nodes_[node].component = static_cast<std::uint32_t>(from.node_type.sub.divfeat);
+    nodes_[node].gap = {from.node_type.sub.divlow, from.node_type.sub.divhigh};
     CopySubtree(table, keys, index, *from.child1);
-    nodes[node].second = static_cast<std::uint32_t>(nodes.size());
+    nodes_[node].second = static_cast<std::uint32_t>(nodes_.size());
     CopySubtree(table, keys, index, *from.child2);
   }
 
@@ -270,7 +270,7 @@ struct KeyIndex::Tree {
   /// of the gaps, a lower bound of the distance to any key of the subtree.
   void Visit(std::size_t node_index, const std::vector<float>& key_m, float distance, Gaps& gaps,
              NearestPlaces& nearest) const {
-    const Node& node = nodes[node_index];
+    const Node& node = nodes_[node_index];
     if (node.second == 0) {
       for (std::uint32_t i = 0; i < node.num_batches; ++i) nearest.AddBatch(node.first_batch + i);
       return;
@@ -292,8 +292,8 @@ struct KeyIndex::Tree {
     gaps[node.component] = gap_before;
   }
 
-  std::array<Interval, kNumLead> box;
-  std::vector<Node> nodes;  // the root first
+  std::array<Interval, kNumLead> box_;
+  std::vector<Node> nodes_;  // the root first
 };
 
 KeyIndex::KeyIndex(const ContextTable& table, KeyScale scale)
