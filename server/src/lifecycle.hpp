@@ -26,8 +26,8 @@ using ThreadStarter = std::function<std::thread(std::function<void()> work)>;
 /// are only read), and at a second signal.
 int RunUntilStopped(
     Server& server, std::chrono::duration<double> drain,
-    const ThreadStarter& start_thread = [](std::function<void()> work) {
-      return std::thread(std::move(work));
+    const ThreadStarter& start_thread = [](const std::function<void()>& work) {
+      return std::thread(work);
     });
 
 }  // namespace scanloc::server
