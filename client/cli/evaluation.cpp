@@ -55,16 +55,6 @@ absl::StatusOr<Answers> AnswerAll(const EvalSubjects& subjects, std::size_t numb
   return answers;
 }
 
-absl::StatusOr<std::vector<Describer>> MakeDescribers(const Params& params, std::size_t count) {
-  std::vector<Describer> describers;
-  for (std::size_t i = 0; i < count; ++i) {
-    absl::StatusOr<Describer> describer = Describer::Create(params);
-    if (!describer.ok()) return describer.status();
-    describers.push_back(*std::move(describer));
-  }
-  return describers;
-}
-
 /// The vectors of the scan of every place.
 absl::StatusOr<std::vector<Eigen::VectorXf>> DescribePlaces(const eval::Baseline& baseline,
                                                             std::size_t num_places,

@@ -241,6 +241,16 @@ PlaceDescriptor Describer::DescribePlace(PointView scan, ScanCounts* counts) {
   return descriptor;
 }
 
+absl::StatusOr<std::vector<Describer>> MakeDescribers(const Params& params, std::size_t count) {
+  std::vector<Describer> describers;
+  for (std::size_t i = 0; i < count; ++i) {
+    absl::StatusOr<Describer> describer = Describer::Create(params);
+    if (!describer.ok()) return describer.status();
+    describers.push_back(*std::move(describer));
+  }
+  return describers;
+}
+
 absl::Status Validate(const ScanDescriptor& descriptor, const Params& params) {
   if (absl::Status status = CheckContext(descriptor.polar, params.polar.enabled,
                                          params.polar.num_rings, params.polar.num_sectors, "polar");

@@ -117,16 +117,6 @@ absl::StatusOr<MapBuilder> OpenBuilder(const BuildOptions& options, const Sessio
   return absl::InvalidArgumentError("unknown build mode");
 }
 
-absl::StatusOr<std::vector<Describer>> MakeDescribers(const Params& params, std::size_t count) {
-  std::vector<Describer> describers;
-  for (std::size_t i = 0; i < count; ++i) {
-    absl::StatusOr<Describer> describer = Describer::Create(params);
-    if (!describer.ok()) return describer.status();
-    describers.push_back(*std::move(describer));
-  }
-  return describers;
-}
-
 absl::Status NameScan(const absl::Status& status, const SessionPlan& plan, std::size_t scan) {
   return {status.code(), absl::StrCat("scan ", scan + 1, " of ", plan.scans.size(), " ('",
                                       plan.scans[scan].name, "'): ", status.message())};

@@ -87,6 +87,10 @@ class Describer {
   std::unique_ptr<State> state_;
 };
 
+/// One for each of so many threads. InvalidArgument if Validate(params) is not OK.
+[[nodiscard]] absl::StatusOr<std::vector<Describer>> MakeDescribers(const Params& params,
+                                                                    std::size_t count);
+
 /// OK if the descriptors have the shapes and heights that the parameters ask for, else
 /// InvalidArgument; for descriptors that come from a file or the network.
 [[nodiscard]] absl::Status Validate(const ScanDescriptor& descriptor, const Params& params);
