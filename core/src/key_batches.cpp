@@ -2,21 +2,116 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <limits>
 
-#ifdef __SSE2__
-#include <emmintrin.h>
+#ifdef __x86_64__
+#include <immintrin.h>
 #endif
 
 namespace scanloc {
+namespace key_batches {
 namespace {
 
 /// After so many pairs of components a look at whether any lane can still be near.
 constexpr std::size_t kPairsPerLook = 4;
 
-constexpr std::size_t kPairSize = 2 * KeyBatches::kNumLanes;
+constexpr std::size_t kNumLanes = KeyBatches::kNumLanes;
+constexpr std::size_t kPairSize = 2 * kNumLanes;
+
+std::uint32_t NearPortable(const std::int16_t* pair, const std::int16_t* of_query,
+                           std::size_t num_pairs, std::int32_t limit) {
+  std::int32_t sums[kNumLanes] = {};
+  for (std::size_t p = 0; p < num_pairs; ++p, pair += kPairSize, of_query += 2) {
+    for (std::size_t lane = 0; lane < kNumLanes; ++lane) {
+      const std::int32_t a = pair[2 * lane] - of_query[0];
+      const std::int32_t b = pair[2 * lane + 1] - of_query[1];
+      sums[lane] += a * a + b * b;
+    }
+  }
+  std::uint32_t near = 0;
+  for (std::size_t lane = 0; lane < kNumLanes; ++lane) {
+    if (sums[lane] <= limit) near |= 1U << lane;
+  }
+  return near;
+}
+
+#ifdef __x86_64__
+
+std::int32_t PairOf(const std::int16_t* components) {
+  std::int32_t pair = 0;
+  std::memcpy(&pair, components, sizeof(pair));
+  return pair;
+}
+
+std::uint32_t NearSse2(const std::int16_t* pair, const std::int16_t* of_query,
+                       std::size_t num_pairs, std::int32_t limit) {
+  constexpr std::size_t kNumRegisters = kNumLanes / 4;
+  const __m128i limits = _mm_set1_epi32(limit);
+  __m128i sums[kNumRegisters] = {};
+  std::uint32_t far = 0;
+  for (std::size_t p = 0; p < num_pairs; p += kPairsPerLook) {
+    for (std::size_t i = 0; i < kPairsPerLook; ++i, pair += kPairSize, of_query += 2) {
+      const __m128i both = _mm_set1_epi32(PairOf(of_query));
+      for (std::size_t r = 0; r < kNumRegisters; ++r) {
+        const __m128i keys = _mm_loadu_si128(reinterpret_cast<const __m128i*>(pair) + r);
+        const __m128i differences = _mm_sub_epi16(keys, both);
+        sums[r] = _mm_add_epi32(sums[r], _mm_madd_epi16(differences, differences));
+      }
+    }
+    far = 0;
+    for (std::size_t r = 0; r < kNumRegisters; ++r) {
+      const __m128 is_far = _mm_castsi128_ps(_mm_cmpgt_epi32(sums[r], limits));
+      far |= static_cast<std::uint32_t>(_mm_movemask_ps(is_far)) << (4 * r);
+    }
+    if (far == 0xFFFFU) return 0;
+  }
+  return ~far & 0xFFFFU;
+}
+
+__attribute__((target("avx2"))) std::uint32_t NearAvx2(const std::int16_t* pair,
+                                                       const std::int16_t* of_query,
+                                                       std::size_t num_pairs, std::int32_t limit) {
+  const __m256i limits = _mm256_set1_epi32(limit);
+  __m256i low = _mm256_setzero_si256();
+  __m256i high = _mm256_setzero_si256();
+  std::uint32_t far = 0;
+  for (std::size_t p = 0; p < num_pairs; p += kPairsPerLook) {
+    for (std::size_t i = 0; i < kPairsPerLook; ++i, pair += kPairSize, of_query += 2) {
+      const __m256i both = _mm256_set1_epi32(PairOf(of_query));
+      const auto* keys = reinterpret_cast<const __m256i*>(pair);
+      const __m256i of_low = _mm256_sub_epi16(_mm256_loadu_si256(keys), both);
+      const __m256i of_high = _mm256_sub_epi16(_mm256_loadu_si256(keys + 1), both);
+      low = _mm256_add_epi32(low, _mm256_madd_epi16(of_low, of_low));
+      high = _mm256_add_epi32(high, _mm256_madd_epi16(of_high, of_high));
+    }
+    const __m256 is_low_far = _mm256_castsi256_ps(_mm256_cmpgt_epi32(low, limits));
+    const __m256 is_high_far = _mm256_castsi256_ps(_mm256_cmpgt_epi32(high, limits));
+    far = static_cast<std::uint32_t>(_mm256_movemask_ps(is_low_far)) |
+          (static_cast<std::uint32_t>(_mm256_movemask_ps(is_high_far)) << 8);
+    if (far == 0xFFFFU) return 0;
+  }
+  return ~far & 0xFFFFU;
+}
+
+#endif
 
 }  // namespace
+
+std::vector<NamedKernel> Kernels() {
+  std::vector<NamedKernel> kernels;
+#ifdef __x86_64__
+  if (__builtin_cpu_supports("avx2")) kernels.push_back({"avx2", &NearAvx2});
+  kernels.push_back({"sse2", &NearSse2});
+#endif
+  kernels.push_back({"portable", &NearPortable});
+  return kernels;
+}
+
+}  // namespace key_batches
+
+using key_batches::kPairSize;
+using key_batches::kPairsPerLook;
 
 KeyBatches::KeyBatches(std::span<const float> components, std::size_t size)
     : size_(size),
@@ -74,58 +169,11 @@ std::int32_t KeyBatches::LimitOf(float squared_distance) const {
   return static_cast<std::int32_t>(std::min(distance * distance, kMost));
 }
 
-#ifdef __SSE2__
-
 std::uint32_t KeyBatches::NearLanes(std::size_t batch, const Query& query,
                                     std::int32_t limit) const {
-  constexpr std::size_t kNumRegisters = kNumLanes / 4;
-  const std::int16_t* pair = components_.data() + batch * batch_size_;
-  const std::int16_t* of_query = query.components.data();
-  const __m128i limits = _mm_set1_epi32(limit);
-  __m128i sums[kNumRegisters] = {};
-  __m128i far[kNumRegisters] = {};
-  for (std::size_t p = 0; p < num_pairs_; p += kPairsPerLook) {
-    for (std::size_t i = 0; i < kPairsPerLook; ++i) {
-      const __m128i both = _mm_set1_epi32(static_cast<std::int32_t>(
-          static_cast<std::uint16_t>(of_query[0]) |
-          (static_cast<std::uint32_t>(static_cast<std::uint16_t>(of_query[1])) << 16)));
-      for (std::size_t r = 0; r < kNumRegisters; ++r) {
-        const __m128i keys = _mm_loadu_si128(reinterpret_cast<const __m128i*>(pair) + r);
-        const __m128i differences = _mm_sub_epi16(keys, both);
-        sums[r] = _mm_add_epi32(sums[r], _mm_madd_epi16(differences, differences));
-      }
-      pair += kPairSize;
-      of_query += 2;
-    }
-    for (std::size_t r = 0; r < kNumRegisters; ++r) far[r] = _mm_cmpgt_epi32(sums[r], limits);
-    const __m128i all = _mm_and_si128(_mm_and_si128(far[0], far[1]), _mm_and_si128(far[2], far[3]));
-    if (_mm_movemask_epi8(all) == 0xFFFF) return 0;
-  }
-  const __m128i far_lanes =
-      _mm_packs_epi16(_mm_packs_epi32(far[0], far[1]), _mm_packs_epi32(far[2], far[3]));
-  return ~static_cast<std::uint32_t>(_mm_movemask_epi8(far_lanes)) & 0xFFFFU;
+  static const key_batches::Kernel kKernel = key_batches::Kernels().front().kernel;
+  return kKernel(components_.data() + batch * batch_size_, query.components.data(), num_pairs_,
+                 limit);
 }
-
-#else
-
-std::uint32_t KeyBatches::NearLanes(std::size_t batch, const Query& query,
-                                    std::int32_t limit) const {
-  const std::int16_t* pair = components_.data() + batch * batch_size_;
-  std::int32_t sums[kNumLanes] = {};
-  for (std::size_t p = 0; p < num_pairs_; ++p, pair += kPairSize) {
-    for (std::size_t lane = 0; lane < kNumLanes; ++lane) {
-      const std::int32_t a = pair[2 * lane] - query.components[2 * p];
-      const std::int32_t b = pair[2 * lane + 1] - query.components[2 * p + 1];
-      sums[lane] += a * a + b * b;
-    }
-  }
-  std::uint32_t near = 0;
-  for (std::size_t lane = 0; lane < kNumLanes; ++lane) {
-    if (sums[lane] <= limit) near |= 1U << lane;
-  }
-  return near;
-}
-
-#endif
 
 }  // namespace scanloc

@@ -6,6 +6,22 @@
 #include <vector>
 
 namespace scanloc {
+namespace key_batches {
+
+/// What NearLanes does, of one batch: `pair` has num_pairs × lane × 2 components, num_pairs a
+/// multiple of four. All kernels answer alike, bit for bit.
+using Kernel = std::uint32_t (*)(const std::int16_t* pair, const std::int16_t* of_query,
+                                 std::size_t num_pairs, std::int32_t limit);
+
+struct NamedKernel {
+  const char* name;
+  Kernel kernel;
+};
+
+/// Those that this processor can run, the fastest first.
+[[nodiscard]] std::vector<NamedKernel> Kernels();
+
+}  // namespace key_batches
 
 /// Keys in 16 bits a component, sixteen keys side by side: tells at a fraction of a distance's cost
 /// which of them cannot be nearer than some distance. Thread-safe once filled.

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <bit>
 #include <cmath>
 #include <limits>
 #include <random>
@@ -71,6 +72,42 @@ TEST(KeyBatches, PassesOverNothingNearerThanTheLimitAndLittleElseIn) {
       EXPECT_LT(num_let_in, num_near * 11 / 10);
     }
   }
+}
+
+TEST(KeyBatches, HasKernelsThatAnswerAlike) {
+  const std::vector<key_batches::NamedKernel> kernels = key_batches::Kernels();
+  std::mt19937_64 random(3);
+  std::uniform_int_distribution<int> component(-3000, 3000);
+  std::size_t num_near = 0;
+  for (const std::size_t num_pairs : {4U, 12U, 24U}) {
+    std::vector<std::int16_t> keys(num_pairs * kNumLanes * 2);
+    std::vector<std::int16_t> query(num_pairs * 2);
+    for (int round = 0; round < 200; ++round) {
+      for (std::int16_t& c : keys) c = static_cast<std::int16_t>(component(random));
+      for (std::int16_t& c : query) c = static_cast<std::int16_t>(component(random));
+      const auto sum_of_lane = [&](std::size_t lane) {
+        std::int32_t sum = 0;
+        for (std::size_t i = 0; i < 2 * num_pairs; ++i) {
+          const int d = keys[i / 2 * 2 * kNumLanes + 2 * lane + i % 2] - query[i];
+          sum += d * d;
+        }
+        return sum;
+      };
+      // Exactly at one of the lanes, where an error of one shows.
+      const std::int32_t limit = sum_of_lane(static_cast<std::size_t>(round) % kNumLanes);
+      std::uint32_t expected = 0;
+      for (std::size_t lane = 0; lane < kNumLanes; ++lane) {
+        if (sum_of_lane(lane) <= limit) expected |= 1U << lane;
+      }
+      num_near += static_cast<std::size_t>(std::popcount(expected));
+      for (const key_batches::NamedKernel& k : kernels) {
+        ASSERT_EQ(k.kernel(keys.data(), query.data(), num_pairs, limit), expected) << k.name;
+        ASSERT_EQ(k.kernel(keys.data(), query.data(), num_pairs, -1), 0U) << k.name;
+      }
+    }
+  }
+  EXPECT_GT(num_near, 600U);
+  EXPECT_LT(num_near, 600U * kNumLanes);
 }
 
 TEST(KeyBatches, LetsAllInWithoutALimit) {
