@@ -1,0 +1,73 @@
+#include "client_state.hpp"
+
+#include <random>
+
+#include "client_options.hpp"
+
+namespace scanloc::client {
+
+using std::chrono::milliseconds;
+
+double DrawShare() {
+  thread_local std::mt19937_64 random{std::random_device{}()};
+  return static_cast<double>(random() >> 11) / static_cast<double>(1ULL << 53);
+}
+
+absl::Status Client::State::WithAddress(const absl::Status& status) const {
+  if (status.ok()) return status;
+  absl::Status told(status.code(),
+                    absl::StrCat("scanlocd at ", options.address, ": ", status.message()));
+  if (const auto delay_s = proto::RetryAfter(status)) return proto::WithRetryAfter(told, *delay_s);
+  return told;
+}
+
+absl::Status Client::State::BadReply(const absl::Status& status) const {
+  return WithAddress(absl::InternalError(
+      absl::StrCat("its answer makes no sense, is it of another version? ", status.message())));
+}
+
+absl::StatusOr<Terms> Client::State::TermsOf(const std::optional<milliseconds>& timeout,
+                                             const std::string& request_id) const {
+  if (timeout) {
+    if (auto status = CheckTimeout("timeout", *timeout, milliseconds(1)); !status.ok()) {
+      return status;
+    }
+  }
+  if (auto status = CheckRequestId(request_id); !status.ok()) return status;
+  return Terms{.deadline = Clock::now() + timeout.value_or(options.timeout),
+               .request_id = request_id};
+}
+
+absl::StatusOr<MapInfo> Client::State::FetchInfo(const std::string& map, const Terms& terms) const {
+  v1::GetMapInfoRequest request;
+  request.set_map(map);
+  const auto response = Call(&v1::Localization::Stub::GetMapInfo, request, terms);
+  if (!response.ok()) return response.status();
+  auto info = proto::FromProto(response->info());
+  if (!info.ok()) return BadReply(info.status());
+  return info;
+}
+
+absl::StatusOr<LocalizeReply> Client::State::Localize(v1::LocalizeRequest request,
+                                                      const RequestOptions& request_options,
+                                                      const Terms& terms) const {
+  request.set_map(request_options.map);
+  *request.mutable_options() = proto::ToProto(request_options.query);
+  const auto response = Call(&v1::Localization::Stub::Localize, request, terms);
+  if (!response.ok()) return response.status();
+  auto reply = proto::FromProto(*response);
+  if (!reply.ok()) return BadReply(reply.status());
+  return reply;
+}
+
+absl::StatusOr<LocalizeReply> Client::State::LocalizeWith(CachedMap& map, PointView scan,
+                                                          const RequestOptions& request_options,
+                                                          const Terms& terms) const {
+  const auto descriptor = map.Describe(scan);
+  if (!descriptor.ok()) return descriptor.status();
+  v1::LocalizeRequest request;
+  *request.mutable_descriptors() = proto::ToProto(*descriptor);
+  return Localize(std::move(request), request_options, terms);
+}
+
+}  // namespace scanloc::client

@@ -1,0 +1,129 @@
+#pragma once
+
+#include <grpcpp/channel.h>
+#include <grpcpp/client_context.h>
+
+#include <chrono>
+#include <memory>
+#include <optional>
+#include <string>
+#include <thread>
+#include <utility>
+
+#include "absl/status/statusor.h"
+#include "absl/strings/str_cat.h"
+#include "backoff.hpp"
+#include "channel.hpp"
+#include "map_cache.hpp"
+#include "request_id.hpp"
+#include "scanloc/client/client.hpp"
+#include "scanloc/proto/convert.hpp"
+#include "scanloc/proto/status.hpp"
+#include "scanloc/v1/admin.grpc.pb.h"
+#include "scanloc/v1/localization.grpc.pb.h"
+#include "token.hpp"
+
+namespace scanloc::client {
+
+/// What one call is bound to, however often it is tried.
+struct Terms {
+  Clock::time_point deadline;
+  std::string request_id;
+};
+
+/// Uniform in [0, 1).
+[[nodiscard]] double DrawShare();
+
+/// What a client and its streams share. Thread-safe.
+struct Client::State {
+  State(const ClientOptions& client_options, std::shared_ptr<grpc::Channel> to_server)
+      : options(client_options),
+        channel(std::move(to_server)),
+        stub(v1::Localization::NewStub(channel)),
+        admin(v1::Admin::NewStub(channel)) {}
+
+  [[nodiscard]] absl::Status WithAddress(const absl::Status& status) const;
+
+  /// The server's answer is at fault, not the caller's argument.
+  [[nodiscard]] absl::Status BadReply(const absl::Status& status) const;
+
+  /// Of a call that begins now. InvalidArgument: it may not have these.
+  [[nodiscard]] absl::StatusOr<Terms> TermsOf(
+      const std::optional<std::chrono::milliseconds>& timeout,
+      const std::string& request_id = "") const;
+  [[nodiscard]] Terms UsualTerms() const {
+    return {.deadline = Clock::now() + options.timeout, .request_id = {}};
+  }
+
+  template <typename Stub, typename Request, typename Response>
+  using Method = grpc::Status (Stub::*)(grpc::ClientContext*, const Request&, Response*);
+
+  template <typename Request, typename Response>
+  [[nodiscard]] absl::StatusOr<Response> Call(
+      Method<v1::Localization::Stub, Request, Response> method, const Request& request,
+      const Terms& terms) const {
+    Backoff backoff(options.retry, DrawShare);
+    while (true) {
+      auto response = CallOn(*stub, method, request, terms);
+      if (response.ok()) return response;
+      const auto wait = backoff.After(response.status());
+      const Clock::time_point again = Clock::now() + wait.value_or(std::chrono::milliseconds(0));
+      if (!wait || again >= terms.deadline) return response;
+      std::this_thread::sleep_until(again);
+    }
+  }
+
+  template <typename Stub, typename Request, typename Response>
+  [[nodiscard]] absl::StatusOr<Response> CallOn(Stub& service,
+                                                Method<Stub, Request, Response> method,
+                                                const Request& request, const Terms& terms) const {
+    grpc::ClientContext context;
+    context.set_deadline(ToGpr(terms.deadline));
+    ShowToken(options, context);
+    SendRequestId(terms.request_id, context);
+    Response response;
+    const absl::Status status = proto::FromGrpc((service.*method)(&context, request, &response));
+    // Nobody here cancels: it is how gRPC ends calls that meet a server in its last moment.
+    if (absl::IsCancelled(status)) {
+      return WithAddress(absl::UnavailableError("it stopped before it could answer"));
+    }
+    if (!status.ok()) return WithAddress(status);
+    return response;
+  }
+
+  /// Reload or load.
+  template <typename Request, typename Response>
+  [[nodiscard]] absl::StatusOr<MapSummary> Change(
+      Method<v1::Admin::Stub, Request, Response> method, const std::string& map,
+      const std::optional<std::chrono::milliseconds>& timeout) const {
+    const auto terms = TermsOf(timeout);
+    if (!terms.ok()) return terms.status();
+    Request request;
+    request.set_map(map);
+    const auto response = CallOn(*admin, method, request, *terms);
+    if (!response.ok()) return response.status();
+    v1::ListMapsResponse list;
+    *list.add_maps() = response->map();
+    auto maps = proto::FromProto(list);
+    if (!maps.ok()) return BadReply(maps.status());
+    return std::move(maps->front());
+  }
+
+  [[nodiscard]] absl::StatusOr<MapInfo> FetchInfo(const std::string& map, const Terms& terms) const;
+
+  [[nodiscard]] absl::StatusOr<LocalizeReply> Localize(v1::LocalizeRequest request,
+                                                       const RequestOptions& request_options,
+                                                       const Terms& terms) const;
+
+  [[nodiscard]] absl::StatusOr<LocalizeReply> LocalizeWith(CachedMap& map, PointView scan,
+                                                           const RequestOptions& request_options,
+                                                           const Terms& terms) const;
+
+  const ClientOptions options;
+  const std::shared_ptr<grpc::Channel> channel;
+  const std::unique_ptr<v1::Localization::Stub> stub;
+  const std::unique_ptr<v1::Admin::Stub> admin;
+  MapCache cache;
+};
+
+}  // namespace scanloc::client
