@@ -22,8 +22,7 @@ cmake --preset "$preset" -B "$lint" -DCMAKE_DISABLE_PRECOMPILE_HEADERS=ON >/dev/
 cmake --build "$lint" --target scanloc_generated >/dev/null
 mapfile -t units < <(git ls-files '*.cpp' | grep -vE '^(tests|bench)/')
 echo "check: lint of ${#units[@]} files"
-printf '%s\n' "${units[@]}" |
-  xargs -P "$(nproc)" -n 4 clang-tidy --quiet -p "$lint" 2>/dev/null || failed=1
+scripts/lint.py "$lint" "${units[@]}" || failed=1
 
 scripts/fuzz.sh 10 || failed=1
 
