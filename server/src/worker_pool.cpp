@@ -12,6 +12,8 @@ namespace {
 
 /// Weight of the newest task in the moving average of their times.
 constexpr double kNewest = 0.05;
+/// Outside, clients take turns by places, not by time.
+constexpr double kOnePlace = 1.0;
 /// A client that comes back sooner would only find the same queue.
 constexpr double kMinRetry_s = 0.05;
 
@@ -79,7 +81,7 @@ void WorkerPool::LetPatientIn() {
   if (!is_idle && !HasRoom()) return;
   is_turn_of_patient_ = !is_turn_of_patient_;
   if (!is_idle && !is_turn_of_patient_) return;
-  auto [client, task] = patient_.TakeNext();
+  auto [client, task] = patient_.TakeNext(kOnePlace);
   waiting_.Add(client, std::move(task));
 }
 
@@ -95,56 +97,13 @@ absl::Status WorkerPool::BusyError() const {
                                std::max(kMinRetry_s, Wait_s()));
 }
 
-void WorkerPool::Line::Add(const std::string& client, Task task) {
-  Queue& queue = queues_[client];
-  if (queue.empty()) turns_.push_back(client);
-  queue.push_back(std::move(task));
-  ++num_tasks_;
-}
-
-std::pair<std::string, WorkerPool::Task> WorkerPool::Line::TakeNext() {
-  std::string client = std::move(turns_.front());
-  turns_.pop_front();
-  const auto queue = queues_.find(client);
-  Task task = std::move(queue->second.front());
-  queue->second.pop_front();
-  if (queue->second.empty()) {
-    queues_.erase(queue);
-  } else {
-    turns_.push_back(client);
-  }
-  --num_tasks_;
-  return {std::move(client), std::move(task)};
-}
-
-WorkerPool::Line::Queues::const_iterator WorkerPool::Line::Longest() const {
-  return std::max_element(queues_.begin(), queues_.end(), [](const auto& a, const auto& b) {
-    return a.second.size() < b.second.size();
-  });
-}
-
-bool WorkerPool::Line::HasToSpareFor(const std::string& client) const {
-  const auto own = queues_.find(client);
-  const std::size_t num_own = own == queues_.end() ? 0 : own->second.size();
-  const auto longest = Longest();
-  return longest != queues_.end() && longest->second.size() >= num_own + 2;
-}
-
-WorkerPool::Task WorkerPool::Line::TakeLastFor(const std::string& client) {
-  if (!HasToSpareFor(client)) return nullptr;
-  Queue& longest = queues_.find(Longest()->first)->second;
-  Task last = std::move(longest.back());
-  longest.pop_back();
-  --num_tasks_;
-  return last;
-}
-
 void WorkerPool::Run(int worker) {
   std::unique_lock lock(mutex_);
   while (true) {
     has_work_.wait(lock, [this] { return stopping_ || waiting_.size() > 0; });
     if (waiting_.size() == 0) return;
-    Task task = waiting_.TakeNext().second;
+    const double expected_s = mean_task_s_;
+    auto [client, task] = waiting_.TakeNext(expected_s);
     ++num_running_;
     lock.unlock();
     const auto start = std::chrono::steady_clock::now();
@@ -153,6 +112,7 @@ void WorkerPool::Run(int worker) {
     task = nullptr;
     const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - start;
     lock.lock();
+    waiting_.Correct(client, taken.count() - expected_s);
     mean_task_s_ += kNewest * (taken.count() - mean_task_s_);
     --num_running_;
     LetPatientIn();

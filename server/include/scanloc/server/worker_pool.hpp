@@ -1,29 +1,24 @@
 #pragma once
 
 #include <condition_variable>
-#include <cstdint>
-#include <deque>
 #include <limits>
-#include <map>
 #include <mutex>
 #include <string>
 #include <thread>
-#include <utility>
 #include <vector>
 
-#include "absl/functional/any_invocable.h"
 #include "absl/status/status.h"
-#include "absl/status/statusor.h"
+#include "scanloc/server/fair_line.hpp"
 
 namespace scanloc::server {
 
-/// A fixed number of threads and a bounded number of tasks. Clients take turns, so that one with
-/// many tasks does not keep the others waiting. Thread-safe.
+/// A fixed number of threads and a bounded number of tasks. Clients share the threads' time, so
+/// that one with many tasks or long ones does not keep the others waiting. Thread-safe.
 class WorkerPool {
  public:
   /// Called once: with the index of the thread that runs it, so that tasks can keep memory a
   /// thread; or with ResourceExhausted, if it had to make room for another client's.
-  using Task = absl::AnyInvocable<void(const absl::StatusOr<int>& worker)>;
+  using Task = FairLine::Task;
 
   struct Load {
     int num_waiting = 0;
@@ -64,29 +59,6 @@ class WorkerPool {
   [[nodiscard]] Load load() const;
 
  private:
-  using Queue = std::deque<Task>;
-
-  /// Tasks whose clients take turns.
-  class Line {
-   public:
-    void Add(const std::string& client, Task task);
-    /// The first task of the client whose turn it is, and the client. Requires one that waits.
-    [[nodiscard]] std::pair<std::string, Task> TakeNext();
-    /// The last task of the client that has most, if it has at least two more than this one; else
-    /// null.
-    [[nodiscard]] Task TakeLastFor(const std::string& client);
-    [[nodiscard]] bool HasToSpareFor(const std::string& client) const;
-    [[nodiscard]] int size() const { return num_tasks_; }
-
-   private:
-    using Queues = std::map<std::string, Queue>;
-    [[nodiscard]] Queues::const_iterator Longest() const;
-
-    Queues queues_;                  // by client; none is empty
-    std::deque<std::string> turns_;  // clients of queues_, whose turn is next first
-    int num_tasks_ = 0;
-  };
-
   void Run(int worker);
   /// All with mutex_ held.
   void LetPatientIn();
@@ -99,8 +71,8 @@ class WorkerPool {
   const double max_wait_s_;
   mutable std::mutex mutex_;
   std::condition_variable has_work_;
-  Line waiting_;
-  Line patient_;                     // outside, until there is room
+  FairLine waiting_;
+  FairLine patient_;                 // outside, until there is room
   bool is_turn_of_patient_ = false;  // the next place that falls free is theirs
   int num_running_ = 0;
   double mean_task_s_ = 0.01;  // moving average
