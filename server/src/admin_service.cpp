@@ -4,21 +4,16 @@
 #include <string>
 #include <utility>
 
+#include "inbound_call.hpp"
 #include "logs.hpp"
 #include "scanloc/proto/convert.hpp"
-#include "scanloc/proto/status.hpp"
+#include "scanloc/v1/admin.pb.h"
 #include "unary_call.hpp"
 
 namespace scanloc::server {
 namespace {
 
 constexpr int kMaxWaiting = 8;
-constexpr std::size_t kMaxRequestBytes = 4096;
-
-absl::Status CheckRequest(const grpc::ByteBuffer& request) {
-  if (request.Valid() && request.Length() <= kMaxRequestBytes) return absl::OkStatus();
-  return absl::InvalidArgumentError("the request is none, or too long for one");
-}
 
 /// Fills in the map as it now is.
 template <typename Response>
@@ -33,73 +28,60 @@ void Describe(const MapRegistry&, const std::string&, v1::UnloadMapResponse&) {}
 
 }  // namespace
 
-AdminService::AdminService(const MapRegistry& maps, Reception& reception, AdminActions actions)
-    : maps_(maps), reception_(reception), actions_(std::move(actions)), worker_(1, kMaxWaiting) {}
+AdminService::AdminService(const MapRegistry& maps, WaitingRoom& inbox, Reception& reception,
+                           AdminActions actions)
+    : maps_(maps),
+      inbox_(inbox),
+      reception_(reception),
+      actions_(std::move(actions)),
+      worker_(1, kMaxWaiting) {
+  Offer<v1::ReloadMapRequest, v1::ReloadMapResponse>("/scanloc.v1.Admin/ReloadMap", "ReloadMap",
+                                                     actions_.reload);
+  Offer<v1::LoadMapRequest, v1::LoadMapResponse>("/scanloc.v1.Admin/LoadMap", "LoadMap",
+                                                 actions_.load);
+  Offer<v1::UnloadMapRequest, v1::UnloadMapResponse>("/scanloc.v1.Admin/UnloadMap", "UnloadMap",
+                                                     actions_.unload);
+}
 
 template <typename Request, typename Response>
-grpc::ServerUnaryReactor* AdminService::Run(grpc::CallbackServerContext* context,
-                                            const grpc::ByteBuffer* request,
-                                            grpc::ByteBuffer* response, const char* method,
-                                            const Action& action) {
-  grpc::ServerUnaryReactor* reactor = context->DefaultReactor();
-  const auto call = std::make_shared<Call>(reception_.Begin(*context, method, Role::kAdmin));
-  const auto finish = [this, reactor, call](const absl::Status& status) {
-    reception_.End(*call, status);
-    reactor->Finish(proto::ToGrpc(status));
+void AdminService::Offer(const char* path, const char* method, const Action& action) {
+  const auto run = [this, &action](const Request& message, Call& call) -> absl::StatusOr<Response> {
+    if (auto name = proto::CheckMapName(message.map()); !name.ok()) return name;
+    call.map = message.map();
+    const absl::Status done = action(message.map());
+    LogWith(done.ok() ? spdlog::level::info : spdlog::level::err, "administration",
+            {{"method", call.method},
+             {"map", message.map()},
+             {"by", call.caller.name},
+             {"request_id", call.request_id},
+             {"result", done.ToString()}});
+    if (!done.ok()) return done;
+    Response answer;
+    Describe(maps_, message.map(), answer);
+    return answer;
   };
-  absl::Status taken = call->admitted;
-  if (taken.ok()) taken = CheckRequest(*request);
-  if (taken.ok()) {
-    taken = Guard([&] {
-      return worker_.Submit(
-          call->client, [=, &maps = maps_, &action](const absl::StatusOr<int>& worker) {
-            absl::Status status = worker.status();
-            if (status.ok()) status = CheckStillWanted(*context);
-            if (status.ok()) {
-              status = Respond<Request>(
-                  *request, response, [&](const Request& message) -> absl::StatusOr<Response> {
-                    if (auto name = proto::CheckMapName(message.map()); !name.ok()) return name;
-                    call->map = message.map();
-                    const absl::Status done = action(message.map());
-                    LogWith(done.ok() ? spdlog::level::info : spdlog::level::err, "administration",
-                            {{"method", call->method},
-                             {"map", message.map()},
-                             {"by", call->caller.name},
-                             {"request_id", call->request_id},
-                             {"result", done.ToString()}});
-                    if (!done.ok()) return done;
-                    Response answer;
-                    Describe(maps, message.map(), answer);
-                    return answer;
-                  });
-            }
-            finish(status);
+  Serve(path, [this, method, run](grpc::CallbackServerContext* context) {
+    const auto call = std::make_shared<Call>(reception_.Begin(*context, method, Role::kAdmin));
+    auto ended = [this, call](const absl::Status& status) { reception_.End(*call, status); };
+    if (!call->admitted.ok()) return InboundCall::Refuse(call->admitted, std::move(ended));
+    const auto work = [call, context, run](InboundCall& inbound) {
+      if (auto status = CheckStillWanted(*context); !status.ok()) return status;
+      return Respond<Request>(inbound.request(), inbound.response(),
+                              [&](const Request& message) { return run(message, *call); });
+    };
+    const auto act = [this, call, work](InboundCall& inbound) {
+      absl::Status taken = CheckSmall(inbound.request());
+      if (taken.ok()) {
+        taken = Guard([&] {
+          return worker_.Submit(call->client, [&inbound, work](const absl::StatusOr<int>& worker) {
+            inbound.End(worker.ok() ? work(inbound) : worker.status());
           });
-    });
-  }
-  if (!taken.ok()) finish(taken);
-  return reactor;
-}
-
-grpc::ServerUnaryReactor* AdminService::ReloadMap(grpc::CallbackServerContext* context,
-                                                  const grpc::ByteBuffer* request,
-                                                  grpc::ByteBuffer* response) {
-  return Run<v1::ReloadMapRequest, v1::ReloadMapResponse>(context, request, response, "ReloadMap",
-                                                          actions_.reload);
-}
-
-grpc::ServerUnaryReactor* AdminService::LoadMap(grpc::CallbackServerContext* context,
-                                                const grpc::ByteBuffer* request,
-                                                grpc::ByteBuffer* response) {
-  return Run<v1::LoadMapRequest, v1::LoadMapResponse>(context, request, response, "LoadMap",
-                                                      actions_.load);
-}
-
-grpc::ServerUnaryReactor* AdminService::UnloadMap(grpc::CallbackServerContext* context,
-                                                  const grpc::ByteBuffer* request,
-                                                  grpc::ByteBuffer* response) {
-  return Run<v1::UnloadMapRequest, v1::UnloadMapResponse>(context, request, response, "UnloadMap",
-                                                          actions_.unload);
+        });
+      }
+      if (!taken.ok()) inbound.End(taken);
+    };
+    return InboundCall::Receive(inbox_, call->client, act, std::move(ended));
+  });
 }
 
 }  // namespace scanloc::server

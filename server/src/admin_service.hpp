@@ -4,10 +4,11 @@
 #include <string>
 
 #include "absl/status/status.h"
+#include "raw_service.hpp"
 #include "reception.hpp"
 #include "scanloc/server/map_registry.hpp"
 #include "scanloc/server/worker_pool.hpp"
-#include "scanloc/v1/admin.grpc.pb.h"
+#include "waiting_room.hpp"
 
 namespace scanloc::server {
 
@@ -20,35 +21,24 @@ struct AdminActions {
 
 /// scanloc.v1.Admin. Runs on a thread of its own, so that a map that takes long to load keeps no
 /// robot waiting.
-class AdminService final
-    : public v1::Admin::WithRawCallbackMethod_ReloadMap<v1::Admin::WithRawCallbackMethod_LoadMap<
-          v1::Admin::WithRawCallbackMethod_UnloadMap<v1::Admin::Service>>> {
+class AdminService final : public RawService {
  public:
-  /// Maps, reception and what the actions use must outlive the service.
-  AdminService(const MapRegistry& maps, Reception& reception, AdminActions actions);
+  /// Maps, inbox, reception and what the actions use must outlive the service. Nothing of a request
+  /// is received before its token is known to be an administrator's; then it waits in the inbox.
+  AdminService(const MapRegistry& maps, WaitingRoom& inbox, Reception& reception,
+               AdminActions actions);
 
   /// Ends what is under way.
   void Finish() { worker_.Finish(); }
-
-  grpc::ServerUnaryReactor* ReloadMap(grpc::CallbackServerContext* context,
-                                      const grpc::ByteBuffer* request,
-                                      grpc::ByteBuffer* response) override;
-  grpc::ServerUnaryReactor* LoadMap(grpc::CallbackServerContext* context,
-                                    const grpc::ByteBuffer* request,
-                                    grpc::ByteBuffer* response) override;
-  grpc::ServerUnaryReactor* UnloadMap(grpc::CallbackServerContext* context,
-                                      const grpc::ByteBuffer* request,
-                                      grpc::ByteBuffer* response) override;
 
  private:
   using Action = std::function<absl::Status(const std::string&)>;
 
   template <typename Request, typename Response>
-  grpc::ServerUnaryReactor* Run(grpc::CallbackServerContext* context,
-                                const grpc::ByteBuffer* request, grpc::ByteBuffer* response,
-                                const char* method, const Action& action);
+  void Offer(const char* path, const char* method, const Action& action);
 
   const MapRegistry& maps_;
+  WaitingRoom& inbox_;
   Reception& reception_;
   const AdminActions actions_;
   WorkerPool worker_;

@@ -3,10 +3,8 @@
 #include <google/protobuf/util/time_util.h>
 
 #include <algorithm>
-#include <cstddef>
 #include <utility>
 
-#include "absl/strings/escaping.h"
 #include "absl/strings/str_cat.h"
 #include "scanloc/core/method.hpp"
 #include "scanloc/core/tracker.hpp"
@@ -18,45 +16,10 @@
 namespace scanloc::server {
 namespace {
 
-/// Above this, describers of maps that are no longer served are not worth keeping.
-constexpr std::size_t kMaxDescribersKept = 16;
-
-/// Largest request of the methods that run where they arrive [bytes].
-constexpr std::size_t kMaxSmallRequestBytes = 4096;
-
 constexpr double kMemoryRetry_s = 0.2;
 
 /// What the method auto takes of each kind of context where nobody says how many.
 constexpr int kAutoCandidates = 100;
-
-/// Of one point on the wire: x y z.
-constexpr std::size_t kPointBytes = 12;
-
-absl::Status CheckSmall(const grpc::ByteBuffer& request) {
-  if (!request.Valid() || request.Length() <= kMaxSmallRequestBytes) return absl::OkStatus();
-  return absl::InvalidArgumentError(absl::StrCat("the request has ", request.Length(),
-                                                 " bytes; at most ", kMaxSmallRequestBytes,
-                                                 " are allowed here"));
-}
-
-absl::Status CheckSignature(const SignedDescriptor& query, const ServedMap& map) {
-  if (query.signature == map.signature) return absl::OkStatus();
-  return absl::FailedPreconditionError(absl::StrCat(
-      "the descriptors were made with \"", absl::Utf8SafeCHexEscape(query.signature), "\" but map ",
-      map.info.name, " has \"", map.signature,
-      "\"; fetch the map's parameters again with GetMapInfo and describe the scan with them"));
-}
-
-absl::StatusOr<Describer*> DescriberFor(const ServedMap& map,
-                                        std::map<std::string, Describer>& describers) {
-  if (const auto found = describers.find(map.signature); found != describers.end()) {
-    return &found->second;
-  }
-  auto describer = Describer::Create(map.info.params);
-  if (!describer.ok()) return describer.status();
-  if (describers.size() >= kMaxDescribersKept) describers.clear();
-  return &describers.emplace(map.signature, *std::move(describer)).first->second;
-}
 
 }  // namespace
 
@@ -88,7 +51,7 @@ LocalizationService::LocalizationService(const MapRegistry& maps, WorkerPool& wo
       metrics_(metrics),
       capture_(capture),
       limits_(limits),
-      scratch_(workers.num_threads()),
+      describers_(workers.num_threads()),
       waiting_bytes_(limits.max_waiting_bytes),
       streams_(workers, waiting_bytes_, limits.streams) {
   using Context = grpc::CallbackServerContext;
@@ -149,7 +112,7 @@ absl::Status LocalizationService::Serve(InboundCall& inbound, Call& call,
   return Respond<v1::LocalizeRequest>(
       inbound.request(), inbound.response(),
       [&](const v1::LocalizeRequest& message) -> absl::StatusOr<v1::LocalizeResponse> {
-        const auto reply = Answer(message, arrival, context, scratch_[worker]);
+        const auto reply = Answer(message, arrival, context, describers_[worker]);
         if (!reply.ok()) return reply.status();
         v1::LocalizeResponse told = proto::ToProto(*reply);
         Note(message, *reply, told, call);
@@ -201,7 +164,7 @@ absl::Status LocalizationService::CheckCost(const QueryOptions& options) const {
 
 absl::StatusOr<LocalizeReply> LocalizationService::Answer(
     const v1::LocalizeRequest& request, const Arrival& arrival,
-    const grpc::CallbackServerContext& context, Scratch& scratch) {
+    const grpc::CallbackServerContext& context, QueryDescriber& describer) {
   if (auto status = proto::CheckMapName(request.map()); !status.ok()) return status;
   auto options = OptionsOf(request, context);
   if (!options.ok()) return options.status();
@@ -216,7 +179,7 @@ absl::StatusOr<LocalizeReply> LocalizationService::Answer(
 
   LimitCandidates((*map)->info.params, limits_.max_candidates, *options);
 
-  auto described = Describe(request, **map, scratch);
+  auto described = describer.Describe(request, **map, limits_.max_points);
   if (!described.ok()) return described.status();
   const std::int64_t decode_ns = NowNs() - arrival.started_ns - described->describe_ns;
 
@@ -228,38 +191,6 @@ absl::StatusOr<LocalizeReply> LocalizationService::Answer(
                        .queue_ns = arrival.started_ns - arrival.arrived_ns,
                        .decode_ns = decode_ns,
                        .scan_counts = described->scan_counts};
-}
-
-absl::StatusOr<LocalizationService::Described> LocalizationService::Describe(
-    const v1::LocalizeRequest& request, const ServedMap& map, Scratch& scratch) const {
-  Described result;
-  switch (request.query_case()) {
-    case v1::LocalizeRequest::kScan: {
-      if (const std::size_t num_points = request.scan().xyz_f32le().size() / kPointBytes;
-          num_points > limits_.max_points) {
-        return absl::ResourceExhaustedError(absl::StrCat(
-            "the scan has ", num_points, " points; this server allows ", limits_.max_points));
-      }
-      auto status = proto::FromProto(request.scan(), &scratch.points);
-      if (!status.ok()) return status;
-      const auto describer = DescriberFor(map, scratch.describers);
-      if (!describer.ok()) return describer.status();
-      const std::int64_t start_ns = NowNs();
-      result.descriptor = (*describer)->Describe(scratch.points, &result.scan_counts.emplace());
-      result.describe_ns = NowNs() - start_ns;
-      return result;
-    }
-    case v1::LocalizeRequest::kDescriptors: {
-      auto query = proto::FromProto(request.descriptors());
-      if (!query.ok()) return query.status();
-      if (auto status = CheckSignature(*query, map); !status.ok()) return status;
-      result.descriptor = std::move(query->descriptor);
-      return result;
-    }
-    default:
-      return absl::InvalidArgumentError(
-          "the request has neither scan nor descriptors; send one of them");
-  }
 }
 
 RawService::Reactor* LocalizationService::LocalizeStream(grpc::CallbackServerContext* context) {
@@ -275,7 +206,7 @@ RawService::Reactor* LocalizationService::LocalizeStream(grpc::CallbackServerCon
     } else if (auto status = reception_.AdmitNext(robot->call); !status.ok()) {
       return status;
     }
-    auto told = Track(request, Arrival{arrived_ns, NowNs()}, scratch_[worker], *robot);
+    auto told = Track(request, Arrival{arrived_ns, NowNs()}, describers_[worker], *robot);
     if (told.ok()) reception_.End(robot->call, absl::OkStatus());
     return told;
   };
@@ -291,7 +222,7 @@ RawService::Reactor* LocalizationService::LocalizeStream(grpc::CallbackServerCon
 }
 
 absl::StatusOr<v1::LocalizeStreamResponse> LocalizationService::Track(
-    const v1::LocalizeStreamRequest& request, const Arrival& arrival, Scratch& scratch,
+    const v1::LocalizeStreamRequest& request, const Arrival& arrival, QueryDescriber& describer,
     Robot& robot) const {
   const v1::LocalizeRequest& query = request.query();
   if (!robot.has_begun) {
@@ -320,7 +251,7 @@ absl::StatusOr<v1::LocalizeStreamResponse> LocalizationService::Track(
   }
   const auto T_last_scan = proto::OdometryFromProto(request);
   if (!T_last_scan.ok()) return T_last_scan.status();
-  auto described = Describe(query, **map, scratch);
+  auto described = describer.Describe(query, **map, limits_.max_points);
   if (!described.ok()) return described.status();
   const std::int64_t decode_ns = NowNs() - arrival.started_ns - described->describe_ns;
   auto told = robot.tracker->Update(described->descriptor, *T_last_scan);

@@ -2,9 +2,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <map>
-#include <optional>
-#include <string>
 #include <vector>
 
 #include "absl/status/statusor.h"
@@ -12,11 +9,10 @@
 #include "inbound_call.hpp"
 #include "metrics.hpp"
 #include "query_capture.hpp"
+#include "query_describer.hpp"
 #include "raw_service.hpp"
 #include "reception.hpp"
 #include "robot_streams.hpp"
-#include "scanloc/core/descriptor.hpp"
-#include "scanloc/core/point_cloud.hpp"
 #include "scanloc/proto/messages.hpp"
 #include "scanloc/server/map_registry.hpp"
 #include "scanloc/server/worker_pool.hpp"
@@ -68,33 +64,18 @@ class LocalizationService final : public RawService {
   [[nodiscard]] absl::Status Serve(InboundCall& inbound, Call& call,
                                    const grpc::CallbackServerContext& context, int worker);
 
-  /// What one worker keeps from query to query.
-  struct Scratch {
-    PointCloud points;
-    std::map<std::string, Describer> describers;  // by signature
-  };
-
   struct Arrival {
     std::int64_t arrived_ns = 0;  // at the socket
     std::int64_t started_ns = 0;  // on a worker
   };
 
-  /// The descriptors of a query, made here or by the robot.
-  struct Described {
-    ScanDescriptor descriptor;
-    std::int64_t describe_ns = 0;
-    std::optional<ScanCounts> scan_counts;
-  };
-
   [[nodiscard]] absl::StatusOr<LocalizeReply> Answer(const v1::LocalizeRequest& request,
                                                      const Arrival& arrival,
                                                      const grpc::CallbackServerContext& context,
-                                                     Scratch& scratch);
+                                                     QueryDescriber& describer);
   [[nodiscard]] absl::StatusOr<QueryOptions> OptionsOf(
       const v1::LocalizeRequest& request, const grpc::CallbackServerContext& context) const;
   [[nodiscard]] absl::Status CheckCost(const QueryOptions& options) const;
-  [[nodiscard]] absl::StatusOr<Described> Describe(const v1::LocalizeRequest& request,
-                                                   const ServedMap& map, Scratch& scratch) const;
 
   /// Notes in the call what was said, counts it, and keeps the query if it found no place.
   void Note(const v1::LocalizeRequest& request, const LocalizeReply& reply,
@@ -103,7 +84,7 @@ class LocalizationService final : public RawService {
   /// What is known of the robot of one stream. Its requests come one after the other.
   struct Robot;
   [[nodiscard]] absl::StatusOr<v1::LocalizeStreamResponse> Track(
-      const v1::LocalizeStreamRequest& request, const Arrival& arrival, Scratch& scratch,
+      const v1::LocalizeStreamRequest& request, const Arrival& arrival, QueryDescriber& describer,
       Robot& robot) const;
 
   const MapRegistry& maps_;
@@ -113,7 +94,7 @@ class LocalizationService final : public RawService {
   Metrics& metrics_;
   QueryCapture* const capture_;
   const Limits limits_;
-  std::vector<Scratch> scratch_;  // by worker
+  std::vector<QueryDescriber> describers_;  // by worker
   ByteBudget waiting_bytes_;
   RobotStreams streams_;
 };

@@ -3,6 +3,12 @@
 #include <chrono>
 
 namespace scanloc::server {
+namespace {
+
+/// Largest request that holds neither scan nor descriptors [bytes].
+constexpr std::size_t kMaxSmallRequestBytes = 4096;
+
+}  // namespace
 
 absl::Status CheckStillWanted(const grpc::CallbackServerContext& context) {
   if (context.IsCancelled()) return absl::CancelledError("the caller has hung up");
@@ -10,6 +16,13 @@ absl::Status CheckStillWanted(const grpc::CallbackServerContext& context) {
     return absl::DeadlineExceededError("the deadline passed before the query could start");
   }
   return absl::OkStatus();
+}
+
+absl::Status CheckSmall(const grpc::ByteBuffer& request) {
+  if (!request.Valid() || request.Length() <= kMaxSmallRequestBytes) return absl::OkStatus();
+  return absl::InvalidArgumentError(absl::StrCat("the request has ", request.Length(),
+                                                 " bytes; at most ", kMaxSmallRequestBytes,
+                                                 " are allowed here"));
 }
 
 std::string AddressOf(const grpc::CallbackServerContext& context) {

@@ -37,6 +37,9 @@ absl::Status Guard(Work&& work) {
 /// Where the call comes from, without the port: nobody has to say who he is for it.
 [[nodiscard]] std::string AddressOf(const grpc::CallbackServerContext& context);
 
+/// InvalidArgument if a request that can only be small is not.
+[[nodiscard]] absl::Status CheckSmall(const grpc::ByteBuffer& request);
+
 /// InvalidArgument if the bytes are not a message of the type.
 template <typename Message>
 absl::Status Parse(const grpc::ByteBuffer& bytes, Message* message) {

@@ -1,0 +1,177 @@
+#include "map_keeper.hpp"
+
+#include <malloc.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <utility>
+#include <vector>
+
+#include "absl/strings/escaping.h"
+#include "absl/strings/str_cat.h"
+#include "reception.hpp"
+#include "unary_call.hpp"
+
+namespace scanloc::server {
+namespace {
+
+/// A map is read on a thread of its own, and what it or the one before held would stay with the
+/// allocator, a little more of it after every reload.
+void ReturnFreedMemory() {
+#ifdef __GLIBC__
+  malloc_trim(0);
+#endif
+}
+
+}  // namespace
+
+std::string HealthName(const std::string& map_name) {
+  return absl::StrCat("scanloc.map/", map_name);
+}
+
+MapKeeper::MapKeeper(MapSources sources, MapLoader load_map, MapRegistry& maps,
+                     HealthService& health, Metrics& metrics)
+    : sources_(std::move(sources)),
+      load_map_(std::move(load_map)),
+      maps_(maps),
+      health_(health),
+      metrics_(metrics) {}
+
+absl::Status MapKeeper::ExpectAll() {
+  health_.Set("", false);
+  const auto known = sources_.List();
+  if (!known.ok()) return known.status();
+  const std::lock_guard lock(mutex_);
+  for (const MapSource& source : *known) Expect(source.name);
+  return absl::OkStatus();
+}
+
+absl::Status MapKeeper::Load(const MapSource& source) {
+  const std::lock_guard lock(mutex_);
+  return LoadNow(source);
+}
+
+absl::Status MapKeeper::LoadNow(const MapSource& source) {
+  Expect(source.name);
+  const std::int64_t start_ns = NowNs();
+  spdlog::debug("loading map {} from {}", source.name, source.path);
+  absl::Status status = Guard([&]() -> absl::Status {
+    auto map = load_map_(source.path);
+    if (!map.ok()) return map.status();
+    return PutInService(source, *std::move(map));
+  });
+  ReturnFreedMemory();
+  if (status.ok()) health_.Set(HealthName(source.name), true);
+  metrics_.SetLoadTime(source.name, 1e-9 * static_cast<double>(NowNs() - start_ns));
+  if (status.ok()) return status;
+  metrics_.CountFailedLoad(source.name);
+  maps_.SetFailed(source.name);
+  return {status.code(), absl::StrCat("map ", source.name, ": ", status.message())};
+}
+
+absl::Status MapKeeper::PutInService(const MapSource& source, Map map) {
+  if (const auto served = maps_.Find(source.name); served.ok()) {
+    const Map& now = (*served)->localizer->map();
+    if (now.content_id == map.content_id && now.calibration == map.calibration &&
+        now.confusable == map.confusable) {
+      spdlog::info("map {} is unchanged", source.name);
+      return absl::OkStatus();
+    }
+  }
+  const std::size_t num_places = map.places.size();
+  const std::string content_id = map.content_id;
+  if (auto status = maps_.Serve(source.name, source.path, std::move(map)); !status.ok()) {
+    return status;
+  }
+  spdlog::info("map {} in service: {} places, content id {}", source.name, num_places, content_id);
+  return absl::OkStatus();
+}
+
+absl::Status MapKeeper::LoadAll() {
+  const auto sources = sources_.List();
+  if (!sources.ok()) return sources.status();
+  absl::Status first_error;
+  std::size_t num_loaded = 0;
+  for (const MapSource& source : *sources) {
+    const absl::Status status = Load(source);
+    if (is_stopping_) return absl::CancelledError("the server was stopped while loading maps");
+    if (status.ok()) {
+      ++num_loaded;
+      continue;
+    }
+    if (first_error.ok()) first_error = status;
+    // Alone, it is told by who called; among others it must not go unseen.
+    if (sources->size() > 1) spdlog::error("{}", absl::StrCat(status.message()));
+  }
+  if (num_loaded == 0 && !first_error.ok()) return first_error;
+  health_.Set("", true);
+  return absl::OkStatus();
+}
+
+void MapKeeper::Expect(const std::string& name) {
+  if (IsKnown(name)) return;
+  maps_.Add(name);
+  health_.Set(HealthName(name), false);
+  metrics_.StartCountingLoads(name);
+}
+
+bool MapKeeper::IsKnown(const std::string& name) const {
+  const std::vector<MapSummary> known = maps_.List();
+  return std::any_of(known.begin(), known.end(),
+                     [&](const MapSummary& map) { return map.name == name; });
+}
+
+absl::Status MapKeeper::Reload(const std::string& name) {
+  const std::lock_guard lock(mutex_);
+  if (!IsKnown(name)) {
+    return absl::NotFoundError(absl::StrCat("no map is named ", absl::Utf8SafeCHexEscape(name)));
+  }
+  const auto source = sources_.Find(name);
+  if (!source.ok()) return source.status();
+  return LoadNow(*source);
+}
+
+absl::Status MapKeeper::LoadNew(const std::string& name) {
+  const std::lock_guard lock(mutex_);
+  if (!name.empty() && maps_.Find(name).ok()) {
+    return absl::AlreadyExistsError(absl::StrCat("map ", name, " is in service; reload it"));
+  }
+  const auto source = sources_.Find(name);
+  if (!source.ok()) return source.status();
+  return LoadNow(*source);
+}
+
+absl::Status MapKeeper::Unload(const std::string& name) {
+  const std::lock_guard lock(mutex_);
+  return Remove(name);
+}
+
+absl::Status MapKeeper::Remove(const std::string& name) {
+  if (auto status = maps_.Remove(name); !status.ok()) return status;
+  health_.Set(HealthName(name), false);
+  spdlog::info("map {} out of service", name);
+  return absl::OkStatus();
+}
+
+void MapKeeper::ForgetFailedAndGone() {
+  for (const MapSummary& map : maps_.List()) {
+    if (map.state != MapState::kFailed || sources_.Find(map.name).ok()) continue;
+    if (auto status = Remove(map.name); !status.ok()) spdlog::error("{}", status.ToString());
+  }
+}
+
+void MapKeeper::ReloadAll() {
+  const auto sources = sources_.List();
+  if (!sources.ok()) return spdlog::error("{}", absl::StrCat(sources.status().message()));
+  {
+    const std::lock_guard lock(mutex_);
+    ForgetFailedAndGone();
+  }
+  for (const MapSource& source : *sources) {
+    if (is_stopping_) return;
+    const absl::Status status = Load(source);
+    if (!status.ok()) spdlog::error("not reloaded: {}", absl::StrCat(status.message()));
+  }
+}
+
+}  // namespace scanloc::server

@@ -1,0 +1,74 @@
+#include "query_describer.hpp"
+
+#include <utility>
+
+#include "absl/strings/escaping.h"
+#include "absl/strings/str_cat.h"
+#include "reception.hpp"
+#include "scanloc/proto/convert.hpp"
+
+namespace scanloc::server {
+namespace {
+
+/// Above this, describers of maps that are no longer served are not worth keeping.
+constexpr std::size_t kMaxDescribersKept = 16;
+
+/// Of one point on the wire: x y z.
+constexpr std::size_t kPointBytes = 12;
+
+absl::Status CheckSignature(const SignedDescriptor& query, const ServedMap& map) {
+  if (query.signature == map.signature) return absl::OkStatus();
+  return absl::FailedPreconditionError(absl::StrCat(
+      "the descriptors were made with \"", absl::Utf8SafeCHexEscape(query.signature), "\" but map ",
+      map.info.name, " has \"", map.signature,
+      "\"; fetch the map's parameters again with GetMapInfo and describe the scan with them"));
+}
+
+}  // namespace
+
+absl::StatusOr<QueryDescriber::Described> QueryDescriber::Describe(
+    const v1::LocalizeRequest& request, const ServedMap& map, std::size_t max_points) {
+  switch (request.query_case()) {
+    case v1::LocalizeRequest::kScan:
+      return DescribeScan(request.scan(), map, max_points);
+    case v1::LocalizeRequest::kDescriptors: {
+      auto query = proto::FromProto(request.descriptors());
+      if (!query.ok()) return query.status();
+      if (auto status = CheckSignature(*query, map); !status.ok()) return status;
+      return Described{.descriptor = std::move(query->descriptor)};
+    }
+    default:
+      return absl::InvalidArgumentError(
+          "the request has neither scan nor descriptors; send one of them");
+  }
+}
+
+absl::StatusOr<QueryDescriber::Described> QueryDescriber::DescribeScan(const v1::ScanPoints& scan,
+                                                                       const ServedMap& map,
+                                                                       std::size_t max_points) {
+  if (const std::size_t num_points = scan.xyz_f32le().size() / kPointBytes;
+      num_points > max_points) {
+    return absl::ResourceExhaustedError(
+        absl::StrCat("the scan has ", num_points, " points; this server allows ", max_points));
+  }
+  if (auto status = proto::FromProto(scan, &points_); !status.ok()) return status;
+  const auto describer = DescriberFor(map);
+  if (!describer.ok()) return describer.status();
+  Described result;
+  const std::int64_t start_ns = NowNs();
+  result.descriptor = (*describer)->Describe(points_, &result.scan_counts.emplace());
+  result.describe_ns = NowNs() - start_ns;
+  return result;
+}
+
+absl::StatusOr<Describer*> QueryDescriber::DescriberFor(const ServedMap& map) {
+  if (const auto found = describers_.find(map.signature); found != describers_.end()) {
+    return &found->second;
+  }
+  auto describer = Describer::Create(map.info.params);
+  if (!describer.ok()) return describer.status();
+  if (describers_.size() >= kMaxDescribersKept) describers_.clear();
+  return &describers_.emplace(map.signature, *std::move(describer)).first->second;
+}
+
+}  // namespace scanloc::server

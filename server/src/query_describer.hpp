@@ -1,0 +1,42 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+
+#include "absl/status/statusor.h"
+#include "scanloc/core/descriptor.hpp"
+#include "scanloc/core/point_cloud.hpp"
+#include "scanloc/server/map_registry.hpp"
+#include "scanloc/v1/localization.pb.h"
+
+namespace scanloc::server {
+
+/// Makes or takes the descriptors of queries. Keeps its memory from query to query; one a worker.
+class QueryDescriber {
+ public:
+  struct Described {
+    ScanDescriptor descriptor;
+    std::int64_t describe_ns = 0;
+    std::optional<ScanCounts> scan_counts;  ///< where the query is a scan
+  };
+
+  /// Of a query to the map. InvalidArgument if it has neither scan nor descriptors or a malformed
+  /// one, ResourceExhausted beyond max_points, FailedPrecondition if the descriptors were made with
+  /// other parameters than the map's.
+  [[nodiscard]] absl::StatusOr<Described> Describe(const v1::LocalizeRequest& request,
+                                                   const ServedMap& map, std::size_t max_points);
+
+ private:
+  [[nodiscard]] absl::StatusOr<Described> DescribeScan(const v1::ScanPoints& scan,
+                                                       const ServedMap& map,
+                                                       std::size_t max_points);
+  [[nodiscard]] absl::StatusOr<Describer*> DescriberFor(const ServedMap& map);
+
+  PointCloud points_;
+  std::map<std::string, Describer> describers_;  // by signature
+};
+
+}  // namespace scanloc::server
