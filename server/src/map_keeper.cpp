@@ -61,7 +61,10 @@ absl::Status MapKeeper::LoadNow(const MapSource& source) {
     return PutInService(source, *std::move(map));
   });
   ReturnFreedMemory();
-  if (status.ok()) health_.Set(HealthName(source.name), true);
+  if (status.ok()) {
+    health_.Set(HealthName(source.name), true);
+    TellHealth();
+  }
   metrics_.SetLoadTime(source.name, 1e-9 * static_cast<double>(NowNs() - start_ns));
   if (status.ok()) return status;
   metrics_.CountFailedLoad(source.name);
@@ -104,8 +107,21 @@ absl::Status MapKeeper::LoadAll() {
     if (sources->size() > 1) spdlog::error("{}", absl::StrCat(status.message()));
   }
   if (num_loaded == 0 && !first_error.ok()) return first_error;
-  health_.Set("", true);
+  if (sources->empty()) {
+    spdlog::warn("no map to serve; put NAME.scanloc into the maps folder, then send SIGHUP");
+  }
+  const std::lock_guard lock(mutex_);
+  have_all_been_tried_ = true;
+  TellHealth();
   return absl::OkStatus();
+}
+
+void MapKeeper::TellHealth() {
+  const std::vector<MapSummary> known = maps_.List();
+  const bool is_any_served = std::any_of(known.begin(), known.end(), [](const MapSummary& map) {
+    return map.state == MapState::kServing;
+  });
+  health_.Set("", have_all_been_tried_ && is_any_served);
 }
 
 void MapKeeper::Expect(const std::string& name) {
@@ -149,6 +165,7 @@ absl::Status MapKeeper::Unload(const std::string& name) {
 absl::Status MapKeeper::Remove(const std::string& name) {
   if (auto status = maps_.Remove(name); !status.ok()) return status;
   health_.Set(HealthName(name), false);
+  TellHealth();
   spdlog::info("map {} out of service", name);
   return absl::OkStatus();
 }

@@ -47,6 +47,8 @@ class MapKeeper {
   [[nodiscard]] absl::Status PutInService(const MapSource& source, Map map);
   [[nodiscard]] absl::Status Remove(const std::string& name);
   void ForgetFailedAndGone();
+  /// The server as such serves once every map has been tried, and while any answers.
+  void TellHealth();
 
   const MapSources sources_;
   const MapLoader load_map_;
@@ -55,6 +57,7 @@ class MapKeeper {
   Metrics& metrics_;
   std::atomic<bool> is_stopping_ = false;
   std::mutex mutex_;
+  bool have_all_been_tried_ = false;
 };
 
 }  // namespace scanloc::server

@@ -84,6 +84,7 @@ absl::StatusOr<std::shared_ptr<const ServedMap>> MapRegistry::Find(const std::st
   const std::lock_guard lock(mutex_);
   const auto slot = name.empty() ? FindOnly() : slots_.find(name);
   if (slot == slots_.end()) {
+    if (slots_.empty()) return absl::NotFoundError("this server has no map");
     const std::string what =
         name.empty() ? "the request names no map and this server has several"
                      : absl::StrCat("no map is named \"", absl::Utf8SafeCHexEscape(name), "\"");

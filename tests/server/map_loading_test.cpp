@@ -29,6 +29,9 @@ class MapLoadingTest : public testing::Test {
  protected:
   void Start() {
     Touch("town");
+    StartWithWhatIsThere();
+  }
+  void StartWithWhatIsThere() {
     ServerOptions options;
     options.maps_dir = dir_.path();
     options.listen = "127.0.0.1:0";
@@ -53,11 +56,14 @@ class MapLoadingTest : public testing::Test {
   }
 
   [[nodiscard]] Health::ServingStatus HealthOf(const std::string& map) const {
+    return HealthOfService(HealthName(map));
+  }
+  [[nodiscard]] Health::ServingStatus HealthOfService(const std::string& service) const {
     const auto health = grpc::health::v1::Health::NewStub(test::ChannelTo(server_->address()));
     grpc::ClientContext context;
     test::SetPatience(context);
     grpc::health::v1::HealthCheckRequest request;
-    request.set_service(HealthName(map));
+    request.set_service(service);
     Health response;
     const grpc::Status status = health->Check(&context, request, &response);
     return status.ok() ? response.status() : Health::SERVICE_UNKNOWN;
@@ -97,6 +103,20 @@ TEST_F(MapLoadingTest, TakesNoNameForTheGoodMapBesideABadNewFile) {
   Touch("village");
   ASSERT_TRUE(server_->LoadMap("village").ok());
   EXPECT_THAT(Unnamed(), HasSubstr("this server has several"));
+}
+
+TEST_F(MapLoadingTest, ServesAsAWholeWhileAnyMapAnswers) {
+  StartWithWhatIsThere();
+  ASSERT_TRUE(server_->LoadMaps().ok());
+  EXPECT_EQ(HealthOfService(""), Health::NOT_SERVING);
+  EXPECT_THAT(Unnamed(), HasSubstr("this server has no map"));
+  Touch("town");
+  server_->ReloadMaps();
+  EXPECT_EQ(HealthOfService(""), Health::SERVING);
+  ASSERT_TRUE(server_->UnloadMap("town").ok());
+  EXPECT_EQ(HealthOfService(""), Health::NOT_SERVING);
+  ASSERT_TRUE(server_->LoadMap("town").ok());
+  EXPECT_EQ(HealthOfService(""), Health::SERVING);
 }
 
 TEST_F(MapLoadingTest, TakesNoNameForTheGoodMapBesideABadOneAtTheStart) {
