@@ -2,6 +2,7 @@
 
 #include <random>
 
+#include "absl/strings/match.h"
 #include "client_options.hpp"
 
 namespace scanloc::client {
@@ -11,6 +12,12 @@ using std::chrono::milliseconds;
 double DrawShare() {
   thread_local std::mt19937_64 random{std::random_device{}()};
   return static_cast<double>(random() >> 11) / static_cast<double>(1ULL << 53);
+}
+
+bool IsReset(const absl::Status& status) {
+  // HTTP/2's ENHANCE_YOUR_CALM; nothing but the text tells it from a refusal of the server's.
+  return absl::IsResourceExhausted(status) &&
+         absl::StrContains(status.message(), "RST_STREAM with error code 11");
 }
 
 absl::Status Client::State::WithAddress(const absl::Status& status) const {

@@ -34,6 +34,10 @@ struct Terms {
 /// Uniform in [0, 1).
 [[nodiscard]] double DrawShare();
 
+/// Whether gRPC itself, in a server short of memory, has ended the call before anybody there saw
+/// it.
+[[nodiscard]] bool IsReset(const absl::Status& status);
+
 /// What a client and its streams share. Thread-safe.
 struct Client::State {
   State(const ClientOptions& client_options, std::shared_ptr<grpc::Channel> to_server)
@@ -87,6 +91,7 @@ struct Client::State {
     if (absl::IsCancelled(status)) {
       return WithAddress(absl::UnavailableError("it stopped before it could answer"));
     }
+    if (IsReset(status)) return WithAddress(absl::UnavailableError("it is short of memory"));
     if (!status.ok()) return WithAddress(status);
     return response;
   }
