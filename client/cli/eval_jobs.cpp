@@ -22,12 +22,14 @@ class JobRun {
     for (std::size_t i = 0; i < num_threads; ++i) {
       threads.emplace_back([this, i] { Work(i); });
     }
+    std::size_t num_told = 0;
     std::unique_lock lock(mutex_);
-    while (num_working_ > 0) {
-      has_news_.wait(lock);
-      const std::size_t num_done = num_done_;
+    while (num_working_ > 0 || num_told < num_done_) {
+      has_news_.wait(lock, [&] { return num_working_ == 0 || num_told < num_done_; });
+      if (num_told == num_done_) continue;
+      num_told = num_done_;
       lock.unlock();
-      told(num_done);
+      told(num_told);
       lock.lock();
     }
     lock.unlock();

@@ -99,6 +99,15 @@ TEST(RunJobs, DoesAllAndTellsTheFirstErrorInOrder) {
                   .ok());
   EXPECT_EQ(num_done, std::vector<int>(50, 1));
   EXPECT_EQ(told, 50U);
+  // However soon they are done.
+  for (int round = 0; round < 200; ++round) {
+    told = 0;
+    EXPECT_TRUE(RunJobs(
+                    3, 3, [](std::size_t, std::size_t) { return absl::OkStatus(); },
+                    [&](std::size_t num) { told = num; })
+                    .ok());
+    ASSERT_EQ(told, 3U);
+  }
   const absl::Status failed = RunJobs(
       1, 10,
       [](std::size_t number, std::size_t) {
