@@ -1,6 +1,8 @@
 #include <filesystem>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <sstream>
+#include <vector>
 
 #include "metered_scanlocd.hpp"
 
@@ -8,6 +10,7 @@ namespace scanloc::server {
 namespace {
 
 using ::testing::HasSubstr;
+using ::testing::Not;
 using ::testing::StartsWith;
 
 class ScanlocdOperationTest : public MeteredScanlocdTest {};
@@ -43,6 +46,20 @@ TEST_F(ScanlocdOperationTest, ServesMetricsBesideSilentConnections) {
   for (const test::TcpConnection* silent : {&first, &second}) {
     silent->Send("\r\n");
     EXPECT_THAT(silent->ReadAll(), HasSubstr("scanloc_in_flight 0"));
+  }
+}
+
+TEST_F(ScanlocdOperationTest, GivesUpConnectionsThatSendNoWholeRequest) {
+  StartMetered({"--map", "town=" + WriteMap("town", 1)});
+  // More than there are threads for them.
+  std::vector<std::unique_ptr<test::TcpConnection>> silent;
+  for (int i = 0; i < 10; ++i) {
+    silent.push_back(std::make_unique<test::TcpConnection>(metrics_address_));
+    silent.back()->Send("GET /metrics HTTP/1.0\r\n");
+  }
+  EXPECT_EQ(Metric("scanloc_in_flight"), 0.0);
+  for (const auto& connection : silent) {
+    EXPECT_THAT(connection->ReadAll(), Not(HasSubstr("scanloc_in_flight")));
   }
 }
 

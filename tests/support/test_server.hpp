@@ -51,6 +51,7 @@ inline server::ServerOptions OptionsFor(const Maps& maps) {
   for (const auto& [name, map] : maps) options.maps.push_back({.name = name, .path = name});
   options.listen = "127.0.0.1:0";
   options.num_threads = 2;
+  options.max_wait_s = 60.0;  // under a sanitizer a few queries at once are a long queue
   return options;
 }
 
