@@ -2,11 +2,15 @@
 
 #include <benchmark/benchmark.h>
 
+#include <cstdint>
 #include <cstdlib>
 #include <iostream>
 #include <memory>
+#include <random>
 #include <string>
+#include <vector>
 
+#include "key_batches.hpp"
 #include "scanloc/core/localizer.hpp"
 #include "scanloc/mapdb/map_file.hpp"
 #include "support/bench_map.hpp"
@@ -55,6 +59,35 @@ BENCHMARK_CAPTURE(Search, a_pc_brute, "a-pc-brute", 10)->Unit(benchmark::kMicros
 BENCHMARK_CAPTURE(Search, a_pc_naive_brute, "a-pc-naive-brute", 10)
     ->Unit(benchmark::kMicrosecond)
     ->Iterations(3);
+
+/// 60,000 keys of 20 components, compared to one: what a kernel of KeyBatches takes of a search.
+void ScanKeys(benchmark::State& state, key_batches::Kernel kernel) {
+  constexpr std::size_t kNumBatches = 60'000 / KeyBatches::kNumLanes;
+  constexpr std::size_t kNumPairs = 12;
+  std::mt19937_64 random(1);
+  std::uniform_int_distribution<int> component(-3000, 3000);
+  std::vector<std::int16_t> keys(kNumBatches * kNumPairs * 2 * KeyBatches::kNumLanes);
+  std::vector<std::int16_t> query(kNumPairs * 2);
+  for (std::int16_t& c : keys) c = static_cast<std::int16_t>(component(random));
+  for (std::int16_t& c : query) c = static_cast<std::int16_t>(component(random));
+  constexpr std::int32_t kNearer = 60'000'000;  // than some of a thousand
+  for (auto _ : state) {
+    std::uint32_t near = 0;
+    for (std::size_t batch = 0; batch < kNumBatches; ++batch) {
+      near |= kernel(keys.data() + batch * kNumPairs * 2 * KeyBatches::kNumLanes, query.data(),
+                     kNumPairs, kNearer);
+    }
+    benchmark::DoNotOptimize(near);
+  }
+}
+
+const bool kAreKernelsRegistered = [] {
+  for (const key_batches::NamedKernel& k : key_batches::Kernels()) {
+    benchmark::RegisterBenchmark((std::string("ScanKeys/") + k.name).c_str(), ScanKeys, k.kernel)
+        ->Unit(benchmark::kMicrosecond);
+  }
+  return true;
+}();
 
 }  // namespace
 }  // namespace scanloc
