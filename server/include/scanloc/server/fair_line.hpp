@@ -16,8 +16,9 @@ namespace scanloc::server {
 /// Tasks of clients that share the time of the workers: next is the client that has had least of
 /// it, so that one whose tasks last long does not slow one whose tasks are short. A client that
 /// comes anew, or comes back, starts where those stand whose turn it is: nobody saves up time by
-/// staying away. Start-time fair queueing (Goyal, Vin, Cheng 1996) with equal weights and tasks
-/// that are charged when they are done. Not thread-safe.
+/// staying away. Start-time fair queueing (Goyal, Vin, Cheng 1996) with equal weights; a task is
+/// charged what is expected of it when it starts, and what it took when it is done. Not
+/// thread-safe.
 class FairLine {
  public:
   using Task = absl::AnyInvocable<void(const absl::StatusOr<int>& worker)>;
