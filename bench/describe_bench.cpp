@@ -13,8 +13,8 @@
 #include <string>
 #include <vector>
 
-#include "scanloc/core/context_table.hpp"
-#include "scanloc/core/descriptor.hpp"
+#include "scanloc/core/map/context_table.hpp"
+#include "scanloc/core/scan/descriptor.hpp"
 #include "scanloc/dataset/scan_reader.hpp"
 #include "support/bench_scans.hpp"
 

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "key_batches.hpp"
+#include "scan_context/key_batches.hpp"
 #include "scanloc/core/localizer.hpp"
 #include "scanloc/mapdb/map_file.hpp"
 #include "support/bench_map.hpp"

@@ -10,8 +10,8 @@
 
 #include "absl/status/statusor.h"
 #include "scanloc/client/client.hpp"
-#include "scanloc/core/descriptor.hpp"
 #include "scanloc/core/localizer.hpp"
+#include "scanloc/core/scan/descriptor.hpp"
 #include "scanloc/mapdb/map_file.hpp"
 #include "scanloc/server/server.hpp"
 #include "support/bench_map.hpp"

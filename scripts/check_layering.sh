@@ -15,19 +15,30 @@ forbid() {
   fi
 }
 
-forbid core 'scanloc/(mapdb|dataset|eval|proto|server|client)/|sqlite3|pcl/|grpc|google/|spdlog|thread|mutex|chrono|fstream|filesystem' \
+forbid core 'scanloc/(mapdb|dataset|sim|eval|proto|server|client)/|cli/|report/|sqlite3|pcl/|grpc|google/|spdlog|thread|mutex|chrono|fstream|filesystem' \
   'core computes: no files, sockets, clock, threads, logging or other modules'
-forbid mapdb 'scanloc/(dataset|eval|proto|server|client)/|pcl/|grpc|google/|spdlog' \
+forbid mapdb 'scanloc/(dataset|sim|eval|proto|server|client)/|pcl/|grpc|google/|spdlog' \
   'mapdb knows core only'
-forbid dataset 'scanloc/(mapdb|eval|proto|server|client)/|sqlite3|grpc|google/|spdlog' \
+forbid dataset 'scanloc/(mapdb|sim|eval|proto|server|client)/|sqlite3|grpc|google/|spdlog' \
   'dataset knows core only'
-forbid eval 'scanloc/(mapdb|dataset|proto|server|client)/|sqlite3|pcl/|grpc|google/|spdlog' \
+forbid eval 'scanloc/(mapdb|dataset|sim|proto|server|client)/|sqlite3|pcl/|grpc|google/|spdlog' \
   'eval counts, measures and describes: it knows core only'
-forbid proto 'scanloc/(mapdb|dataset|eval|server|client)/|sqlite3|pcl/' 'proto knows core only'
-forbid server 'scanloc/(dataset|eval|client)/|sqlite3|pcl/' \
+forbid proto 'scanloc/(mapdb|dataset|sim|eval|server|client)/|sqlite3|pcl/' 'proto knows core only'
+forbid server 'scanloc/(dataset|sim|eval|client)/|sqlite3|pcl/' \
   'server knows core, mapdb and proto only'
-forbid 'client/src client/include' 'scanloc/(mapdb|dataset|eval|server)/|sqlite3|pcl/' \
+forbid 'client/src client/include' 'scanloc/(mapdb|dataset|sim|eval|server)/|sqlite3|pcl/' \
   'the client library knows core and proto only'
+forbid sim 'scanloc/(mapdb|eval|proto|server|client)/|sqlite3|pcl/|grpc|google/|spdlog' \
+  'sim makes worlds and scans of them: it knows core and dataset only'
+# Rooms of core: each knows those before it.
+forbid 'core/src/scan core/include/scanloc/core/scan' \
+  '(scanloc/core/)?(map|scan_context|structural|track)/' 'scan knows no other room'
+forbid 'core/src/map core/include/scanloc/core/map' '(scanloc/core/)?(scan_context|structural|track)/' \
+  'map knows scan only'
+forbid 'core/src/scan_context core/include/scanloc/core/scan_context' \
+  '(scanloc/core/)?(structural|track)/' 'scan_context knows neither structural nor track'
+forbid 'core/src/structural core/include/scanloc/core/structural' '(scanloc/core/)?track/' \
+  'structural knows nothing of tracks'
 # Headers that hurt stay out of what others include.
 forbid 'core/include mapdb/include dataset/include server/include client/include' 'sqlite3|pcl/|grpc|nanoflann|spdlog' \
   'heavy headers belong into .cpp files or src/'

@@ -8,8 +8,8 @@
 #include <iostream>
 #include <utility>
 
-#include "scanloc/dataset/simulated_drive.hpp"
 #include "scanloc/mapdb/build_map.hpp"
+#include "scanloc/sim/simulated_drive.hpp"
 
 namespace scanloc::bench {
 namespace {
@@ -26,8 +26,8 @@ T ValueOrExit(absl::StatusOr<T> result) {
   return *std::move(result);
 }
 
-dataset::SimulatedDrive Drive(std::uint64_t session_seed, double lane_shift_m) {
-  dataset::SimulateOptions options;
+sim::SimulatedDrive Drive(std::uint64_t session_seed, double lane_shift_m) {
+  sim::SimulateOptions options;
   options.town.town_seed = 42;
   options.town.length_m = kSpacing_m * static_cast<double>(NumPlaces() + 2);
   options.session.session_seed = session_seed;
@@ -35,7 +35,7 @@ dataset::SimulatedDrive Drive(std::uint64_t session_seed, double lane_shift_m) {
   options.session.spacing_m = kSpacing_m;
   options.lidar.num_rays = 32;
   options.lidar.num_azimuths = 360;
-  return ValueOrExit(dataset::SimulatedDrive::Create(options));
+  return ValueOrExit(sim::SimulatedDrive::Create(options));
 }
 
 BenchMap MakeLargeMap() {
@@ -45,7 +45,7 @@ BenchMap MakeLargeMap() {
                  .string();
   std::fprintf(stderr, "simulating and building a map of %zu places ...\n", NumPlaces());
   {
-    const dataset::SimulatedDrive drive = Drive(1, 0.0);
+    const sim::SimulatedDrive drive = Drive(1, 0.0);
     mapdb::SessionPlan plan{.name = "drive"};
     for (std::size_t i = 0; i < std::min(drive.size(), NumPlaces()); ++i) {
       plan.scans.push_back({std::to_string(i), drive.stamp_ns(i), drive.T_map_sensor(i)});
@@ -57,7 +57,7 @@ BenchMap MakeLargeMap() {
     ValueOrExit(mapdb::BuildMap(
         options, plan, [&](std::size_t i) -> absl::StatusOr<PointCloud> { return drive.Scan(i); }));
   }
-  const dataset::SimulatedDrive drive = Drive(2, 1.0);
+  const sim::SimulatedDrive drive = Drive(2, 1.0);
   Describer describer = ValueOrExit(Describer::Create(map.params));
   for (std::size_t q = 0; q < kNumQueries; ++q) {
     map.queries.push_back(describer.Describe(drive.Scan(q * drive.size() / kNumQueries)));

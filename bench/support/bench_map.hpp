@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "scanloc/core/descriptor.hpp"
 #include "scanloc/core/params.hpp"
+#include "scanloc/core/scan/descriptor.hpp"
 
 namespace scanloc::bench {
 

@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "scanloc/core/point_cloud.hpp"
+#include "scanloc/core/scan/point_cloud.hpp"
 #include "scanloc/dataset/scan_reader.hpp"
-#include "scanloc/dataset/simulated_drive.hpp"
+#include "scanloc/sim/simulated_drive.hpp"
 
 namespace scanloc::bench {
 
@@ -33,11 +33,11 @@ inline std::vector<PointCloud> FullScans() {
     }
     return scans;
   }
-  dataset::SimulateOptions options;
+  sim::SimulateOptions options;
   options.town.length_m = 60.0;
   options.session.spacing_m = 10.0;
   options.lidar.num_azimuths = 2'400;
-  const auto drive = *dataset::SimulatedDrive::Create(options);
+  const auto drive = *sim::SimulatedDrive::Create(options);
   for (std::size_t i = 0; i < drive.size(); ++i) scans.push_back(drive.Scan(i));
   return scans;
 }

@@ -4,7 +4,7 @@
 
 #include "absl/status/status.h"
 #include "scanloc/client/client.hpp"
-#include "scanloc/core/point_cloud.hpp"
+#include "scanloc/core/scan/point_cloud.hpp"
 
 namespace scanloc::client {
 

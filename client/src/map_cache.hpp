@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
-#include "scanloc/core/descriptor.hpp"
-#include "scanloc/core/point_cloud.hpp"
+#include "scanloc/core/scan/descriptor.hpp"
+#include "scanloc/core/scan/point_cloud.hpp"
 #include "scanloc/proto/messages.hpp"
 
 namespace scanloc::client {

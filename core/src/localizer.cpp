@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "absl/strings/str_format.h"
-#include "auto_search.hpp"
 #include "scanloc/core/limits.hpp"
-#include "scanloc/core/match.hpp"
+#include "scanloc/core/scan_context/match.hpp"
+#include "structural/auto_search.hpp"
 
 // The paper's three-stage place recognition (Sec. V), read from Localizer::Localize downwards.
 

@@ -3,7 +3,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
-#include "scanloc/core/pose.hpp"
+#include "scanloc/core/scan/pose.hpp"
 
 /// Where the sensors of published datasets are mounted.
 namespace scanloc::dataset {

@@ -12,7 +12,7 @@
 #include "absl/status/statusor.h"
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
-#include "scanloc/core/pose.hpp"
+#include "scanloc/core/scan/pose.hpp"
 #include "text.hpp"
 
 /// Rows of numbers in text files of poses, times and calibrations.

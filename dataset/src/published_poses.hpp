@@ -6,7 +6,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "pose_rows.hpp"
-#include "scanloc/core/pose.hpp"
+#include "scanloc/core/scan/pose.hpp"
 
 /// Rows of datasets whose frames are x forward, y right, z down, as poses of the sensor that their
 /// scans are given for, z up.

@@ -1,6 +1,6 @@
 #include "scanloc/eval/key_only.hpp"
 
-#include "scanloc/core/context_table.hpp"
+#include "scanloc/core/map/context_table.hpp"
 #include "shared.hpp"
 
 namespace scanloc::eval {

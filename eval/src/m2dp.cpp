@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "scanloc/core/voxel_filter.hpp"
+#include "scanloc/core/scan/voxel_filter.hpp"
 #include "shared.hpp"
 
 namespace scanloc::eval {

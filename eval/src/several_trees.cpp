@@ -6,7 +6,7 @@
 #include <map>
 #include <utility>
 
-#include "scanloc/core/match.hpp"
+#include "scanloc/core/scan_context/match.hpp"
 #include "shared.hpp"
 
 namespace scanloc::eval {

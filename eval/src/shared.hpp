@@ -2,10 +2,10 @@
 
 #include <cstdint>
 
-#include "scanloc/core/context_table.hpp"
-#include "scanloc/core/descriptor.hpp"
-#include "scanloc/core/map.hpp"
+#include "scanloc/core/map/context_table.hpp"
+#include "scanloc/core/map/map.hpp"
 #include "scanloc/core/method.hpp"
+#include "scanloc/core/scan/descriptor.hpp"
 
 /// What baselines share.
 namespace scanloc::eval {

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
-#include "scanloc/core/descriptor.hpp"
+#include "scanloc/core/scan/descriptor.hpp"
 
 namespace scanloc::mapdb {
 namespace {

@@ -12,7 +12,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "map_writer.hpp"
-#include "scanloc/core/calibrate.hpp"
+#include "scanloc/core/structural/calibrate.hpp"
 #include "scanloc/mapdb/map_file.hpp"
 
 namespace scanloc::mapdb {

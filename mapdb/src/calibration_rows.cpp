@@ -5,7 +5,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "checksum.hpp"
-#include "scanloc/core/calibrate.hpp"
+#include "scanloc/core/structural/calibrate.hpp"
 #include "schema.hpp"
 
 namespace scanloc::mapdb {

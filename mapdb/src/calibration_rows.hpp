@@ -7,7 +7,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "map_head.hpp"
-#include "scanloc/core/map.hpp"
+#include "scanloc/core/map/map.hpp"
 #include "sqlite.hpp"
 
 namespace scanloc::mapdb {

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "encoding.hpp"
-#include "scanloc/core/map.hpp"
+#include "scanloc/core/map/map.hpp"
 
 struct XXH3_state_s;
 

@@ -9,8 +9,8 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
-#include "scanloc/core/descriptor.hpp"
 #include "scanloc/core/limits.hpp"
+#include "scanloc/core/scan/descriptor.hpp"
 
 namespace scanloc::mapdb {
 namespace {

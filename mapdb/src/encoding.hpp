@@ -13,8 +13,8 @@
 #include "absl/strings/string_view.h"
 #include "scanloc/core/method.hpp"
 #include "scanloc/core/params.hpp"
-#include "scanloc/core/pose.hpp"
-#include "scanloc/core/structure.hpp"
+#include "scanloc/core/scan/pose.hpp"
+#include "scanloc/core/scan/structure.hpp"
 
 /// How values look in the columns of a map file (docs/map_format.md). Numbers are little-endian.
 namespace scanloc::mapdb {

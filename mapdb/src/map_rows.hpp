@@ -12,7 +12,7 @@
 #include "encoding.hpp"
 #include "map_head.hpp"
 #include "scanloc/core/params.hpp"
-#include "scanloc/core/structure.hpp"
+#include "scanloc/core/scan/structure.hpp"
 #include "sqlite.hpp"
 
 /// Reading a map file row by row, each row checked: what load, info, verify, append and merge

@@ -4,8 +4,8 @@
 
 #include "absl/strings/str_cat.h"
 #include "open_map.hpp"
-#include "scanloc/core/context_table.hpp"
 #include "scanloc/core/limits.hpp"
+#include "scanloc/core/map/context_table.hpp"
 #include "schema.hpp"
 #include "session_plan.hpp"
 

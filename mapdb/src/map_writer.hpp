@@ -11,7 +11,7 @@
 #include "checksum.hpp"
 #include "encoding.hpp"
 #include "map_rows.hpp"
-#include "scanloc/core/descriptor.hpp"
+#include "scanloc/core/scan/descriptor.hpp"
 #include "scanloc/mapdb/map_builder.hpp"
 #include "sqlite.hpp"
 

@@ -7,7 +7,7 @@
 #include "checksum.hpp"
 #include "map_rows.hpp"
 #include "open_map.hpp"
-#include "scanloc/core/context_table.hpp"
+#include "scanloc/core/map/context_table.hpp"
 #include "scanloc/mapdb/map_file.hpp"
 #include "schema.hpp"
 #include "sqlite.hpp"

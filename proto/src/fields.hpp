@@ -6,7 +6,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
-#include "scanloc/core/pose.hpp"
+#include "scanloc/core/scan/pose.hpp"
 #include "scanloc/v1/map.pb.h"
 
 /// Checks and conversions that several messages share.

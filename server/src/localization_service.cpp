@@ -7,7 +7,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "scanloc/core/method.hpp"
-#include "scanloc/core/tracker.hpp"
+#include "scanloc/core/track/tracker.hpp"
 #include "scanloc/proto/convert.hpp"
 #include "scanloc/proto/status.hpp"
 #include "scanloc/server/build_info.hpp"

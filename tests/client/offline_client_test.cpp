@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "scanloc/client/client.hpp"
-#include "scanloc/core/descriptor.hpp"
+#include "scanloc/core/scan/descriptor.hpp"
 #include "scanloc/mapdb/map_file.hpp"
 #include "support/map_files.hpp"
 #include "support/same_answer.hpp"

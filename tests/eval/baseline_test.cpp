@@ -7,7 +7,7 @@
 #include <map>
 #include <set>
 
-#include "scanloc/core/match.hpp"
+#include "scanloc/core/scan_context/match.hpp"
 #include "support/scenes.hpp"
 
 namespace scanloc::eval {

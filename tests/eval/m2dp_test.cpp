@@ -8,7 +8,7 @@
 #include <random>
 #include <vector>
 
-#include "scanloc/core/voxel_filter.hpp"
+#include "scanloc/core/scan/voxel_filter.hpp"
 
 namespace scanloc::eval {
 namespace {

@@ -10,9 +10,9 @@
 #include <string>
 
 #include "grpc/health/v1/health.pb.h"
-#include "scanloc/core/descriptor.hpp"
 #include "scanloc/core/localizer.hpp"
-#include "scanloc/core/tracker.hpp"
+#include "scanloc/core/scan/descriptor.hpp"
+#include "scanloc/core/track/tracker.hpp"
 #include "scanloc/proto/convert.hpp"
 #include "scanloc/proto/status.hpp"
 #include "scanloc/v1/admin.pb.h"

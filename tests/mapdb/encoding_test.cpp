@@ -6,7 +6,7 @@
 #include <limits>
 #include <random>
 
-#include "scanloc/core/descriptor.hpp"
+#include "scanloc/core/scan/descriptor.hpp"
 #include "schema.hpp"
 
 namespace scanloc::mapdb {

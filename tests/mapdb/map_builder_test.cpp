@@ -7,8 +7,8 @@
 #include <functional>
 #include <limits>
 
-#include "scanloc/core/descriptor.hpp"
 #include "scanloc/core/limits.hpp"
+#include "scanloc/core/scan/descriptor.hpp"
 #include "scanloc/mapdb/map_file.hpp"
 #include "support/map_equality.hpp"
 #include "support/small_maps.hpp"

@@ -6,7 +6,7 @@
 
 #include <filesystem>
 
-#include "scanloc/core/descriptor.hpp"
+#include "scanloc/core/scan/descriptor.hpp"
 #include "support/map_equality.hpp"
 #include "support/small_maps.hpp"
 #include "support/sql.hpp"

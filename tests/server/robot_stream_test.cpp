@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "scanloc/client/client.hpp"
-#include "scanloc/core/tracker.hpp"
+#include "scanloc/core/track/tracker.hpp"
 #include "support/raw_call.hpp"
 #include "support/same_answer.hpp"
 #include "support/small_map.hpp"

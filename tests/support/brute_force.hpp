@@ -2,10 +2,10 @@
 
 #include <vector>
 
-#include "scanloc/core/context_table.hpp"
-#include "scanloc/core/match.hpp"
+#include "scanloc/core/map/context_table.hpp"
 #include "scanloc/core/params.hpp"
-#include "scanloc/core/point_cloud.hpp"
+#include "scanloc/core/scan/point_cloud.hpp"
+#include "scanloc/core/scan_context/match.hpp"
 
 /// Slow and obvious references for core: double precision, atan2, maps and nested loops.
 namespace scanloc::brute_force {

@@ -4,7 +4,7 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
-#include "scanloc/core/descriptor.hpp"
+#include "scanloc/core/scan/descriptor.hpp"
 #include "scanloc/mapdb/map_builder.hpp"
 #include "support/small_maps.hpp"
 

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <string>
 
-#include "scanloc/core/map.hpp"
+#include "scanloc/core/map/map.hpp"
 #include "scanloc/mapdb/map_file.hpp"
 
 namespace scanloc::test {

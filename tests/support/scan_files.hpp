@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "scanloc/core/point_cloud.hpp"
+#include "scanloc/core/scan/point_cloud.hpp"
 
 namespace scanloc::test {
 

@@ -3,8 +3,8 @@
 #include <cstdint>
 #include <random>
 
-#include "scanloc/core/point_cloud.hpp"
-#include "scanloc/core/pose.hpp"
+#include "scanloc/core/scan/point_cloud.hpp"
+#include "scanloc/core/scan/pose.hpp"
 
 /// Made scans for tests; the same seed gives the same points.
 namespace scanloc::scenes {

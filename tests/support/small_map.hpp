@@ -5,9 +5,9 @@
 #include <string>
 
 #include "absl/strings/str_cat.h"
-#include "scanloc/core/descriptor.hpp"
 #include "scanloc/core/localizer.hpp"
-#include "scanloc/core/map.hpp"
+#include "scanloc/core/map/map.hpp"
+#include "scanloc/core/scan/descriptor.hpp"
 #include "support/scenes.hpp"
 
 /// Maps in memory of made scans, for tests that need one to ask.

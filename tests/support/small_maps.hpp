@@ -8,7 +8,7 @@
 
 #include "absl/strings/str_format.h"
 #include "scanloc/core/params.hpp"
-#include "scanloc/core/point_cloud.hpp"
+#include "scanloc/core/scan/point_cloud.hpp"
 #include "scanloc/mapdb/build_map.hpp"
 #include "scanloc/mapdb/map_builder.hpp"
 

@@ -6,7 +6,7 @@
 
 #include "absl/strings/escaping.h"
 #include "absl/strings/str_cat.h"
-#include "scanloc/core/descriptor.hpp"
+#include "scanloc/core/scan/descriptor.hpp"
 #include "scanloc/mapdb/map_file.hpp"
 
 namespace scanloc::client {

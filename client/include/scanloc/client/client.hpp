@@ -11,7 +11,7 @@
 #include "scanloc/client/localization_client.hpp"
 #include "scanloc/client/robot_stream.hpp"
 #include "scanloc/core/localizer.hpp"
-#include "scanloc/core/point_cloud.hpp"
+#include "scanloc/core/scan/point_cloud.hpp"
 #include "scanloc/proto/messages.hpp"
 
 namespace scanloc::client {

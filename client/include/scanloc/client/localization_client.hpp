@@ -7,7 +7,7 @@
 
 #include "absl/status/statusor.h"
 #include "scanloc/core/localizer.hpp"
-#include "scanloc/core/point_cloud.hpp"
+#include "scanloc/core/scan/point_cloud.hpp"
 #include "scanloc/proto/messages.hpp"
 
 namespace scanloc::client {

@@ -8,8 +8,8 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "scanloc/core/localizer.hpp"
-#include "scanloc/core/point_cloud.hpp"
-#include "scanloc/core/pose.hpp"
+#include "scanloc/core/scan/point_cloud.hpp"
+#include "scanloc/core/scan/pose.hpp"
 #include "scanloc/proto/messages.hpp"
 
 namespace scanloc::client {

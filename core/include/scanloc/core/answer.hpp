@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "scanloc/core/pose.hpp"
+#include "scanloc/core/scan/pose.hpp"
 
 namespace scanloc {
 

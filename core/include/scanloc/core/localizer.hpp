@@ -8,10 +8,10 @@
 
 #include "absl/status/statusor.h"
 #include "scanloc/core/answer.hpp"
-#include "scanloc/core/descriptor.hpp"
-#include "scanloc/core/key_index.hpp"
-#include "scanloc/core/map.hpp"
+#include "scanloc/core/map/map.hpp"
 #include "scanloc/core/method.hpp"
+#include "scanloc/core/scan/descriptor.hpp"
+#include "scanloc/core/scan_context/key_index.hpp"
 
 namespace scanloc {
 

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
-#include "scanloc/core/pose.hpp"
+#include "scanloc/core/scan/pose.hpp"
 #include "scanloc/dataset/pose_reader.hpp"
 #include "scanloc/dataset/scan_reader.hpp"
 

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
-#include "scanloc/core/pose.hpp"
+#include "scanloc/core/scan/pose.hpp"
 
 namespace scanloc::dataset {
 

@@ -9,10 +9,10 @@
 #include <vector>
 
 #include "scanloc/core/answer.hpp"
-#include "scanloc/core/descriptor.hpp"
-#include "scanloc/core/map.hpp"
+#include "scanloc/core/map/map.hpp"
 #include "scanloc/core/method.hpp"
-#include "scanloc/core/point_cloud.hpp"
+#include "scanloc/core/scan/descriptor.hpp"
+#include "scanloc/core/scan/point_cloud.hpp"
 
 /// Other ways of recognising places, to compare with. One file each.
 namespace scanloc::eval {

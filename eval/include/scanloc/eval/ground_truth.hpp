@@ -5,8 +5,8 @@
 #include <span>
 #include <vector>
 
-#include "scanloc/core/map.hpp"
-#include "scanloc/core/pose.hpp"
+#include "scanloc/core/map/map.hpp"
+#include "scanloc/core/scan/pose.hpp"
 #include "scanloc/eval/recall_distribution.hpp"
 
 /// What is true of a query (paper, Sec. "Correctness Criteria"). Pure functions; thread-safe.

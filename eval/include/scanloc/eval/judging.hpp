@@ -4,7 +4,7 @@
 #include <span>
 
 #include "scanloc/core/answer.hpp"
-#include "scanloc/core/pose.hpp"
+#include "scanloc/core/scan/pose.hpp"
 #include "scanloc/eval/measures.hpp"
 #include "scanloc/eval/recall_distribution.hpp"
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "scanloc/core/key_index.hpp"
+#include "scanloc/core/scan_context/key_index.hpp"
 #include "scanloc/eval/baseline.hpp"
 
 namespace scanloc::eval {

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "scanloc/core/context_table.hpp"
-#include "scanloc/core/key_index.hpp"
+#include "scanloc/core/map/context_table.hpp"
+#include "scanloc/core/scan_context/key_index.hpp"
 #include "scanloc/eval/baseline.hpp"
 
 namespace scanloc::eval {

@@ -8,7 +8,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "scanloc/core/params.hpp"
-#include "scanloc/core/point_cloud.hpp"
+#include "scanloc/core/scan/point_cloud.hpp"
 #include "scanloc/mapdb/map_builder.hpp"
 
 namespace scanloc::mapdb {

@@ -6,7 +6,7 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
-#include "scanloc/core/map.hpp"
+#include "scanloc/core/map/map.hpp"
 
 namespace scanloc::mapdb {
 

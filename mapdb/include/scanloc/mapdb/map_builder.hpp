@@ -8,9 +8,9 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
-#include "scanloc/core/descriptor.hpp"
 #include "scanloc/core/params.hpp"
-#include "scanloc/core/pose.hpp"
+#include "scanloc/core/scan/descriptor.hpp"
+#include "scanloc/core/scan/pose.hpp"
 
 namespace scanloc::mapdb {
 

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
-#include "scanloc/core/map.hpp"
+#include "scanloc/core/map/map.hpp"
 #include "scanloc/core/params.hpp"
 
 /// The map file (docs/map_format.md): one SQLite database, by convention named *.scanloc.

@@ -7,12 +7,12 @@
 #include <vector>
 
 #include "scanloc/core/answer.hpp"
-#include "scanloc/core/descriptor.hpp"
 #include "scanloc/core/localizer.hpp"
-#include "scanloc/core/map.hpp"
+#include "scanloc/core/map/map.hpp"
 #include "scanloc/core/params.hpp"
-#include "scanloc/core/point_cloud.hpp"
-#include "scanloc/core/voxel_filter.hpp"
+#include "scanloc/core/scan/descriptor.hpp"
+#include "scanloc/core/scan/point_cloud.hpp"
+#include "scanloc/core/scan/voxel_filter.hpp"
 
 /// What goes over the wire beside core's own types, as plain structs.
 namespace scanloc {

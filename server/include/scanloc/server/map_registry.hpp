@@ -10,7 +10,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "scanloc/core/localizer.hpp"
-#include "scanloc/core/map.hpp"
+#include "scanloc/core/map/map.hpp"
 #include "scanloc/proto/messages.hpp"
 
 namespace scanloc::server {

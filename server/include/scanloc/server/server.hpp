@@ -6,7 +6,7 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
-#include "scanloc/core/map.hpp"
+#include "scanloc/core/map/map.hpp"
 #include "scanloc/server/map_registry.hpp"
 #include "scanloc/server/server_options.hpp"
 #include "scanloc/server/worker_pool.hpp"

@@ -1,0 +1,116 @@
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <chrono>
+#include <string>
+#include <thread>
+
+#include "absl/strings/str_format.h"
+#include "cli/command.hpp"
+#include "cli/output.hpp"
+#include "cli/progress.hpp"
+#include "scanloc/sim/drive_writer.hpp"
+#include "scanloc/sim/simulated_drive.hpp"
+
+namespace scanloc::cli {
+namespace {
+
+class SimulateCommand : public Command {
+ public:
+  [[nodiscard]] std::string name() const override { return "simulate"; }
+  [[nodiscard]] std::string summary() const override {
+    return "Make a LiDAR drive through a made town, as KITTI folders";
+  }
+  void Declare(CLI::App& app) override;
+  [[nodiscard]] absl::Status CheckUsage() const override { return Validate(options_); }
+  [[nodiscard]] absl::Status Run() override;
+
+ private:
+  void DeclareSession(CLI::App& app);
+  void DeclareLidar(CLI::App& app);
+
+  std::string out_;
+  sim::SimulateOptions options_;
+  int num_threads_ = 0;
+  bool quiet_ = false;
+};
+
+void SimulateCommand::Declare(CLI::App& app) {
+  app.add_option("OUT", out_,
+                 "Folder to make: velodyne/000000.bin ..., poses.txt (T_map_sensor) and times.txt")
+      ->required();
+  app.add_option("--town-seed", options_.town.town_seed, "Another number, another town")
+      ->capture_default_str();
+  app.add_option("--length-m", options_.town.length_m,
+                 "Length of the route, part of what the town is [m]")
+      ->capture_default_str();
+  DeclareSession(app);
+  DeclareLidar(app);
+  AddThreadsOption(app, &num_threads_, "cast scans");
+  AddQuietOption(app, &quiet_);
+  app.footer(
+      "The same options always give the same bytes. Drives of the same town (--town-seed and\n"
+      "--length-m) share one map frame, so one can be mapped and another looked up in it.\n"
+      "Examples:\n"
+      "  scanloc simulate monday --town-seed 7 --session-seed 1 --length-m 1000\n"
+      "  scanloc simulate tuesday --town-seed 7 --session-seed 2 --length-m 1000 --reverse "
+      "--lane-shift-m 3.5");
+}
+
+void SimulateCommand::DeclareSession(CLI::App& app) {
+  sim::SessionOptions& session = options_.session;
+  const auto add = [&](const char* flag, auto& field, const char* what) {
+    app.add_option(flag, field, what)->capture_default_str()->group("The drive");
+  };
+  add("--session-seed", session.session_seed, "Another number: other traffic, driving and noise");
+  add("--lane-shift-m", session.lane_shift_m,
+      "How far left of the right-hand lane the vehicle keeps, seen along the route [m]");
+  app.add_flag("--reverse", session.reverse, "Drive the route from its end to its beginning")
+      ->group("The drive");
+  add("--spacing-m", session.spacing_m, "Distance between scans [m]");
+  add("--tilt-deg", session.tilt_deg, "Roll and pitch of each scan are random within ± this [deg]");
+  add("--sensor-height-m", session.sensor_height_m, "Height of the sensor above ground [m]");
+  add("--parked-share", session.parked_share, "Share of parking slots taken, in [0, 1]");
+  add("--moving-per-km", session.moving_per_km, "Moving vehicles per km of street");
+}
+
+void SimulateCommand::DeclareLidar(CLI::App& app) {
+  sim::LidarOptions& lidar = options_.lidar;
+  const auto add = [&](const char* flag, auto& field, const char* what) {
+    app.add_option(flag, field, what)->capture_default_str()->group("The LiDAR");
+  };
+  add("--rays", lidar.num_rays, "Rays one above the other, 16 to 128");
+  add("--azimuths", lidar.num_azimuths, "Directions in a full turn");
+  add("--fov-deg", lidar.fov_deg, "Azimuths seen, centred on forward [deg]");
+  add("--min-elevation-deg", lidar.min_elevation_deg, "Elevation of the lowest ray [deg]");
+  add("--max-elevation-deg", lidar.max_elevation_deg, "Elevation of the highest ray [deg]");
+  add("--max-range-m", lidar.max_range_m, "Range of the sensor [m]");
+  add("--range-sigma-m", lidar.range_sigma_m, "Noise along the beam, standard deviation [m]");
+  add("--dropout", lidar.dropout, "Share of returns lost near the sensor; more are lost far away");
+}
+
+absl::Status SimulateCommand::Run() {
+  const auto start = std::chrono::steady_clock::now();
+  const int num_threads =
+      num_threads_ > 0
+          ? num_threads_
+          : static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1U, 256U));
+  std::size_t num_scans = 0;
+  {
+    Progress progress("scans cast", quiet_);
+    absl::Status status = sim::Simulate(options_, out_, num_threads,
+                                        [&](std::size_t num_done, std::size_t num_total) {
+                                          num_scans = num_total;
+                                          progress.Update(num_done, num_total);
+                                        });
+    if (!status.ok()) return status;
+  }
+  const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
+  return WriteText(
+      "-", absl::StrFormat("wrote %d scans to %s in %.1f s\n", num_scans, out_, elapsed.count()));
+}
+
+}  // namespace
+
+std::unique_ptr<Command> MakeSimulateCommand() { return std::make_unique<SimulateCommand>(); }
+
+}  // namespace scanloc::cli

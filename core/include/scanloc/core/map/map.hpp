@@ -1,0 +1,62 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "scanloc/core/map/context_table.hpp"
+#include "scanloc/core/params.hpp"
+#include "scanloc/core/scan/pose.hpp"
+
+namespace scanloc {
+
+/// One place of a map: where the sensor stood when it was mapped.
+struct Place {
+  Pose T_map_place = Pose::Identity();
+  std::int64_t stamp_ns = 0;  ///< when it was mapped; 0 if the drive has no times
+  std::int32_t session = 0;   ///< index into Map::sessions
+};
+
+/// How the evidence of a verified answer becomes the probability that it is right: the logistic
+/// function of bias + score_weight · score + margin_weight · (score - rival), but never more than
+/// the defaults give, which come from real drives. See calibrate.hpp.
+struct Calibration {
+  double bias = -9.0;
+  double score_weight = 10.0;
+  double margin_weight = 25.0;
+  std::int32_t num_trials = 0;  ///< it was fitted on; 0: the defaults, fitted on other maps
+
+  friend bool operator==(const Calibration&, const Calibration&) = default;
+};
+
+/// Two places far from each other that look alike.
+struct ConfusablePair {
+  std::int32_t place = 0;
+  std::int32_t lookalike = 0;
+  /// That the look-alike would be given were the place itself not in the map.
+  double confidence = 0.0;
+
+  friend bool operator==(const ConfusablePair&, const ConfusablePair&) = default;
+};
+
+/// A map in memory: all that answering a query needs. Read-only once made.
+struct Map {
+  Params params;
+  std::string content_id;             ///< hash over what the map says; traces an answer to its map
+  std::vector<std::string> sessions;  ///< names
+  std::vector<Place> places;          ///< in the order built
+  ContextTable polar;                 ///< empty where the map has no polar contexts
+  ContextTable cart;
+  std::vector<Structure> structures;  ///< one a place; empty where the map has none
+  Calibration calibration;
+  std::vector<ConfusablePair> confusable;  ///< worst first
+
+  /// Appends the contexts, augmented ones included, and the structure of the next place. Requires
+  /// Validate(descriptor, params).ok() and tables of the parameters' shapes.
+  void AppendDescriptor(std::int32_t place, const PlaceDescriptor& descriptor);
+};
+
+/// A map without places, with tables of the right shapes.
+[[nodiscard]] Map MakeEmptyMap(const Params& params);
+
+}  // namespace scanloc

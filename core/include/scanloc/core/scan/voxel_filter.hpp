@@ -1,0 +1,56 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "scanloc/core/scan/point_cloud.hpp"
+
+namespace scanloc {
+
+/// What became of the points of one scan.
+struct ScanCounts {
+  std::size_t num_points = 0;        ///< given
+  std::size_t num_not_finite = 0;    ///< skipped: NaN or infinite
+  std::size_t num_beyond_limit = 0;  ///< skipped: a coordinate beyond limits::kMaxCoordinate_m
+  std::size_t num_voxels = 0;        ///< occupied voxels, so points left
+
+  friend bool operator==(const ScanCounts&, const ScanCounts&) = default;
+};
+
+/// Thins a scan to one point a voxel, the centroid of the points in it (paper, tab:impl).
+///
+/// Voxels are half-open cubes and mirror images of each other about zero: along x, the i-th on
+/// either side of zero holds i <= |x| / voxel_size_m < i + 1. Points that are not finite are
+/// skipped and counted. The centroids come in the order in which the voxels were first hit, so the
+/// same scan always gives the same bits.
+///
+/// Keeps its tables from scan to scan; use one per thread. O(points), one pass.
+class VoxelFilter {
+ public:
+  /// Requires voxel_size_m in [0.05, 10].
+  explicit VoxelFilter(double voxel_size_m);
+
+  /// The centroids of the scan's voxels; valid until the next call.
+  /// counts, if not null, is overwritten.
+  const PointCloud& Apply(PointView scan, ScanCounts* counts = nullptr);
+
+  /// What the last Apply returned.
+  [[nodiscard]] const PointCloud& centroids() const { return centroids_; }
+
+ private:
+  struct Slot {
+    std::uint64_t key;
+    alignas(16) float sum[4];  // x, y, z [m] and the number of points
+  };
+
+  Slot& Find(std::uint64_t key);
+  void Grow();
+
+  float voxel_size_m_;
+  std::vector<Slot> slots_;           // open addressing, linear probing, a power of two
+  std::vector<std::uint32_t> taken_;  // slots in the order in which they were taken
+  PointCloud centroids_;
+};
+
+}  // namespace scanloc

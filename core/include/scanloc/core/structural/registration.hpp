@@ -1,0 +1,82 @@
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "scanloc/core/scan/structure.hpp"
+
+namespace scanloc {
+
+/// A pose in the plane: T_a_b moves b's origin to (x, y) and turns it counter-clockwise.
+struct PlanarPose {
+  double x_m = 0.0;
+  double y_m = 0.0;
+  double yaw_rad = 0.0;
+};
+[[nodiscard]] PlanarPose Inverse(const PlanarPose& pose);
+
+/// Positions in the plane, levelled frame [m]; structure of arrays.
+///
+/// Filled up with points out of every field's reach to a whole number of blocks, so that the loops
+/// over them need no remainder.
+class PlanarPoints {
+ public:
+  static constexpr std::size_t kBlock = 8;
+
+  PlanarPoints() = default;
+  /// At most max_points of the columns, evenly over their order.
+  explicit PlanarPoints(std::span<const Column> columns,
+                        std::size_t max_points = Structure::kMaxColumns);
+
+  [[nodiscard]] std::size_t size() const { return size_; }
+  [[nodiscard]] bool empty() const { return size_ == 0; }
+  /// Multiples of kBlock.
+  [[nodiscard]] std::span<const float> x_m() const { return x_m_; }
+  [[nodiscard]] std::span<const float> y_m() const { return y_m_; }
+
+ private:
+  std::size_t size_ = 0;
+  std::vector<float> x_m_;
+  std::vector<float> y_m_;
+};
+
+/// For every cell of a grid around the sensor, the distance to the nearest column, cut off at
+/// kCutoff_m; between cells by bilinear interpolation, which evens out how walls were sampled.
+class DistanceField {
+ public:
+  static constexpr float kCutoff_m = 3.0F;
+
+  /// cell_m in [0.25, 2].
+  explicit DistanceField(float cell_m);
+
+  /// Replaces the columns. O(columns · (kCutoff_m / cell_m)² + cells).
+  void Fill(const PlanarPoints& columns);
+
+  [[nodiscard]] float cell_m() const { return cell_m_; }
+  [[nodiscard]] int side() const { return side_; }
+  /// side × side, row after row along y. The outermost cells are at the cut-off, as all beyond is.
+  [[nodiscard]] std::span<const float> distances_m() const { return distance_m_; }
+
+ private:
+  float cell_m_;
+  int side_;
+  std::vector<float> distance_m_;
+};
+
+/// Steps of Gauss-Newton, and the width of the Geman-McClure weights from the first to the last.
+struct RegisterOptions {
+  int num_iterations = 10;
+  double wide_m = 1.5;
+  double narrow_m = 0.7;
+};
+
+/// T_field_points that lays the points on the field's columns, from a guess.
+[[nodiscard]] PlanarPose Register(const DistanceField& field, const PlanarPoints& points,
+                                  const PlanarPose& guess, const RegisterOptions& options);
+
+/// Mean of exp(-½ (distance / 0.5 m)²) over the points under a pose, in [0, 1]; 0 without points.
+[[nodiscard]] double Overlap(const DistanceField& field, const PlanarPoints& points,
+                             const PlanarPose& T_field_points);
+
+}  // namespace scanloc

@@ -1,0 +1,290 @@
+#include "scanloc/core/scan/descriptor.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include "absl/strings/str_format.h"
+
+namespace scanloc {
+namespace {
+
+std::uint16_t Height_cm(float z_m, float sensor_height_m) {
+  const float height_cm = (z_m + sensor_height_m) * 100.0F + 0.5F;
+  return static_cast<std::uint16_t>(
+      std::clamp(height_cm, 0.0F, static_cast<float>(Context::kMaxHeight_cm)));
+}
+
+void Raise(std::uint16_t& cell, std::uint16_t height_cm) { cell = std::max(cell, height_cm); }
+
+/// Finds the sector of a direction without a transcendental function.
+///
+/// Within a quadrant, |across| / (|along| + |across|) grows with the angle just as the angle does,
+/// so sector boundaries are thresholds on it, and a small table gives the first one to try.
+/// Opposite quadrants share their thresholds: turning by π moves every point by half the sectors,
+/// exactly.
+class SectorFinder {
+ public:
+  explicit SectorFinder(int num_sectors) : num_sectors_(num_sectors) {
+    for (int half_quadrant = 0; half_quadrant < 2; ++half_quadrant) {
+      // Boundaries b·2π/n that lie inside the quadrant (q·π/2, (q+1)·π/2).
+      Quadrant& quadrant = quadrants_[static_cast<std::size_t>(half_quadrant)];
+      const double sectors_per_quadrant = num_sectors / 4.0;
+      const double begin = half_quadrant * sectors_per_quadrant;
+      quadrant.first_sector = static_cast<int>(std::floor(begin));
+      for (int b = quadrant.first_sector + 1; b < begin + sectors_per_quadrant; ++b) {
+        const double angle = (b - begin) / sectors_per_quadrant * std::numbers::pi / 2.0;
+        quadrant.thresholds.push_back(
+            static_cast<float>(std::sin(angle) / (std::sin(angle) + std::cos(angle))));
+      }
+      quadrant.thresholds.push_back(2.0F);  // sentinel: slope never exceeds 1
+      std::size_t passed = 0;
+      for (int i = 0; i < kTableSize; ++i) {
+        while (quadrant.thresholds[passed] <= static_cast<float>(i) / kTableSize) ++passed;
+        quadrant.table[static_cast<std::size_t>(i)] = static_cast<std::uint16_t>(passed);
+      }
+    }
+  }
+
+  [[nodiscard]] int Find(float x, float y) const {
+    float along = 1.0F;
+    float across = 0.0F;
+    int q = 0;
+    if (x > 0.0F && y >= 0.0F) {
+      along = x, across = y;
+    } else if (x <= 0.0F && y > 0.0F) {
+      q = 1, along = y, across = -x;
+    } else if (x < 0.0F && y <= 0.0F) {
+      q = 2, along = -x, across = -y;
+    } else if (x >= 0.0F && y < 0.0F) {
+      q = 3, along = -y, across = x;
+    }  // else the origin: sector 0
+    const Quadrant& quadrant = quadrants_[static_cast<std::size_t>(q & 1)];
+    const float slope = across / (along + across);
+    std::size_t i = quadrant.table[std::min(static_cast<std::size_t>(slope * kTableSize),
+                                            std::size_t{kTableSize - 1})];
+    while (slope >= quadrant.thresholds[i]) ++i;
+    const int sector = quadrant.first_sector + static_cast<int>(i) + (q >> 1) * (num_sectors_ / 2);
+    return sector < num_sectors_ ? sector : sector - num_sectors_;
+  }
+
+ private:
+  static constexpr int kTableSize = 256;
+  struct Quadrant {
+    int first_sector = 0;
+    std::vector<float> thresholds;
+    std::array<std::uint16_t, kTableSize> table{};
+  };
+  int num_sectors_;
+  std::array<Quadrant, 2> quadrants_;
+};
+
+class PolarEncoder {
+ public:
+  explicit PolarEncoder(const PolarParams& params)
+      : params_(params),
+        max_range_m_(static_cast<float>(params.max_range_m)),
+        rings_per_m_(static_cast<float>(params.num_rings / params.max_range_m)),
+        sectors_(params.num_sectors) {}
+
+  /// The context seen from a virtual vehicle at (0, root_shift_m); counts the voxels in range.
+  Context Encode(const PointCloud& voxels, float sensor_height_m, float root_shift_m,
+                 std::uint32_t& num_inside) const {
+    Context context{params_.num_rings, params_.num_sectors, {}};
+    context.cells_cm.resize(static_cast<std::size_t>(params_.num_rings) * params_.num_sectors);
+    num_inside = 0;
+    for (const Point& p : voxels) {
+      const float y = p.y - root_shift_m;
+      const float range_m = std::sqrt(p.x * p.x + y * y);
+      if (range_m >= max_range_m_) continue;
+      const int ring = std::min(static_cast<int>(range_m * rings_per_m_), params_.num_rings - 1);
+      const std::size_t sector = static_cast<std::size_t>(sectors_.Find(p.x, y));
+      Raise(context.cells_cm[sector * params_.num_rings + ring], Height_cm(p.z, sensor_height_m));
+      ++num_inside;
+    }
+    return context;
+  }
+
+ private:
+  PolarParams params_;
+  float max_range_m_;
+  float rings_per_m_;
+  SectorFinder sectors_;
+};
+
+class CartEncoder {
+ public:
+  explicit CartEncoder(const CartParams& params)
+      : params_(params),
+        rows_per_m_(static_cast<float>(params.num_rows / (2.0 * params.max_x_m))),
+        cols_per_m_(static_cast<float>(params.num_cols / (2.0 * params.max_y_m))) {}
+
+  Context Encode(const PointCloud& voxels, float sensor_height_m, std::uint32_t& num_inside) const {
+    Context context{params_.num_rows, params_.num_cols, {}};
+    context.cells_cm.resize(static_cast<std::size_t>(params_.num_rows) * params_.num_cols);
+    num_inside = 0;
+    const float half_rows = static_cast<float>(params_.num_rows) / 2.0F;
+    const float half_cols = static_cast<float>(params_.num_cols) / 2.0F;
+    for (const Point& p : voxels) {
+      const float rows_from_zero = std::fabs(p.x) * rows_per_m_;
+      const float cols_from_zero = std::fabs(p.y) * cols_per_m_;
+      if (rows_from_zero >= half_rows || cols_from_zero >= half_cols) continue;
+      const std::size_t row = Bin(rows_from_zero, std::signbit(p.x), params_.num_rows / 2);
+      const std::size_t col = Bin(cols_from_zero, std::signbit(p.y), params_.num_cols / 2);
+      Raise(context.cells_cm[col * params_.num_rows + row], Height_cm(p.z, sensor_height_m));
+      ++num_inside;
+    }
+    return context;
+  }
+
+ private:
+  static std::size_t Bin(float bins_from_zero, bool negative, int half) {
+    const int bin = static_cast<int>(bins_from_zero);
+    return static_cast<std::size_t>(negative ? half - 1 - bin : half + bin);
+  }
+
+  CartParams params_;
+  float rows_per_m_;
+  float cols_per_m_;
+};
+
+absl::Status CheckContext(const Context& context, bool enabled, int num_rows, int num_cols,
+                          const char* name) {
+  const std::size_t num_cells =
+      enabled ? static_cast<std::size_t>(num_rows) * static_cast<std::size_t>(num_cols) : 0;
+  const bool shape_fits =
+      context.cells_cm.size() == num_cells &&
+      (!enabled || (context.num_rows == num_rows && context.num_cols == num_cols));
+  if (!shape_fits) {
+    return absl::InvalidArgumentError(absl::StrFormat(
+        "%s context has %d × %d cells (%d given); the map's parameters ask for %d × %d", name,
+        context.num_rows, context.num_cols, context.cells_cm.size(), enabled ? num_rows : 0,
+        enabled ? num_cols : 0));
+  }
+  const auto highest = std::max_element(context.cells_cm.begin(), context.cells_cm.end());
+  if (highest != context.cells_cm.end() && *highest > Context::kMaxHeight_cm) {
+    return absl::InvalidArgumentError(
+        absl::StrFormat("%s context holds a height of %d cm; the greatest allowed is %d cm", name,
+                        *highest, Context::kMaxHeight_cm));
+  }
+  return absl::OkStatus();
+}
+
+absl::Status CheckStructure(const Structure& structure, bool enabled) {
+  if (!enabled && !structure.columns.empty()) {
+    return absl::InvalidArgumentError(absl::StrFormat(
+        "structure has %d columns; the map's parameters ask for none", structure.columns.size()));
+  }
+  return Validate(structure);
+}
+
+}  // namespace
+
+struct Describer::State {
+  explicit State(const Params& p)
+      : params(p),
+        sensor_height_m(static_cast<float>(p.sensor_height_m)),
+        filter(p.voxel_size_m),
+        polar(p.polar),
+        cart(p.cart),
+        structure(p.sensor_height_m) {}
+
+  Params params;
+  float sensor_height_m;
+  VoxelFilter filter;
+  PolarEncoder polar;
+  CartEncoder cart;
+  StructureFinder structure;
+};
+
+Describer::Describer(std::unique_ptr<State> state) : state_(std::move(state)) {}
+Describer::Describer(Describer&&) noexcept = default;
+Describer& Describer::operator=(Describer&&) noexcept = default;
+Describer::~Describer() = default;
+
+absl::StatusOr<Describer> Describer::Create(const Params& params) {
+  if (absl::Status status = Validate(params); !status.ok()) return status;
+  return Describer(std::make_unique<State>(params));
+}
+
+ScanDescriptor Describer::Describe(PointView scan, ScanCounts* counts) {
+  const PointCloud& voxels = state_->filter.Apply(scan, counts);
+  ScanDescriptor descriptor;
+  std::uint32_t num_polar = 0;
+  std::uint32_t num_cart = 0;
+  if (state_->params.polar.enabled) {
+    descriptor.polar = state_->polar.Encode(voxels, state_->sensor_height_m, 0.0F, num_polar);
+  }
+  if (state_->params.cart.enabled) {
+    descriptor.cart = state_->cart.Encode(voxels, state_->sensor_height_m, num_cart);
+  }
+  if (state_->params.structure.enabled) descriptor.structure = state_->structure.Find(voxels);
+  descriptor.num_voxels = std::max(num_polar, num_cart);
+  return descriptor;
+}
+
+PlaceDescriptor Describer::DescribePlace(PointView scan, ScanCounts* counts) {
+  ScanDescriptor own = Describe(scan, counts);
+  PlaceDescriptor descriptor;
+  descriptor.cart = std::move(own.cart);
+  descriptor.structure = std::move(own.structure);
+  descriptor.num_voxels = own.num_voxels;
+  if (!state_->params.polar.enabled) return descriptor;
+  descriptor.polar.push_back(std::move(own.polar));
+  for (const double shift_m : state_->params.polar.root_shifts_m) {
+    std::uint32_t num_inside = 0;
+    descriptor.polar.push_back(state_->polar.Encode(state_->filter.centroids(),
+                                                    state_->sensor_height_m,
+                                                    static_cast<float>(shift_m), num_inside));
+  }
+  return descriptor;
+}
+
+absl::StatusOr<std::vector<Describer>> MakeDescribers(const Params& params, std::size_t count) {
+  std::vector<Describer> describers;
+  for (std::size_t i = 0; i < count; ++i) {
+    absl::StatusOr<Describer> describer = Describer::Create(params);
+    if (!describer.ok()) return describer.status();
+    describers.push_back(*std::move(describer));
+  }
+  return describers;
+}
+
+absl::Status Validate(const ScanDescriptor& descriptor, const Params& params) {
+  if (absl::Status status = CheckContext(descriptor.polar, params.polar.enabled,
+                                         params.polar.num_rings, params.polar.num_sectors, "polar");
+      !status.ok()) {
+    return status;
+  }
+  if (absl::Status status = CheckContext(descriptor.cart, params.cart.enabled, params.cart.num_rows,
+                                         params.cart.num_cols, "cart");
+      !status.ok()) {
+    return status;
+  }
+  return CheckStructure(descriptor.structure, params.structure.enabled);
+}
+
+absl::Status Validate(const PlaceDescriptor& descriptor, const Params& params) {
+  const std::size_t num_polar = params.polar.enabled ? 1 + params.polar.root_shifts_m.size() : 0;
+  if (descriptor.polar.size() != num_polar) {
+    return absl::InvalidArgumentError(
+        absl::StrFormat("place has %d polar contexts; the map's parameters ask for %d",
+                        descriptor.polar.size(), num_polar));
+  }
+  for (const Context& context : descriptor.polar) {
+    if (absl::Status status =
+            CheckContext(context, true, params.polar.num_rings, params.polar.num_sectors, "polar");
+        !status.ok()) {
+      return status;
+    }
+  }
+  if (absl::Status status = CheckContext(descriptor.cart, params.cart.enabled, params.cart.num_rows,
+                                         params.cart.num_cols, "cart");
+      !status.ok()) {
+    return status;
+  }
+  return CheckStructure(descriptor.structure, params.structure.enabled);
+}
+
+}  // namespace scanloc

@@ -1,0 +1,166 @@
+#include "scanloc/core/scan/structure.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "absl/strings/str_format.h"
+
+namespace scanloc {
+namespace {
+
+constexpr float kCell_m = 0.5F;
+constexpr int kSide = static_cast<int>(2.0F * Structure::kReach_m / kCell_m);
+constexpr float kMinExtent_m = 0.8F;
+
+constexpr float kGroundReach_m = 25.0F;
+constexpr float kGroundCell_m = 2.0F;
+constexpr int kGroundSide = 25;
+constexpr int kMinGroundCells = 12;
+constexpr double kMaxTilt_rad = 0.6;
+constexpr double kMaxHeight_m = 100.0;
+
+/// z = slope_x · x + slope_y · y + offset.
+using Plane = Eigen::Vector3d;
+
+/// The cell of a coordinate within ±reach_m; the sum may round up to the end of the last.
+std::size_t CellOf(float coordinate_m, float reach_m, float cell_m, int num_cells) {
+  const auto cell = static_cast<int>((coordinate_m + reach_m) / cell_m);
+  return static_cast<std::size_t>(std::min(cell, num_cells - 1));
+}
+
+std::vector<Eigen::Vector3d> LowestPoints(const PointCloud& voxels) {
+  std::array<const Point*, kGroundSide * kGroundSide> lowest{};
+  for (const Point& p : voxels) {
+    if (std::fabs(p.x) >= kGroundReach_m || std::fabs(p.y) >= kGroundReach_m) continue;
+    const std::size_t column = CellOf(p.x, kGroundReach_m, kGroundCell_m, kGroundSide);
+    const std::size_t row = CellOf(p.y, kGroundReach_m, kGroundCell_m, kGroundSide);
+    const Point*& cell = lowest[row * kGroundSide + column];
+    if (cell == nullptr || p.z < cell->z) cell = &p;
+  }
+  std::vector<Eigen::Vector3d> points;
+  for (const Point* p : lowest) {
+    if (p != nullptr) points.emplace_back(p->x, p->y, p->z);
+  }
+  return points;
+}
+
+Plane FitGround(const std::vector<Eigen::Vector3d>& points) {
+  std::vector<double> heights;
+  heights.reserve(points.size());
+  for (const Eigen::Vector3d& p : points) heights.push_back(p.z());
+  const auto low = heights.begin() + static_cast<std::ptrdiff_t>(heights.size() / 3);
+  std::nth_element(heights.begin(), low, heights.end());
+  Plane plane(0.0, 0.0, *low);
+  constexpr int kIterations = 15;
+  for (int i = 0; i < kIterations; ++i) {
+    const double scale_m = i < kIterations / 3 ? 1.0 : 0.3;
+    Eigen::Matrix3d hessian = Eigen::Matrix3d::Identity() * 1e-6;
+    Eigen::Vector3d right = Eigen::Vector3d::Zero();
+    for (const Eigen::Vector3d& p : points) {
+      const Eigen::Vector3d row(p.x(), p.y(), 1.0);
+      const double residual = (row.dot(plane) - p.z()) / scale_m;
+      const double weight = 1.0 / ((1.0 + residual * residual) * (1.0 + residual * residual));
+      hessian += weight * row * row.transpose();
+      right += weight * p.z() * row;
+    }
+    plane = hessian.ldlt().solve(right);
+  }
+  return plane;
+}
+
+std::int16_t Centimetres(float value_m) {
+  return static_cast<std::int16_t>(std::lround(value_m * 100.0F));
+}
+
+}  // namespace
+
+Eigen::Isometry3d LevelFromSensor(const Structure& structure) {
+  Eigen::Isometry3d rotation = Eigen::Isometry3d::Identity();
+  rotation.rotate(Eigen::AngleAxisd(structure.pitch_rad, Eigen::Vector3d::UnitY()));
+  rotation.rotate(Eigen::AngleAxisd(structure.roll_rad, Eigen::Vector3d::UnitX()));
+  return rotation;
+}
+
+absl::Status Validate(const Structure& structure) {
+  const auto within = [](double value, double bound) { return std::abs(value) <= bound; };
+  if (!within(structure.roll_rad, kMaxTilt_rad) || !within(structure.pitch_rad, kMaxTilt_rad) ||
+      !within(structure.height_m, kMaxHeight_m)) {
+    return absl::InvalidArgumentError(absl::StrFormat(
+        "ground at roll %g rad, pitch %g rad, %g m below; at most ±%g rad and ±%g m are allowed",
+        structure.roll_rad, structure.pitch_rad, structure.height_m, kMaxTilt_rad, kMaxHeight_m));
+  }
+  if (structure.columns.size() > Structure::kMaxColumns) {
+    return absl::InvalidArgumentError(absl::StrFormat(
+        "%d columns; at most %d are allowed", structure.columns.size(), Structure::kMaxColumns));
+  }
+  for (const Column& column : structure.columns) {
+    if (!within(column.x_cm * 0.01, Structure::kReach_m) ||
+        !within(column.y_cm * 0.01, Structure::kReach_m)) {
+      return absl::InvalidArgumentError(
+          absl::StrFormat("column at (%d, %d) cm is farther than %g m", column.x_cm, column.y_cm,
+                          Structure::kReach_m));
+    }
+  }
+  return absl::OkStatus();
+}
+
+StructureFinder::StructureFinder(double sensor_height_m)
+    : sensor_height_m_(static_cast<float>(sensor_height_m)),
+      cells_(static_cast<std::size_t>(kSide) * kSide) {}
+
+Structure StructureFinder::Find(const PointCloud& voxels) {
+  Structure structure;
+  structure.height_m = sensor_height_m_;
+  if (const std::vector<Eigen::Vector3d> low = LowestPoints(voxels);
+      static_cast<int>(low.size()) >= kMinGroundCells) {
+    const Plane plane = FitGround(low);
+    // The rotation that takes the plane's normal to +z, as roll about x, then pitch about y.
+    const Eigen::Vector3d normal = Eigen::Vector3d(-plane.x(), -plane.y(), 1.0).normalized();
+    const double roll_rad = std::atan2(normal.y(), normal.z());
+    const double pitch_rad = -std::asin(std::clamp(normal.x(), -1.0, 1.0));
+    const double height_m = -plane.z() * normal.z();
+    if (std::abs(roll_rad) < kMaxTilt_rad && std::abs(pitch_rad) < kMaxTilt_rad &&
+        std::abs(height_m) < kMaxHeight_m) {
+      structure.roll_rad = static_cast<float>(roll_rad);
+      structure.pitch_rad = static_cast<float>(pitch_rad);
+      structure.height_m = static_cast<float>(height_m);
+    }
+  }
+
+  const Eigen::Matrix3f rotation = LevelFromSensor(structure).linear().cast<float>();
+  for (const Point& sensor_point : voxels) {
+    const Eigen::Vector3f p =
+        rotation * Eigen::Vector3f(sensor_point.x, sensor_point.y, sensor_point.z);
+    if (!(std::fabs(p.x()) < Structure::kReach_m && std::fabs(p.y()) < Structure::kReach_m)) {
+      continue;
+    }
+    const std::size_t column = CellOf(p.x(), Structure::kReach_m, kCell_m, kSide);
+    const std::size_t row = CellOf(p.y(), Structure::kReach_m, kCell_m, kSide);
+    const auto index = static_cast<std::uint32_t>(row * kSide + column);
+    Cell& cell = cells_[index];
+    if (cell.num_voxels == 0.0F) {
+      touched_.push_back(index);
+      cell = {p.z(), p.z(), 0.0F, 0.0F, 0.0F};
+    }
+    cell.z_min = std::min(cell.z_min, p.z());
+    cell.z_max = std::max(cell.z_max, p.z());
+    cell.sum_x += p.x();
+    cell.sum_y += p.y();
+    cell.num_voxels += 1.0F;
+  }
+  for (const std::uint32_t index : touched_) {
+    Cell& cell = cells_[index];
+    if (cell.z_max - cell.z_min > kMinExtent_m &&
+        structure.columns.size() < Structure::kMaxColumns) {
+      structure.columns.push_back(
+          {Centimetres(cell.sum_x / cell.num_voxels), Centimetres(cell.sum_y / cell.num_voxels)});
+    }
+    cell.num_voxels = 0.0F;
+  }
+  touched_.clear();
+  return structure;
+}
+
+}  // namespace scanloc

@@ -1,0 +1,185 @@
+#include "scanloc/core/scan/voxel_filter.hpp"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <random>
+
+#include "scan/simd.hpp"
+#include "scanloc/core/limits.hpp"
+
+namespace scanloc {
+namespace {
+
+// Of each axis the voxel's index is (distance from zero << 1 | sign): voxels are mirror images of
+// each other about zero, so a reversed scan gives exactly the reversed centroids. A key is the
+// indices of x, y and z.
+constexpr int kAxisBits = 20;
+constexpr std::uint64_t kNoVoxel = ~std::uint64_t{0};  // of empty slots and of skipped points
+constexpr std::size_t kFirstSlots = std::size_t{1} << 14;
+
+constexpr std::size_t kBlock = 512;
+using Keys = std::array<std::uint64_t, kBlock>;
+
+/// x, y, z and the number of points.
+using Float4 = float __attribute__((vector_size(16)));
+using Int4 = std::int32_t __attribute__((vector_size(16)));
+using Long2 = std::int64_t __attribute__((vector_size(16)));
+
+/// Consecutive points in one voxel.
+struct Run {
+  Float4 sum;
+  std::uint64_t key;
+  std::size_t end;  // one behind the last of its points
+};
+using Runs = std::array<Run, kBlock>;
+
+constexpr std::uint32_t kMagnitudeMask = 0x7FFFFFFFU;
+constexpr std::uint32_t kLimitBits = std::bit_cast<std::uint32_t>(limits::kMaxCoordinate_m);
+
+inline std::uint64_t AxisIndex(std::uint32_t bits, float per_voxel) {
+  const float scaled = std::bit_cast<float>(bits & kMagnitudeMask) * per_voxel;
+  return static_cast<std::uint32_t>(static_cast<std::int32_t>(scaled)) << 1 | bits >> 31;
+}
+
+// Integers throughout, so that the compiler may use SIMD: as bits, NaN and infinity are greater
+// than every finite magnitude. What is beyond the limit is computed as the origin, then marked.
+SCANLOC_SIMD void MakeKeys(const Point* __restrict points, std::size_t num_points, float per_voxel,
+                           Keys& __restrict keys) {
+  for (std::size_t i = 0; i < num_points; ++i) {
+    const auto x = std::bit_cast<std::uint32_t>(points[i].x);
+    const auto y = std::bit_cast<std::uint32_t>(points[i].y);
+    const auto z = std::bit_cast<std::uint32_t>(points[i].z);
+    const std::uint32_t in_limit = static_cast<std::uint32_t>((x & kMagnitudeMask) < kLimitBits) &
+                                   static_cast<std::uint32_t>((y & kMagnitudeMask) < kLimitBits) &
+                                   static_cast<std::uint32_t>((z & kMagnitudeMask) < kLimitBits);
+    const std::uint32_t keep = 0U - in_limit;
+    const std::uint64_t skip = std::uint64_t{in_limit} - 1U;  // all ones if not in_limit
+    keys[i] = AxisIndex(x & keep, per_voxel) | AxisIndex(y & keep, per_voxel) << kAxisBits |
+              AxisIndex(z & keep, per_voxel) << (2 * kAxisBits) | skip;
+  }
+}
+
+/// Neighbouring returns mostly fall into the same voxel, and are added up before the table is
+/// asked. No branch: where a run ends cannot be predicted. Requires num_points > 0, and a float
+/// behind the last point that may be read.
+SCANLOC_SIMD std::size_t JoinRuns(const Point* __restrict points, std::size_t num_points,
+                                  const Keys& __restrict keys, Runs& __restrict runs) {
+  constexpr Int4 kXyz = {-1, -1, -1, 0};
+  constexpr Float4 kOnePoint = {0.0F, 0.0F, 0.0F, 1.0F};
+  Run* run = runs.data();
+  std::uint64_t key = keys[0];
+  Float4 sum = {};
+  for (std::size_t i = 0; i < num_points; ++i) {
+    const std::int64_t keep = keys[i] == key ? -1 : 0;
+    key = keys[i];
+    run += 1 + keep;
+    Float4 point;
+    std::memcpy(&point, reinterpret_cast<const char*>(points + i), sizeof(point));
+    point = reinterpret_cast<Float4>((reinterpret_cast<Int4>(point) & kXyz) |
+                                     reinterpret_cast<Int4>(kOnePoint));
+    sum = reinterpret_cast<Float4>(reinterpret_cast<Long2>(sum) & Long2{keep, keep}) + point;
+    *run = {sum, key, i + 1};
+  }
+  return static_cast<std::size_t>(run - runs.data()) + 1;
+}
+
+void CountSkipped(PointView points, ScanCounts& counts) {
+  for (const Point& p : points) {
+    const bool finite = std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
+    ++(finite ? counts.num_beyond_limit : counts.num_not_finite);
+  }
+}
+
+/// The mean on one axis, on the voxel's side of zero: a sum of zeros has forgotten their sign.
+float Centroid(std::uint64_t key, int axis, float sum, float num_points) {
+  const bool is_negative = (key >> (axis * kAxisBits) & 1U) != 0;
+  return std::copysign(sum / num_points, is_negative ? -1.0F : 1.0F);
+}
+
+/// Nobody who sends a scan may know which voxels share a slot, or he could make all of them do so.
+/// The order of the centroids, and so every result, does not depend on it.
+std::uint64_t Hash(std::uint64_t key) {
+  static const std::uint64_t multiplier = [] {
+    std::random_device random;
+    return (std::uint64_t{random()} << 32 | random()) | 1U;
+  }();
+  const std::uint64_t product = key * multiplier;
+  return (product ^ product >> 32) * 0x9E3779B97F4A7C15ULL;
+}
+
+}  // namespace
+
+VoxelFilter::VoxelFilter(double voxel_size_m)
+    : voxel_size_m_(static_cast<float>(voxel_size_m)), slots_(kFirstSlots, Slot{.key = kNoVoxel}) {}
+
+VoxelFilter::Slot& VoxelFilter::Find(std::uint64_t key) {
+  const std::size_t mask = slots_.size() - 1;
+  std::size_t i = Hash(key) >> (64 - std::countr_zero(slots_.size()));
+  for (; slots_[i].key != key; i = (i + 1) & mask) {
+    if (slots_[i].key != kNoVoxel) continue;
+    if ((taken_.size() + 1) * 2 > slots_.size()) {
+      Grow();
+      return Find(key);
+    }
+    slots_[i] = {.key = key, .sum = {}};
+    taken_.push_back(static_cast<std::uint32_t>(i));
+    break;
+  }
+  return slots_[i];
+}
+
+void VoxelFilter::Grow() {
+  std::vector<Slot> slots(slots_.size() * 2, Slot{.key = kNoVoxel});
+  const std::size_t mask = slots.size() - 1;
+  for (std::uint32_t& taken : taken_) {
+    std::size_t i = Hash(slots_[taken].key) >> (64 - std::countr_zero(slots.size()));
+    while (slots[i].key != kNoVoxel) i = (i + 1) & mask;
+    slots[i] = slots_[taken];
+    taken = static_cast<std::uint32_t>(i);
+  }
+  slots_ = std::move(slots);
+}
+
+const PointCloud& VoxelFilter::Apply(PointView scan, ScanCounts* counts) {
+  ScanCounts found{.num_points = scan.size()};
+  Keys keys;
+  Runs runs;
+  std::array<Point, kBlock + 1> last_points;  // copied, as JoinRuns looks behind the last point
+  for (std::size_t begin = 0; begin < scan.size(); begin += kBlock) {
+    PointView points = scan.subspan(begin, std::min(kBlock, scan.size() - begin));
+    if (begin + points.size() == scan.size()) {
+      std::copy(points.begin(), points.end(), last_points.begin());
+      points = PointView(last_points).first(points.size());
+    }
+    MakeKeys(points.data(), points.size(), 1.0F / voxel_size_m_, keys);
+    const std::size_t num_runs = JoinRuns(points.data(), points.size(), keys, runs);
+    for (std::size_t r = 0; r < num_runs; ++r) {
+      const Run& run = runs[r];
+      if (run.key == kNoVoxel) {
+        const std::size_t first = r == 0 ? 0 : runs[r - 1].end;
+        CountSkipped(points.subspan(first, run.end - first), found);
+        continue;
+      }
+      Slot& voxel = Find(run.key);
+      for (int i = 0; i < 4; ++i) voxel.sum[i] += run.sum[i];
+    }
+  }
+
+  centroids_.resize(taken_.size());
+  for (std::size_t v = 0; v < taken_.size(); ++v) {
+    Slot& voxel = slots_[taken_[v]];
+    centroids_[v] = {Centroid(voxel.key, 0, voxel.sum[0], voxel.sum[3]),
+                     Centroid(voxel.key, 1, voxel.sum[1], voxel.sum[3]),
+                     Centroid(voxel.key, 2, voxel.sum[2], voxel.sum[3])};
+    voxel.key = kNoVoxel;  // free for the next scan
+  }
+  found.num_voxels = taken_.size();
+  taken_.clear();
+  if (counts != nullptr) *counts = found;
+  return centroids_;
+}
+
+}  // namespace scanloc

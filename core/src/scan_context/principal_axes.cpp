@@ -1,0 +1,36 @@
+#include "scan_context/principal_axes.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+
+namespace scanloc {
+
+PrincipalAxes::PrincipalAxes(const ContextTable& table, KeyScale scale) : scale_(scale) {
+  const int num_rows = table.num_rows();
+  Eigen::VectorXd mean = Eigen::VectorXd::Zero(num_rows);
+  Eigen::MatrixXd second_moment = Eigen::MatrixXd::Zero(num_rows, num_rows);
+  for (std::size_t i = 0; i < table.size(); ++i) {
+    const Eigen::VectorXd key_m = Scaled(table.retrieval_key_cm(i));
+    mean += key_m;
+    second_moment.selfadjointView<Eigen::Lower>().rankUpdate(key_m);
+  }
+  const double count = std::max<double>(1.0, static_cast<double>(table.size()));
+  mean /= count;
+  second_moment.triangularView<Eigen::Lower>() -= (count * mean * mean.transpose()).eval();
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(second_moment);
+  axes_ = solver.eigenvectors().rowwise().reverse().transpose();
+}
+
+Eigen::VectorXf PrincipalAxes::Turn(std::span<const std::int32_t> key_cm) const {
+  return (axes_ * Scaled(key_cm)).cast<float>();
+}
+
+Eigen::VectorXd PrincipalAxes::Scaled(std::span<const std::int32_t> key_cm) const {
+  const Eigen::Map<const Eigen::VectorXi> key(key_cm.data(),
+                                              static_cast<Eigen::Index>(key_cm.size()));
+  Eigen::VectorXd key_m = key.cast<double>() * 0.01;
+  if (scale_ == KeyScale::kUnit) key_m.normalize();
+  return key_m;
+}
+
+}  // namespace scanloc

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "scanloc/core/scan_context/key_index.hpp"
+
+namespace scanloc {
+
+/// Turns keys onto the principal axes of the map's keys, greatest variance first.
+///
+/// Distances stay as they are, but the rows of keys go up and down together: along these axes the
+/// tree cuts where keys differ, and most distances are known to be too great after a few terms.
+class PrincipalAxes {
+ public:
+  PrincipalAxes(const ContextTable& table, KeyScale scale);
+
+  /// The components of a key along the axes, [m] for KeyScale::kMetres.
+  [[nodiscard]] Eigen::VectorXf Turn(std::span<const std::int32_t> key_cm) const;
+
+ private:
+  [[nodiscard]] Eigen::VectorXd Scaled(std::span<const std::int32_t> key_cm) const;
+
+  KeyScale scale_;
+  Eigen::MatrixXd axes_;  // one a row
+};
+
+}  // namespace scanloc

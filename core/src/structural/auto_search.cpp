@@ -1,0 +1,254 @@
+#include "structural/auto_search.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <numbers>
+#include <utility>
+
+#include "scanloc/core/scan_context/match.hpp"
+
+namespace scanloc {
+namespace {
+
+/// Collects hypotheses grouped by place, places in the order in which they were first proposed.
+class Proposals {
+ public:
+  void Add(std::int32_t place, double lateral_m, double yaw_rad) {
+    const auto [it, is_new] = slots_.try_emplace(place, groups_.size());
+    if (is_new) groups_.emplace_back();
+    groups_[it->second].push_back({place, {0.0, lateral_m, yaw_rad}, 0.0});
+  }
+
+  /// As a place's groups have them, further headings.
+  template <typename HeadingsOf>
+  void AddHeadings(HeadingsOf&& headings_of) {
+    for (std::vector<Hypothesis>& group : groups_) {
+      const std::int32_t place = group.front().place;
+      for (const double yaw_rad : headings_of(place)) {
+        group.push_back({place, {0.0, 0.0, yaw_rad}, 0.0});
+      }
+    }
+  }
+
+  [[nodiscard]] std::vector<Hypothesis> Take() const {
+    std::vector<Hypothesis> all;
+    for (const std::vector<Hypothesis>& group : groups_) {
+      all.insert(all.end(), group.begin(), group.end());
+    }
+    return all;
+  }
+
+ private:
+  std::map<std::int32_t, std::size_t> slots_;
+  std::vector<std::vector<Hypothesis>> groups_;
+};
+
+constexpr int kAlignRadius = 2;
+/// Headings of a place that are tried beside those that the descriptors say.
+constexpr int kNumHeadings = 2;
+
+/// One retrieved entry's relative pose by its aligning key: a polar column is a turn, a cart column
+/// a lateral displacement.
+void ProposePolar(const ContextTable& table, const ContextView& query, std::size_t entry,
+                  Proposals& proposals) {
+  const Match match =
+      AlignByKey(query, table.context(entry), {ShiftMode::kCircular, 0, kAlignRadius});
+  const double sector_rad = 2.0 * std::numbers::pi / table.num_cols();
+  proposals.Add(table.entry(entry).place, table.entry(entry).root_shift_m,
+                WrapAngle(match.shift * sector_rad));
+}
+
+void ProposeCart(const ContextTable& table, const CartParams& params, const ContextView& query,
+                 std::size_t entry, Proposals& proposals) {
+  const Match match = AlignByKey(query, table.context(entry),
+                                 {ShiftMode::kBounded, params.max_shift_cols, kAlignRadius});
+  const double lateral_m = match.shift * 2.0 * params.max_y_m / params.num_cols;
+  const bool flipped = table.entry(entry).flipped;
+  proposals.Add(table.entry(entry).place, flipped ? -lateral_m : lateral_m,
+                flipped ? std::numbers::pi : 0.0);
+}
+
+Pose PlanarTransform(const PlanarPose& pose, double z_m) {
+  Pose transform = Pose::Identity();
+  transform.translate(Eigen::Vector3d(pose.x_m, pose.y_m, z_m));
+  transform.rotate(Eigen::AngleAxisd(pose.yaw_rad, Eigen::Vector3d::UnitZ()));
+  return transform;
+}
+
+}  // namespace
+
+class AutoSearch::Structures : public PlaceStructures {
+ public:
+  explicit Structures(const AutoSearch& search) : search_(search) {}
+
+  std::span<const Column> Columns(std::int32_t place) override {
+    return search_.map_.structures[static_cast<std::size_t>(place)].columns;
+  }
+
+  Eigen::Vector2d PositionInMap(std::int32_t place, const PlanarPose& T_place_query) override {
+    const Eigen::Vector3d position(T_place_query.x_m, T_place_query.y_m, 0.0);
+    return (search_.T_map_level_[static_cast<std::size_t>(place)] * position).head<2>();
+  }
+
+ private:
+  const AutoSearch& search_;
+};
+
+AutoSearch::AutoSearch(const Map& map) : map_(map) {
+  T_map_level_.reserve(map.places.size());
+  bearings_.reserve(map.places.size());
+  for (std::size_t i = 0; i < map.places.size(); ++i) {
+    T_map_level_.push_back(map.places[i].T_map_place *
+                           LevelFromSensor(map.structures[i]).inverse());
+    bearings_.push_back(BearingGrid(map.structures[i].columns).Widened());
+  }
+  if (map.params.polar.enabled) {
+    polar_ = std::make_unique<const KeyIndex>(map.polar, KeyScale::kUnit);
+  }
+  if (map.params.cart.enabled) {
+    cart_ = std::make_unique<const KeyIndex>(map.cart, KeyScale::kUnit);
+  }
+}
+
+std::vector<Hypothesis> AutoSearch::Find(const ScanDescriptor& query, const Options& options,
+                                         StageTimes& times) const {
+  const auto now_ns = [&] { return options.now_ns == nullptr ? 0 : options.now_ns(); };
+  const auto search = [&](const KeyIndex& index, const Keys& keys) {
+    return index.Search(keys.retrieval_cm, options.shortlist, true, options.excluded);
+  };
+  const auto view = [](const Context& context, const Keys& keys) {
+    return ContextView{context.num_rows, context.num_cols, context.cells_cm, keys.aligning_cm};
+  };
+
+  const std::int64_t start_ns = now_ns();
+  const Keys polar_keys = polar_ ? MakeKeys(query.polar) : Keys{};
+  const Keys cart_keys = cart_ ? MakeKeys(query.cart) : Keys{};
+  std::vector<KeyIndex::Neighbor> polar_found;
+  std::vector<KeyIndex::Neighbor> cart_found;
+  if (polar_) polar_found = search(*polar_, polar_keys);
+  if (cart_) cart_found = search(*cart_, cart_keys);
+  const std::int64_t retrieved_ns = now_ns();
+
+  // In turns, so that the best of both kinds are verified first should time run out.
+  Proposals proposals;
+  for (std::size_t i = 0; i < std::max(polar_found.size(), cart_found.size()); ++i) {
+    if (i < polar_found.size()) {
+      ProposePolar(map_.polar, view(query.polar, polar_keys), polar_found[i].entry, proposals);
+    }
+    if (i < cart_found.size()) {
+      ProposeCart(map_.cart, map_.params.cart, view(query.cart, cart_keys), cart_found[i].entry,
+                  proposals);
+    }
+  }
+  const BearingGrid bearings(query.structure.columns);
+  proposals.AddHeadings([&](std::int32_t place) {
+    return bearings_[static_cast<std::size_t>(place)].BestHeadings(bearings, kNumHeadings);
+  });
+  const std::int64_t matched_ns = now_ns();
+
+  Structures structures(*this);
+  std::vector<Hypothesis> verified = Verify(query.structure.columns, proposals.Take(), structures,
+                                            {.now_ns = options.now_ns,
+                                             .deadline_ns = options.deadline_ns,
+                                             .is_unwanted = options.is_unwanted});
+  if (!options.predicted.empty()) {
+    std::vector<Hypothesis> predicted;
+    for (const Pose& T_map_query : options.predicted) {
+      predicted.push_back(HypothesisAt(query.structure, T_map_query));
+    }
+    const int num_predicted = static_cast<int>(predicted.size());
+    for (const Hypothesis& hypothesis :
+         Verify(query.structure.columns, std::move(predicted), structures,
+                {.num_fine = num_predicted, .max_fine_per_spot = num_predicted})) {
+      verified.push_back(hypothesis);
+    }
+    std::stable_sort(verified.begin(), verified.end(),
+                     [](const Hypothesis& a, const Hypothesis& b) { return a.score > b.score; });
+  }
+  times.retrieve_ns = retrieved_ns - start_ns;
+  times.match_ns = matched_ns - retrieved_ns;
+  times.verify_ns = now_ns() - matched_ns;
+  return verified;
+}
+
+Hypothesis AutoSearch::HypothesisAt(const Structure& query, const Pose& T_map_query) const {
+  const std::size_t place = NearestPlace(map_, T_map_query.translation());
+  const Pose T_place_query =
+      T_map_level_[place].inverse() * T_map_query * LevelFromSensor(query).inverse();
+  return {static_cast<std::int32_t>(place),
+          {T_place_query.translation().x(), T_place_query.translation().y(), Yaw(T_place_query)}};
+}
+
+Pose AutoSearch::PoseInMap(const Structure& query, const Hypothesis& hypothesis) const {
+  const auto place = static_cast<std::size_t>(hypothesis.place);
+  const double z_m = static_cast<double>(query.height_m) - map_.structures[place].height_m;
+  return T_map_level_[place] * PlanarTransform(hypothesis.T_place_query, z_m) *
+         LevelFromSensor(query);
+}
+
+std::size_t NearestPlace(const Map& map, const Eigen::Vector3d& position_m,
+                         const std::vector<bool>* excluded) {
+  std::size_t nearest = 0;
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < map.places.size(); ++i) {
+    if (excluded != nullptr && (*excluded)[i]) continue;
+    const double distance = (map.places[i].T_map_place.translation() - position_m).squaredNorm();
+    if (distance < least) {
+      least = distance;
+      nearest = i;
+    }
+  }
+  return nearest;
+}
+
+Candidate CandidateAt(const Map& map, const Pose& T_map_query, double score, double confidence,
+                      const std::vector<bool>* excluded) {
+  Candidate candidate;
+  const std::size_t index = NearestPlace(map, T_map_query.translation(), excluded);
+  const Place& place = map.places[index];
+  const Pose T_place_query = place.T_map_place.inverse() * T_map_query;
+  candidate.place = static_cast<std::int32_t>(index);
+  candidate.session = place.session;
+  candidate.session_name = map.sessions[static_cast<std::size_t>(place.session)];
+  candidate.T_map_place = place.T_map_place;
+  candidate.distance = 1.0 - score;
+  candidate.confidence = confidence;
+  candidate.yaw_rad = Yaw(T_place_query);
+  candidate.lateral_m = T_place_query.translation().y();
+  candidate.T_map_query = T_map_query;
+  return candidate;
+}
+
+Evidence Weigh(const AutoSearch& search, const Structure& query,
+               const std::vector<Hypothesis>& verified) {
+  if (verified.empty()) return {};
+  const auto position = [&](const Hypothesis& hypothesis) -> Eigen::Vector2d {
+    return search.PoseInMap(query, hypothesis).translation().head<2>();
+  };
+  Evidence evidence{.score = verified.front().score};
+  const Eigen::Vector2d best = position(verified.front());
+  for (const Hypothesis& hypothesis : verified) {
+    if ((position(hypothesis) - best).norm() > VerifyOptions{}.rival_radius_m) {
+      evidence.rival = std::max(evidence.rival, hypothesis.score);
+    }
+  }
+  return evidence;
+}
+
+double LogOdds(const Calibration& calibration, const Evidence& evidence) {
+  const auto log_odds = [&](const Calibration& by) {
+    return by.bias + by.score_weight * evidence.score +
+           by.margin_weight * (evidence.score - evidence.rival);
+  };
+  // Trials are made up and half of them within the map; the defaults come from real drives. A map's
+  // own trials may find it harder than those, never easier.
+  return std::min(log_odds(calibration), log_odds(Calibration{}));
+}
+
+double Confidence(const Calibration& calibration, const Evidence& evidence) {
+  return 1.0 / (1.0 + std::exp(-LogOdds(calibration, evidence)));
+}
+
+}  // namespace scanloc

@@ -1,0 +1,63 @@
+#include "structural/bearing_grid.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <numbers>
+
+#include "scanloc/core/scan/pose.hpp"
+
+namespace scanloc {
+namespace {
+
+constexpr double kSector_rad = 2.0 * std::numbers::pi / BearingGrid::kNumSectors;
+
+}  // namespace
+
+BearingGrid::BearingGrid(std::span<const Column> columns) {
+  for (const Column& column : columns) {
+    const float x_m = static_cast<float>(column.x_cm) * 0.01F;
+    const float y_m = static_cast<float>(column.y_cm) * 0.01F;
+    const auto ring = static_cast<std::size_t>(std::sqrt(x_m * x_m + y_m * y_m) / kRing_m);
+    if (ring >= rings_.size()) continue;
+    const double turns = std::atan2(y_m, x_m) / kSector_rad;
+    const auto sector = static_cast<unsigned>(static_cast<int>(std::floor(turns)) & 63);
+    rings_[ring] |= std::uint64_t{1} << sector;
+  }
+}
+
+BearingGrid BearingGrid::Widened() const {
+  BearingGrid wide;
+  for (std::size_t i = 0; i < rings_.size(); ++i) {
+    wide.rings_[i] = rings_[i] | std::rotl(rings_[i], 1) | std::rotr(rings_[i], 1);
+  }
+  return wide;
+}
+
+int BearingGrid::Agreement(const BearingGrid& query, int turn) const {
+  int sum = 0;
+  for (std::size_t i = 0; i < rings_.size(); ++i) {
+    sum += std::popcount(rings_[i] & std::rotl(query.rings_[i], turn));
+  }
+  return sum;
+}
+
+std::vector<double> BearingGrid::BestHeadings(const BearingGrid& query, int max_headings) const {
+  std::array<int, kNumSectors> agreement{};
+  for (int turn = 0; turn < kNumSectors; ++turn) {
+    agreement[static_cast<std::size_t>(turn)] = Agreement(query, turn);
+  }
+  std::vector<double> headings;
+  while (static_cast<int>(headings.size()) < max_headings) {
+    const auto best = std::max_element(agreement.begin(), agreement.end());
+    if (*best <= 0) break;
+    const auto turn = static_cast<int>(best - agreement.begin());
+    headings.push_back(WrapAngle(turn * kSector_rad));
+    for (int near = turn - 2; near <= turn + 2; ++near) {
+      agreement[static_cast<std::size_t>((near + kNumSectors) % kNumSectors)] = -1;
+    }
+  }
+  return headings;
+}
+
+}  // namespace scanloc

@@ -1,0 +1,261 @@
+#include "scanloc/core/structural/calibrate.hpp"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <optional>
+
+#include "structural/auto_search.hpp"
+
+namespace scanloc {
+namespace {
+
+/// SplitMix64: the same numbers on every machine.
+class Random {
+ public:
+  explicit Random(std::uint64_t seed) : state_(seed) {}
+
+  double Uniform(double low, double high) {
+    state_ += 0x9E3779B97F4A7C15ULL;
+    std::uint64_t z = state_;
+    z = (z ^ z >> 30) * 0xBF58476D1CE4E5B9ULL;
+    z = (z ^ z >> 27) * 0x94D049BB133111EBULL;
+    z ^= z >> 31;
+    return low + (high - low) * static_cast<double>(z >> 11) * 0x1.0p-53;
+  }
+  bool Chance(double probability) { return Uniform(0.0, 1.0) < probability; }
+
+ private:
+  std::uint64_t state_;
+};
+
+/// Azimuths that a vehicle next to the sensor hides.
+struct Occlusion {
+  double center_rad;
+  double half_width_rad;
+  [[nodiscard]] bool Hides(double x, double y) const {
+    return std::abs(WrapAngle(std::atan2(y, x) - center_rad)) < half_width_rad;
+  }
+};
+
+void OccludePolar(const Occlusion& occlusion, Context& context) {
+  for (int col = 0; col < context.num_cols; ++col) {
+    const double azimuth_rad = (col + 0.5) * 2.0 * std::numbers::pi / context.num_cols;
+    if (!occlusion.Hides(std::cos(azimuth_rad), std::sin(azimuth_rad))) continue;
+    const auto first = context.cells_cm.begin() + std::ptrdiff_t{col} * context.num_rows;
+    std::fill(first, first + context.num_rows, std::uint16_t{0});
+  }
+}
+
+void OccludeCart(const Occlusion& occlusion, const CartParams& params, Context& context) {
+  for (int col = 0; col < context.num_cols; ++col) {
+    for (int row = 0; row < context.num_rows; ++row) {
+      const double x = ((row + 0.5) / context.num_rows * 2.0 - 1.0) * params.max_x_m;
+      const double y = ((col + 0.5) / context.num_cols * 2.0 - 1.0) * params.max_y_m;
+      if (!occlusion.Hides(x, y)) continue;
+      context.cells_cm[static_cast<std::size_t>(col) * context.num_rows + row] = 0;
+    }
+  }
+}
+
+/// The context of a vehicle displaced by whole columns, empty ones coming in.
+void ShiftColumns(int num_cols, Context& context) {
+  std::vector<std::uint16_t> shifted(context.cells_cm.size());
+  for (int col = 0; col < context.num_cols; ++col) {
+    const int from = col + num_cols;
+    if (from < 0 || from >= context.num_cols) continue;
+    std::copy_n(context.cells_cm.begin() + std::ptrdiff_t{from} * context.num_rows,
+                context.num_rows, shifted.begin() + std::ptrdiff_t{col} * context.num_rows);
+  }
+  context.cells_cm = std::move(shifted);
+}
+
+std::int16_t Clamped_cm(double value_m) {
+  return static_cast<std::int16_t>(std::clamp(std::round(value_m * 100.0),
+                                              -100.0 * Structure::kReach_m + 1.0,
+                                              100.0 * Structure::kReach_m - 1.0));
+}
+
+/// How a later visit sees the columns: some hidden, gone or moved, and some new ones.
+void PerturbColumns(const Occlusion& occlusion, double lateral_m, bool reversed, Random& random,
+                    Structure& structure) {
+  const double gone_share = random.Uniform(0.1, 0.5);
+  const double sign = reversed ? -1.0 : 1.0;
+  std::vector<Column> columns;
+  for (const Column& column : structure.columns) {
+    const double x = sign * column.x_cm * 0.01;
+    const double y = sign * (column.y_cm * 0.01 - lateral_m);
+    if (random.Chance(gone_share) || occlusion.Hides(x, y)) continue;
+    columns.push_back(
+        {Clamped_cm(x + random.Uniform(-0.2, 0.2)), Clamped_cm(y + random.Uniform(-0.2, 0.2))});
+  }
+  const std::size_t num_new = columns.size() / 6;
+  for (std::size_t i = 0; i < num_new; ++i) {
+    columns.push_back(
+        {Clamped_cm(random.Uniform(-40.0, 40.0)), Clamped_cm(random.Uniform(-40.0, 40.0))});
+  }
+  structure.columns = std::move(columns);
+}
+
+/// A later visit to a place: the query, and where it stands in the place's frame.
+struct Visit {
+  ScanDescriptor query;
+  double lateral_m = 0.0;
+};
+
+Context ContextOf(const ContextTable& table, std::size_t entry) {
+  const ContextView view = table.context(entry);
+  return {view.num_rows, view.num_cols, {view.cells_cm.begin(), view.cells_cm.end()}};
+}
+
+Visit Perturbed(const Map& map, std::size_t place, Random& random) {
+  const Params& params = map.params;
+  Visit visit;
+  visit.query.num_voxels = static_cast<std::uint32_t>(params.search.min_voxels);
+  visit.query.structure = map.structures[place];
+  const bool reversed = random.Chance(0.5);
+  const Occlusion occlusion{random.Uniform(-std::numbers::pi, std::numbers::pi),
+                            random.Uniform(0.3, 1.0)};
+  if (params.polar.enabled) {
+    const std::size_t num_variants = 1 + params.polar.root_shifts_m.size();
+    const auto variant =
+        static_cast<std::size_t>(random.Uniform(0.0, static_cast<double>(num_variants)));
+    visit.lateral_m = variant == 0 ? 0.0 : params.polar.root_shifts_m[variant - 1];
+    visit.query.polar = ContextOf(map.polar, place * num_variants + variant);
+    auto& cells = visit.query.polar.cells_cm;
+    if (reversed) {
+      std::rotate(cells.begin(), cells.begin() + static_cast<std::ptrdiff_t>(cells.size() / 2),
+                  cells.end());
+    }
+    OccludePolar(occlusion, visit.query.polar);
+  }
+  if (params.cart.enabled) {
+    const std::size_t num_variants = params.cart.double_flip ? 2 : 1;
+    visit.query.cart = ContextOf(map.cart, place * num_variants);
+    const double cols_per_m = params.cart.num_cols / (2.0 * params.cart.max_y_m);
+    ShiftColumns(static_cast<int>(std::lround(visit.lateral_m * cols_per_m)), visit.query.cart);
+    auto& cells = visit.query.cart.cells_cm;
+    if (reversed) std::reverse(cells.begin(), cells.end());
+    OccludeCart(occlusion, params.cart, visit.query.cart);
+  }
+  PerturbColumns(occlusion, visit.lateral_m, reversed, random, visit.query.structure);
+  return visit;
+}
+
+}  // namespace
+
+struct Calibrator::State {
+  explicit State(std::shared_ptr<const Map> map_in) : map(std::move(map_in)), search(*map) {}
+
+  std::shared_ptr<const Map> map;
+  AutoSearch search;
+};
+
+Calibrator::Calibrator(std::shared_ptr<const Map> map)
+    : state_(std::make_unique<const State>(std::move(map))) {}
+Calibrator::Calibrator(Calibrator&&) noexcept = default;
+Calibrator& Calibrator::operator=(Calibrator&&) noexcept = default;
+Calibrator::~Calibrator() = default;
+
+std::size_t Calibrator::num_trials() const {
+  return std::min(kMaxTrials, 2 * state_->map->places.size());
+}
+
+Calibrator::Trial Calibrator::Run(std::size_t i) const {
+  const Map& map = *state_->map;
+  const std::size_t num_pairs = num_trials() / 2;
+  const std::size_t place = (i / 2) * map.places.size() / std::max<std::size_t>(num_pairs, 1);
+  const bool is_lookalike = i % 2 == 1;
+  Random random(i);
+  const Visit visit = Perturbed(map, place, random);
+
+  const auto position = [](const Pose& pose) -> Eigen::Vector2d {
+    return pose.translation().head<2>();
+  };
+  const Pose& T_map_place = map.places[place].T_map_place;
+  const double radius_m = is_lookalike ? kFar_m : kNear_m;
+  std::vector<bool> excluded(map.places.size());
+  for (std::size_t p = 0; p < map.places.size(); ++p) {
+    excluded[p] = (position(map.places[p].T_map_place) - position(T_map_place)).norm() < radius_m;
+  }
+
+  StageTimes times;
+  const std::vector<Hypothesis> verified =
+      state_->search.Find(visit.query, {.excluded = &excluded}, times);
+  Trial trial{.place = static_cast<std::int32_t>(place)};
+  if (verified.empty()) return trial;
+  const Evidence evidence = Weigh(state_->search, visit.query.structure, verified);
+  const Eigen::Vector2d truth = position(T_map_place * PlanarOffset(visit.lateral_m, 0.0));
+  const Eigen::Vector2d found =
+      position(state_->search.PoseInMap(visit.query.structure, verified.front()));
+  trial.is_valid = true;
+  trial.is_right = (found - truth).norm() < kCorrect_m;
+  trial.score = evidence.score;
+  trial.margin = evidence.score - evidence.rival;
+  trial.found = verified.front().place;
+  return trial;
+}
+
+Calibration FitCalibration(const std::vector<Calibrator::Trial>& trials) {
+  constexpr std::ptrdiff_t kMinOfEither = 30;
+  const auto count = [&](bool is_right) {
+    return std::count_if(trials.begin(), trials.end(), [&](const Calibrator::Trial& t) {
+      return t.is_valid && t.is_right == is_right;
+    });
+  };
+  const Calibration defaults;
+  if (count(true) < kMinOfEither || count(false) < kMinOfEither) return defaults;
+
+  // Newton's method on the log-likelihood, drawn weakly towards the defaults: where the outcomes
+  // can be told apart without exception, the likelihood alone has no maximum.
+  const Eigen::Vector3d prior(defaults.bias, defaults.score_weight, defaults.margin_weight);
+  const Eigen::Vector3d stiffness(1.0 / 64.0, 1.0 / 400.0, 1.0 / 400.0);
+  const auto loss = [&](const Eigen::Vector3d& at) {
+    double sum = 0.5 * (at - prior).cwiseAbs2().dot(stiffness);
+    for (const Calibrator::Trial& trial : trials) {
+      if (!trial.is_valid) continue;
+      const double logit = at.x() + at.y() * trial.score + at.z() * trial.margin;
+      const double against = trial.is_right ? -logit : logit;
+      sum += std::max(against, 0.0) + std::log1p(std::exp(-std::abs(against)));
+    }
+    return sum;
+  };
+  Eigen::Vector3d weights = prior;
+  for (int i = 0; i < 100; ++i) {
+    Eigen::Matrix3d hessian = stiffness.asDiagonal();
+    Eigen::Vector3d gradient = stiffness.cwiseProduct(weights - prior);
+    for (const Calibrator::Trial& trial : trials) {
+      if (!trial.is_valid) continue;
+      const Eigen::Vector3d row(1.0, trial.score, trial.margin);
+      const double probability = 1.0 / (1.0 + std::exp(-row.dot(weights)));
+      gradient += (probability - (trial.is_right ? 1.0 : 0.0)) * row;
+      hessian += probability * (1.0 - probability) * row * row.transpose();
+    }
+    Eigen::Vector3d step = hessian.ldlt().solve(gradient);
+    const double before = loss(weights);
+    while (step.norm() > 1e-9 && loss(weights - step) > before) step *= 0.5;
+    if (step.norm() <= 1e-9) break;
+    weights -= step;
+  }
+  return {weights.x(), weights.y(), weights.z(),
+          static_cast<std::int32_t>(count(true) + count(false))};
+}
+
+std::vector<ConfusablePair> FindConfusable(const std::vector<Calibrator::Trial>& trials,
+                                           const Calibration& calibration) {
+  constexpr double kWorthAWarning = 0.2;
+  std::vector<ConfusablePair> pairs;
+  for (const Calibrator::Trial& trial : trials) {
+    if (!trial.is_valid || trial.is_right) continue;
+    const double confidence = Confidence(calibration, {trial.score, trial.score - trial.margin});
+    if (confidence >= kWorthAWarning) pairs.push_back({trial.place, trial.found, confidence});
+  }
+  std::stable_sort(
+      pairs.begin(), pairs.end(),
+      [](const ConfusablePair& a, const ConfusablePair& b) { return a.confidence > b.confidence; });
+  if (pairs.size() > kMaxConfusable) pairs.resize(kMaxConfusable);
+  return pairs;
+}
+
+}  // namespace scanloc

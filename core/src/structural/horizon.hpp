@@ -1,0 +1,27 @@
+#pragma once
+
+#include <array>
+#include <span>
+#include <vector>
+
+#include "scanloc/core/structural/registration.hpp"
+
+namespace scanloc {
+
+/// How far a scan sees something upright, by azimuth. What another scan has beyond that neither
+/// speaks for nor against the two being of one place.
+class Horizon {
+ public:
+  explicit Horizon(std::span<const Column> columns);
+
+  /// Those of another scan's columns that lie within sight.
+  [[nodiscard]] std::vector<Column> Within(std::span<const Column> columns,
+                                           const PlanarPose& T_horizon_columns) const;
+
+ private:
+  static constexpr int kNumSectors = 72;
+
+  std::array<float, kNumSectors> reach_m_{};  // 0 where nothing was seen
+};
+
+}  // namespace scanloc

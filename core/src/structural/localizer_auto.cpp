@@ -1,0 +1,84 @@
+#include <algorithm>
+#include <cmath>
+
+#include "absl/strings/str_format.h"
+#include "scanloc/core/localizer.hpp"
+#include "structural/auto_search.hpp"
+
+// The method `auto` (docs/algorithm.md, "Beyond the paper"): from verified hypotheses to an answer.
+
+namespace scanloc {
+namespace {
+
+void Decide(const Map& map, const Evidence& evidence, double min_confidence, Answer& answer) {
+  const double confidence = *answer.candidates.front().confidence;
+  const double unrivalled =
+      Confidence(map.calibration, {evidence.score, std::min(evidence.rival, kUnrelatedScore)});
+  if (confidence >= min_confidence) {
+    answer.outcome = Outcome::kLocalized;
+    answer.reason =
+        absl::StrFormat("%.0f %% of the upright structure agrees; the best other spot has %.0f %%",
+                        100.0 * evidence.score, 100.0 * evidence.rival);
+  } else if (unrivalled >= min_confidence) {
+    answer.outcome = Outcome::kAmbiguous;
+    answer.reason = absl::StrFormat(
+        "two distinct spots explain the scan: %.0f %% and %.0f %% of the upright structure agree",
+        100.0 * evidence.score, 100.0 * evidence.rival);
+  } else {
+    answer.outcome = Outcome::kNotRecognized;
+    answer.reason = absl::StrFormat(
+        "only %.0f %% of the upright structure agrees with the best spot (%.0f %% with the next): "
+        "out of the map, or changed too much",
+        100.0 * evidence.score, 100.0 * evidence.rival);
+  }
+}
+
+}  // namespace
+
+Answer Localizer::LocalizeByStructure(const ScanDescriptor& query,
+                                      const QueryOptions& options) const {
+  Answer answer;
+  answer.content_id = map_->content_id;
+  if (query.structure.columns.size() < kMinColumns) {
+    answer.outcome = Outcome::kInsufficientScan;
+    answer.reason = absl::StrFormat("the scan shows %d pieces of upright structure; %d are needed",
+                                    query.structure.columns.size(), kMinColumns);
+    return answer;
+  }
+
+  const bool is_limited = options.budget_ns > 0 && options.now_ns != nullptr;
+  const AutoSearch::Options search_options{
+      .shortlist = options.num_candidates.value_or(AutoSearch::kShortlist),
+      .now_ns = options.now_ns,
+      .deadline_ns = is_limited ? options.now_ns() + options.budget_ns : 0,
+      .is_unwanted = options.is_unwanted,
+      .excluded = options.excluded};
+  const std::vector<Hypothesis> verified = auto_search_->Find(query, search_options, answer.times);
+  if (verified.empty()) {
+    answer.outcome = Outcome::kNotRecognized;
+    answer.reason = "the map has no place to compare with";
+    return answer;
+  }
+
+  const Evidence evidence = Weigh(*auto_search_, query.structure, verified);
+  for (const Hypothesis& hypothesis : verified) {
+    if (static_cast<int>(answer.candidates.size()) >= options.max_answers) break;
+    const Pose T_map_query = auto_search_->PoseInMap(query.structure, hypothesis);
+    const bool is_told =
+        std::any_of(answer.candidates.begin(), answer.candidates.end(), [&](const Candidate& c) {
+          return (c.T_map_query.translation() - T_map_query.translation()).norm() <
+                 VerifyOptions{}.rival_radius_m;
+        });
+    if (is_told) continue;
+    const bool is_best = answer.candidates.empty();
+    const double confidence = Confidence(
+        map_->calibration, is_best ? evidence : Evidence{hypothesis.score, verified.front().score});
+    answer.candidates.push_back(
+        CandidateAt(*map_, T_map_query, hypothesis.score, confidence, options.excluded));
+  }
+  Decide(*map_, evidence, options.min_confidence.value_or(map_->params.search.min_confidence),
+         answer);
+  return answer;
+}
+
+}  // namespace scanloc

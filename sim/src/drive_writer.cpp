@@ -1,0 +1,160 @@
+#include "scanloc/sim/drive_writer.hpp"
+
+#include <array>
+#include <atomic>
+#include <cerrno>
+#include <cstdio>
+#include <mutex>
+#include <string>
+#include <string_view>
+#include <system_error>
+#include <thread>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "sim_text.hpp"
+
+namespace scanloc::sim {
+namespace {
+
+namespace fs = std::filesystem;
+
+absl::Status CannotWrite(const fs::path& path, int error) {
+  const std::string message =
+      absl::StrCat("cannot write ", path.string(), ": ",
+                   std::error_code(error, std::generic_category()).message());
+  if (error == ENOSPC || error == EDQUOT || error == EFBIG) {
+    return absl::ResourceExhaustedError(absl::StrCat(message, "; free some space and try again"));
+  }
+  if (error == EACCES || error == EPERM || error == EROFS) {
+    return absl::PermissionDeniedError(absl::StrCat(message, "; choose another folder"));
+  }
+  return absl::UnavailableError(message);
+}
+
+absl::Status WriteFile(const fs::path& path, const void* data, std::size_t num_bytes) {
+  std::FILE* file = std::fopen(path.c_str(), "wbx");
+  if (file == nullptr) return CannotWrite(path, errno);
+  const bool written = std::fwrite(data, 1, num_bytes, file) == num_bytes;
+  const int write_error = errno;
+  // A full disk may show only when the buffers are emptied.
+  const bool closed = std::fclose(file) == 0;
+  if (!written) return CannotWrite(path, write_error);
+  if (!closed) return CannotWrite(path, errno);
+  return absl::OkStatus();
+}
+
+absl::Status WriteFile(const fs::path& path, std::string_view text) {
+  return WriteFile(path, text.data(), text.size());
+}
+
+std::string PoseRows(const SimulatedDrive& drive) {
+  std::string text;
+  for (std::size_t i = 0; i < drive.size(); ++i) {
+    const Pose& pose = drive.T_map_sensor(i);
+    for (int row = 0; row < 3; ++row) {
+      for (int column = 0; column < 4; ++column) {
+        text += NumberText(pose.matrix()(row, column));
+        text += row == 2 && column == 3 ? '\n' : ' ';
+      }
+    }
+  }
+  return text;
+}
+
+std::string TimeRows(const SimulatedDrive& drive) {
+  std::string text;
+  for (std::size_t i = 0; i < drive.size(); ++i) {
+    text += NumberText(static_cast<double>(drive.stamp_ns(i)) * 1e-9) + '\n';
+  }
+  return text;
+}
+
+absl::Status WriteScan(const SimulatedDrive& drive, std::size_t i, const fs::path& folder) {
+  const PointCloud scan = drive.Scan(i);
+  std::vector<std::array<float, 4>> rows;
+  rows.reserve(scan.size());
+  for (const Point& point : scan) rows.push_back({point.x, point.y, point.z, 0.0F});
+  std::string name = std::to_string(i);
+  if (name.size() < 6) name.insert(0, 6 - name.size(), '0');
+  return WriteFile(folder / (name + ".bin"), rows.data(), rows.size() * sizeof(rows[0]));
+}
+
+/// Scans shared out among threads; the first error stops them all.
+class ScanWriter {
+ public:
+  ScanWriter(const SimulatedDrive& drive, fs::path folder, const DriveProgress& progress)
+      : drive_(drive), folder_(std::move(folder)), progress_(progress) {}
+
+  absl::Status Run(int num_threads) {
+    std::vector<std::jthread> threads;
+    for (int i = 1; i < num_threads; ++i) threads.emplace_back([this] { Work(); });
+    Work();
+    threads.clear();  // joins
+    return status_;
+  }
+
+ private:
+  void Work() {
+    while (!stopped_) {
+      const std::size_t i = next_++;
+      if (i >= drive_.size()) return;
+      const absl::Status status = WriteScan(drive_, i, folder_);
+      const std::lock_guard lock(mutex_);
+      if (!status.ok()) {
+        if (status_.ok()) status_ = status;
+        stopped_ = true;
+        return;
+      }
+      ++num_done_;
+      if (progress_) progress_(num_done_, drive_.size());
+    }
+  }
+
+  const SimulatedDrive& drive_;
+  const fs::path folder_;
+  const DriveProgress& progress_;
+  std::atomic<std::size_t> next_ = 0;
+  std::atomic<bool> stopped_ = false;
+  std::mutex mutex_;
+  std::size_t num_done_ = 0;                // guarded by mutex_
+  absl::Status status_ = absl::OkStatus();  // guarded by mutex_
+};
+
+absl::Status MakeFolders(const fs::path& out, const fs::path& scans) {
+  std::error_code error;
+  const fs::file_status status = fs::status(out, error);
+  if (fs::exists(status)) {
+    const bool usable = fs::is_directory(status) && fs::is_empty(out, error);
+    if (error) return CannotWrite(out, error.value());
+    if (!usable) {
+      return absl::AlreadyExistsError(absl::StrCat(
+          out.string(), " exists and is not an empty folder; choose another or delete it"));
+    }
+  }
+  fs::create_directories(scans, error);
+  if (error) return CannotWrite(scans, error.value());
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+absl::Status WriteDrive(const SimulatedDrive& drive, const fs::path& out, int num_threads,
+                        const DriveProgress& progress) {
+  if (auto s = CheckRange("num_threads", num_threads, 1, 256); !s.ok()) return s;
+  const fs::path scans = out / "velodyne";
+  if (auto s = MakeFolders(out, scans); !s.ok()) return s;
+  if (auto s = WriteFile(out / "simulation.txt", Describe(drive.options())); !s.ok()) return s;
+  if (auto s = WriteFile(out / "times.txt", TimeRows(drive)); !s.ok()) return s;
+  if (auto s = ScanWriter(drive, scans, progress).Run(num_threads); !s.ok()) return s;
+  return WriteFile(out / "poses.txt", PoseRows(drive));
+}
+
+absl::Status Simulate(const SimulateOptions& options, const fs::path& out, int num_threads,
+                      const DriveProgress& progress) {
+  absl::StatusOr<SimulatedDrive> drive = SimulatedDrive::Create(options);
+  if (!drive.ok()) return drive.status();
+  return WriteDrive(*drive, out, num_threads, progress);
+}
+
+}  // namespace scanloc::sim

@@ -1,0 +1,142 @@
+#include "scanloc/core/scan_context/key_index.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <random>
+#include <set>
+
+namespace scanloc {
+namespace {
+
+constexpr int kNumRows = 5;
+
+std::vector<std::int32_t> RandomKey(std::mt19937_64& random, int spread, int num_rows = kNumRows) {
+  std::vector<std::int32_t> key;
+  for (int r = 0; r < num_rows; ++r) key.push_back(static_cast<std::int32_t>(random() % spread));
+  return key;
+}
+
+void Append(ContextTable& table, std::int32_t place, bool augmented,
+            const std::vector<std::int32_t>& key) {
+  table.Append({.place = place, .augmented = augmented}, std::vector<std::uint16_t>(key.size() * 2),
+               key, std::vector<std::int32_t>(2));
+}
+
+ContextTable RandomTable(std::mt19937_64& random, int num_places, int spread,
+                         int num_rows = kNumRows) {
+  ContextTable table(num_rows, 2);
+  for (int place = 0; place < num_places; ++place) {
+    for (int variant = 0; variant < 3; ++variant) {
+      Append(table, place, variant > 0, RandomKey(random, spread, num_rows));
+    }
+  }
+  return table;
+}
+
+/// The key distance of each place, nearest first, by looking at every entry.
+std::vector<double> DistancesByHand(const ContextTable& table, const std::vector<std::int32_t>& key,
+                                    bool augmented) {
+  std::map<int, double> best;
+  for (std::size_t i = 0; i < table.size(); ++i) {
+    if (table.entry(i).augmented && !augmented) continue;
+    double sum = 0.0;
+    for (int r = 0; r < table.num_rows(); ++r) {
+      sum += std::pow((table.retrieval_key_cm(i)[r] - key[r]) * 0.01, 2);
+    }
+    const auto [it, is_new] = best.try_emplace(table.entry(i).place, std::sqrt(sum));
+    if (!is_new) it->second = std::min(it->second, std::sqrt(sum));
+  }
+  std::vector<double> distances;
+  for (const auto& [place, distance] : best) distances.push_back(distance);
+  std::sort(distances.begin(), distances.end());
+  return distances;
+}
+
+TEST(KeyIndex, FindsTheNearestPlacesEachOnce) {
+  std::mt19937_64 random(1);
+  // Shorter than what the tree looks at, just that, and longer by whole blocks of SIMD and not.
+  for (const int num_rows : {1, 5, 8, 9, 20, 23}) {
+    SCOPED_TRACE(num_rows);
+    // Some dozen leaves.
+    const ContextTable table = RandomTable(random, 2000, 5000, num_rows);
+    const KeyIndex index(table);
+    for (int i = 0; i < 25; ++i) {
+      const std::vector<std::int32_t> key = RandomKey(random, 5000, num_rows);
+      for (const bool augmented : {false, true}) {
+        const std::vector<double> expected = DistancesByHand(table, key, augmented);
+        const auto found = index.Search(key, 10, augmented);
+        ASSERT_EQ(found.size(), 10U);
+        std::set<int> places;
+        for (std::size_t n = 0; n < found.size(); ++n) {
+          EXPECT_NEAR(found[n].key_distance, expected[n], 1e-4);
+          EXPECT_TRUE(augmented || !table.entry(found[n].entry).augmented);
+          places.insert(table.entry(found[n].entry).place);
+        }
+        EXPECT_EQ(places.size(), found.size());
+      }
+    }
+  }
+}
+
+TEST(KeyIndex, OfUnitScaleLooksAtTheShapeOfAKeyOnly) {
+  ContextTable table(kNumRows, 2);
+  Append(table, 0, false, {100, 100, 100, 100, 100});
+  Append(table, 1, false, {500, 400, 300, 200, 100});
+  const std::vector<std::int32_t> fifth_of_place_1 = {100, 80, 60, 40, 20};
+  EXPECT_EQ(KeyIndex(table).Search(fifth_of_place_1, 1, true).front().entry, 0U);
+  const auto found = KeyIndex(table, KeyScale::kUnit).Search(fifth_of_place_1, 1, true);
+  EXPECT_EQ(found.front().entry, 1U);
+  EXPECT_NEAR(found.front().key_distance, 0.0, 1e-6);
+}
+
+TEST(KeyIndex, OfUnitScaleTakesAKeyOfZeros) {
+  ContextTable table(kNumRows, 2);
+  Append(table, 0, false, {0, 0, 0, 0, 0});
+  Append(table, 1, false, {1, 2, 3, 4, 5});
+  const auto found = KeyIndex(table, KeyScale::kUnit).Search(std::vector<std::int32_t>(5), 2, true);
+  ASSERT_EQ(found.size(), 2U);
+  EXPECT_EQ(found[0].entry, 0U);
+  EXPECT_NEAR(found[1].key_distance, 1.0, 1e-6);
+}
+
+TEST(KeyIndex, PassesOverExcludedPlaces) {
+  std::mt19937_64 random(5);
+  const ContextTable table = RandomTable(random, 50, 1000);
+  const KeyIndex index(table);
+  const std::vector<std::int32_t> key = RandomKey(random, 1000);
+  const auto all = index.Search(key, 50, true);
+  std::vector<bool> excluded(50);
+  for (std::size_t i = 0; i < all.size(); i += 2) excluded[table.entry(all[i].entry).place] = true;
+  const auto found = index.Search(key, 25, true, &excluded);
+  ASSERT_EQ(found.size(), 25U);
+  for (std::size_t i = 0; i < found.size(); ++i) EXPECT_EQ(found[i].entry, all[2 * i + 1].entry);
+}
+
+TEST(KeyIndex, GivesAllPlacesWhenFewerThanAsked) {
+  std::mt19937_64 random(2);
+  const KeyIndex index(RandomTable(random, 3, 100));
+  EXPECT_EQ(index.Search(RandomKey(random, 100), 10, true).size(), 3U);
+  EXPECT_EQ(index.Search(RandomKey(random, 100), 10, false).size(), 3U);
+}
+
+TEST(KeyIndex, AnswersAnEmptyTableWithNothing) {
+  const KeyIndex index(ContextTable(kNumRows, 2));
+  EXPECT_TRUE(index.Search(std::vector<std::int32_t>(kNumRows), 1, true).empty());
+}
+
+TEST(KeyIndex, GivesTiesInOrderOfEntry) {
+  ContextTable table(kNumRows, 2);
+  for (int place = 0; place < 100; ++place) {
+    Append(table, place, false, std::vector<std::int32_t>(kNumRows, 7));
+  }
+  const KeyIndex index(table);
+  const auto found = index.Search(std::vector<std::int32_t>(kNumRows, 9), 4, true);
+  ASSERT_EQ(found.size(), 4U);
+  for (std::size_t n = 0; n < found.size(); ++n) EXPECT_EQ(found[n].entry, n);
+}
+
+}  // namespace
+}  // namespace scanloc

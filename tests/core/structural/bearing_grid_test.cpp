@@ -1,0 +1,87 @@
+#include "structural/bearing_grid.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+#include <vector>
+
+#include "scanloc/core/scan/pose.hpp"
+
+namespace scanloc {
+namespace {
+
+std::vector<Column> RandomColumns(std::uint64_t seed, int count) {
+  std::mt19937_64 random(seed);
+  std::vector<Column> columns;
+  for (int i = 0; i < count; ++i) {
+    const auto coordinate = [&] {
+      return static_cast<std::int16_t>(static_cast<int>(random() % 10'000) - 5'000);
+    };
+    columns.push_back({coordinate(), coordinate()});
+  }
+  return columns;
+}
+
+/// As a sensor sees them that is headed by so much more to the left.
+std::vector<Column> SeenTurned(const std::vector<Column>& columns, double heading_rad) {
+  std::vector<Column> seen;
+  for (const Column& c : columns) {
+    const double cosine = std::cos(-heading_rad);
+    const double sine = std::sin(-heading_rad);
+    seen.push_back({static_cast<std::int16_t>(std::lround(cosine * c.x_cm - sine * c.y_cm)),
+                    static_cast<std::int16_t>(std::lround(sine * c.x_cm + cosine * c.y_cm))});
+  }
+  return seen;
+}
+
+TEST(BearingGrid, RecoversEveryHeadingWithinASector) {
+  const std::vector<Column> columns = RandomColumns(1, 150);
+  const BearingGrid place = BearingGrid(columns).Widened();
+  for (double heading_rad = -3.1; heading_rad < 3.14; heading_rad += 0.07) {
+    const std::vector<double> found =
+        place.BestHeadings(BearingGrid(SeenTurned(columns, heading_rad)), 2);
+    ASSERT_FALSE(found.empty());
+    EXPECT_LT(std::abs(WrapAngle(found.front() - heading_rad)), 0.1) << heading_rad;
+  }
+}
+
+TEST(BearingGrid, IsNotMisledByABlindSector) {
+  const std::vector<Column> columns = RandomColumns(2, 150);
+  const BearingGrid place = BearingGrid(columns).Widened();
+  std::vector<Column> seen = SeenTurned(columns, 2.0);
+  std::erase_if(seen, [](const Column& c) { return c.x_cm < 0; });
+  EXPECT_LT(std::abs(WrapAngle(place.BestHeadings(BearingGrid(seen), 1).front() - 2.0)), 0.1);
+}
+
+TEST(BearingGrid, GivesHeadingsThatAreApartBestFirst) {
+  const BearingGrid place = BearingGrid(RandomColumns(3, 200)).Widened();
+  const BearingGrid query(RandomColumns(4, 200));
+  const std::vector<double> headings = place.BestHeadings(query, 5);
+  ASSERT_EQ(headings.size(), 5U);
+  for (std::size_t i = 0; i < headings.size(); ++i) {
+    for (std::size_t j = 0; j < i; ++j) {
+      EXPECT_GT(std::abs(WrapAngle(headings[i] - headings[j])), 0.25);
+    }
+  }
+}
+
+TEST(BearingGrid, HasNoHeadingForAScanOfNothing) {
+  const BearingGrid nothing(std::span<const Column>{});
+  const BearingGrid place = BearingGrid(RandomColumns(5, 50)).Widened();
+  EXPECT_TRUE(place.BestHeadings(nothing, 3).empty());
+  EXPECT_TRUE(nothing.BestHeadings(place, 3).empty());
+}
+
+TEST(BearingGrid, CountsWhatAgrees) {
+  // One thing ahead, one to the left, both in the ring from 8 m on.
+  const BearingGrid place(std::vector<Column>{{1000, 10}, {-10, 1000}});
+  const BearingGrid query(std::vector<Column>{{1000, 10}});
+  EXPECT_EQ(place.Agreement(query, 0), 1);
+  EXPECT_EQ(place.Agreement(query, 16), 1);
+  EXPECT_EQ(place.Agreement(query, 8), 0);
+  EXPECT_EQ(place.Widened().Agreement(query, 1), 1);
+}
+
+}  // namespace
+}  // namespace scanloc

@@ -1,0 +1,147 @@
+#include "scanloc/core/structural/registration.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+#include <vector>
+
+#include "structural/horizon.hpp"
+
+namespace scanloc {
+namespace {
+
+std::vector<Column> RandomColumns(std::uint64_t seed, int count, int reach_cm = 4000) {
+  std::mt19937_64 random(seed);
+  std::vector<Column> columns;
+  for (int i = 0; i < count; ++i) {
+    const auto coordinate = [&] {
+      return static_cast<std::int16_t>(static_cast<int>(random() % (2 * reach_cm)) - reach_cm);
+    };
+    columns.push_back({coordinate(), coordinate()});
+  }
+  return columns;
+}
+
+/// The columns of frame b in frame a.
+std::vector<Column> Moved(const std::vector<Column>& columns, const PlanarPose& T_a_b) {
+  std::vector<Column> moved;
+  for (const Column& c : columns) {
+    const double x_m = std::cos(T_a_b.yaw_rad) * c.x_cm / 100.0 -
+                       std::sin(T_a_b.yaw_rad) * c.y_cm / 100.0 + T_a_b.x_m;
+    const double y_m = std::sin(T_a_b.yaw_rad) * c.x_cm / 100.0 +
+                       std::cos(T_a_b.yaw_rad) * c.y_cm / 100.0 + T_a_b.y_m;
+    moved.push_back({static_cast<std::int16_t>(std::lround(x_m * 100.0)),
+                     static_cast<std::int16_t>(std::lround(y_m * 100.0))});
+  }
+  return moved;
+}
+
+DistanceField FieldOf(const std::vector<Column>& columns, float cell_m) {
+  DistanceField field(cell_m);
+  field.Fill(PlanarPoints(columns));
+  return field;
+}
+
+TEST(Register, RecoversADisplacementAndATurn) {
+  const std::vector<Column> query = RandomColumns(1, 150);
+  const RegisterOptions options{.num_iterations = 15, .wide_m = 2.0, .narrow_m = 0.5};
+  for (const PlanarPose& truth :
+       {PlanarPose{1.0, -0.8, 0.05}, PlanarPose{0.0, 1.5, -0.04}, PlanarPose{7.0, -3.0, 3.1}}) {
+    const DistanceField place = FieldOf(Moved(query, truth), 0.25F);
+    const PlanarPose guess{truth.x_m + 0.7, truth.y_m - 0.6, truth.yaw_rad + 0.03};
+    const PlanarPose found = Register(place, PlanarPoints(query), guess, options);
+    EXPECT_NEAR(found.x_m, truth.x_m, 0.15);
+    EXPECT_NEAR(found.y_m, truth.y_m, 0.15);
+    EXPECT_NEAR(std::remainder(found.yaw_rad - truth.yaw_rad, 2.0 * M_PI), 0.0, 0.003);
+  }
+}
+
+TEST(Register, HoldsOutAgainstColumnsThatAreGoneAndNew) {
+  std::vector<Column> query = RandomColumns(2, 120);
+  const PlanarPose truth{0.5, 0.5, 0.02};
+  std::vector<Column> place = Moved(query, truth);
+  place.resize(80);
+  for (const Column& c : RandomColumns(3, 40)) place.push_back(c);
+  const PlanarPose found = Register(FieldOf(place, 0.25F), PlanarPoints(query), PlanarPose{}, {});
+  EXPECT_NEAR(found.x_m, truth.x_m, 0.1);
+  EXPECT_NEAR(found.y_m, truth.y_m, 0.1);
+}
+
+TEST(Register, LeavesTheGuessWithoutAnythingToGoBy) {
+  const PlanarPose guess{1.0, 2.0, 0.3};
+  const DistanceField nothing = FieldOf({}, 1.0F);
+  for (const std::vector<Column>& columns : {std::vector<Column>(), RandomColumns(4, 20)}) {
+    const PlanarPose found = Register(nothing, PlanarPoints(columns), guess, {});
+    EXPECT_DOUBLE_EQ(found.x_m, guess.x_m);
+    EXPECT_DOUBLE_EQ(found.y_m, guess.y_m);
+    EXPECT_NEAR(found.yaw_rad, guess.yaw_rad, 1e-12);
+  }
+}
+
+TEST(Overlap, IsNearOneOnItselfAndNearNoneElsewhere) {
+  const std::vector<Column> columns = RandomColumns(5, 100);
+  const DistanceField field = FieldOf(columns, 0.25F);
+  const PlanarPoints points(columns);
+  EXPECT_GT(Overlap(field, points, {}), 0.9);
+  EXPECT_LT(Overlap(field, points, {10.0, 0.0, 1.0}), 0.1);
+  EXPECT_LT(Overlap(field, points, {1.0e6, 0.0, 0.0}), 1e-6);
+  EXPECT_EQ(Overlap(field, PlanarPoints(), {}), 0.0);
+}
+
+TEST(DistanceField, HoldsTheDistanceToTheNearestColumn) {
+  const std::vector<Column> columns = RandomColumns(6, 30, 6000);
+  for (const float cell_m : {0.25F, 0.5F, 1.0F, 2.0F}) {
+    const DistanceField field = FieldOf(columns, cell_m);
+    for (int row = 1; row + 1 < field.side(); row += 7) {
+      for (int column = 1; column + 1 < field.side(); column += 5) {
+        const auto metres = [&](int cell) {
+          return (static_cast<double>(cell) + 0.5 - field.side() / 2.0) * cell_m;
+        };
+        double nearest = 1e9;
+        for (const Column& c : columns) {
+          nearest = std::min(
+              nearest, std::hypot(metres(column) - c.x_cm * 0.01, metres(row) - c.y_cm * 0.01));
+        }
+        const double told =
+            field.distances_m()[static_cast<std::size_t>(row * field.side() + column)];
+        // A cell that a column's stamp just misses is at the cut-off already.
+        EXPECT_TRUE(
+            std::abs(told - std::min<double>(nearest, DistanceField::kCutoff_m)) < 1e-3 ||
+            (told == DistanceField::kCutoff_m && nearest > DistanceField::kCutoff_m - cell_m))
+            << cell_m << ": " << told << " for " << nearest;
+      }
+    }
+  }
+}
+
+TEST(PlanarPoints, AreSpreadEvenlyOverTheColumns) {
+  std::vector<Column> columns;
+  for (std::int16_t i = 0; i < 1000; ++i) columns.push_back({i, 0});
+  const PlanarPoints points(columns, 10);
+  ASSERT_EQ(points.size(), 10U);
+  EXPECT_EQ(points.x_m().size() % PlanarPoints::kBlock, 0U);
+  for (std::size_t i = 0; i < 10; ++i) EXPECT_FLOAT_EQ(points.x_m()[i], static_cast<float>(i));
+}
+
+TEST(Inverse, UndoesAPose) {
+  const PlanarPose pose{1.0, -2.0, 2.5};
+  const PlanarPose twice = Inverse(Inverse(pose));
+  EXPECT_NEAR(twice.x_m, pose.x_m, 1e-12);
+  EXPECT_NEAR(twice.y_m, pose.y_m, 1e-12);
+  EXPECT_NEAR(twice.yaw_rad, pose.yaw_rad, 1e-12);
+}
+
+TEST(Horizon, LeavesOutWhatLiesBehindOrWhereNothingWasSeen) {
+  // A wall 10 m ahead; nothing behind.
+  std::vector<Column> wall;
+  for (std::int16_t y_cm = -500; y_cm <= 500; y_cm += 50) wall.push_back({1000, y_cm});
+  const Horizon horizon(wall);
+  const std::vector<Column> others = {{900, 0}, {1100, 0}, {1500, 0}, {-300, 0}};
+  EXPECT_EQ(horizon.Within(others, {}), (std::vector<Column>{{900, 0}, {1100, 0}}));
+  EXPECT_EQ(horizon.Within(others, {0.0, 0.0, M_PI}), (std::vector<Column>{{-300, 0}}));
+  EXPECT_TRUE(Horizon({}).Within(others, {}).empty());
+}
+
+}  // namespace
+}  // namespace scanloc
