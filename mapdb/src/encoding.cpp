@@ -10,6 +10,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
 #include "scanloc/core/limits.hpp"
+#include "scanloc/core/printable.hpp"
 #include "scanloc/core/scan/descriptor.hpp"
 
 namespace scanloc::mapdb {
@@ -81,32 +82,6 @@ bool ParseField(std::string_view text, std::vector<double>& values) {
     text.remove_prefix(std::min(end + 1, text.size()));
   }
   return true;
-}
-
-// Length of the UTF-8 character at the front of the text; 0 if it is none or a control character.
-std::size_t CharacterBytes(std::string_view text) {
-  const auto byte = [&](std::size_t i) { return static_cast<std::uint8_t>(text[i]); };
-  if (byte(0) < 0x80) {
-    return byte(0) >= 0x20 && byte(0) != 0x7f ? 1 : 0;
-  }
-  const std::size_t length = byte(0) < 0xc2   ? 0
-                             : byte(0) < 0xe0 ? 2
-                             : byte(0) < 0xf0 ? 3
-                             : byte(0) < 0xf5 ? 4
-                                              : 0;
-  if (length == 0 || text.size() < length) {
-    return 0;
-  }
-  std::uint32_t code = byte(0) & (0x7fU >> length);
-  for (std::size_t i = 1; i < length; ++i) {
-    if ((byte(i) & 0xc0) != 0x80) {
-      return 0;
-    }
-    code = code << 6 | (byte(i) & 0x3fU);
-  }
-  constexpr std::uint32_t kShortest[] = {0, 0, 0x80, 0x800, 0x10000};
-  const bool is_surrogate = code >= 0xd800 && code < 0xe000;
-  return code < kShortest[length] || code > 0x10ffff || is_surrogate ? 0 : length;
 }
 
 }  // namespace
@@ -288,13 +263,13 @@ absl::Status CheckName(absl::string_view what, const std::string& name) {
   }
   const std::string_view text = name;
   for (std::size_t i = 0; i < text.size();) {
-    const std::size_t length = CharacterBytes(text.substr(i));
-    if (length == 0) {
+    const auto [code, num_bytes] = FirstUtf8Character(text.substr(i));
+    if (num_bytes == 0 || code < 0x20 || code == 0x7f) {
       return absl::InvalidArgumentError(absl::StrCat(
           "the name of ", what, " is not UTF-8 text or has a control character, at byte ", i,
           "; rename it"));
     }
-    i += length;
+    i += num_bytes;
   }
   return absl::OkStatus();
 }
