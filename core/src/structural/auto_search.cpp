@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <numbers>
 #include <utility>
@@ -96,7 +95,7 @@ class AutoSearch::Structures : public PlaceStructures {
   const AutoSearch& search_;
 };
 
-AutoSearch::AutoSearch(const Map& map) : map_(map) {
+AutoSearch::AutoSearch(const Map& map) : map_(map), places_(map.places) {
   T_map_level_.reserve(map.places.size());
   bearings_.reserve(map.places.size());
   for (std::size_t i = 0; i < map.places.size(); ++i) {
@@ -148,37 +147,42 @@ std::vector<Hypothesis> AutoSearch::Find(const ScanDescriptor& query, const Opti
   });
   const std::int64_t matched_ns = now_ns();
 
+  // Where a robot should be is looked at first, too, should time run out.
+  const std::vector<Hypothesis> predicted = VerifyPredicted(query.structure, options);
   Structures structures(*this);
   std::vector<Hypothesis> verified = Verify(query.structure.columns, proposals.Take(), structures,
                                             {.now_ns = options.now_ns,
                                              .deadline_ns = options.deadline_ns,
                                              .is_unwanted = options.is_unwanted});
-  if (!options.predicted.empty()) {
-    std::vector<Hypothesis> predicted;
-    for (const Pose& T_map_query : options.predicted) {
-      predicted.push_back(HypothesisAt(query.structure, T_map_query));
-    }
-    const int num_predicted = static_cast<int>(predicted.size());
-    for (const Hypothesis& hypothesis :
-         Verify(query.structure.columns, std::move(predicted), structures,
-                {.num_fine = num_predicted, .max_fine_per_spot = num_predicted})) {
-      verified.push_back(hypothesis);
-    }
-    std::stable_sort(verified.begin(), verified.end(),
-                     [](const Hypothesis& a, const Hypothesis& b) { return a.score > b.score; });
-  }
+  verified.insert(verified.end(), predicted.begin(), predicted.end());
+  std::stable_sort(verified.begin(), verified.end(),
+                   [](const Hypothesis& a, const Hypothesis& b) { return a.score > b.score; });
   times.retrieve_ns = retrieved_ns - start_ns;
   times.match_ns = matched_ns - retrieved_ns;
   times.verify_ns = now_ns() - matched_ns;
   return verified;
 }
 
-Hypothesis AutoSearch::HypothesisAt(const Structure& query, const Pose& T_map_query) const {
-  const std::size_t place = NearestPlace(map_, T_map_query.translation());
-  const Pose T_place_query =
-      T_map_level_[place].inverse() * T_map_query * LevelFromSensor(query).inverse();
-  return {static_cast<std::int32_t>(place),
-          {T_place_query.translation().x(), T_place_query.translation().y(), Yaw(T_place_query)}};
+std::vector<Hypothesis> AutoSearch::VerifyPredicted(const Structure& query,
+                                                    const Options& options) const {
+  std::vector<Hypothesis> predicted;
+  for (const Pose& T_map_query : options.predicted) {
+    const auto place = places_.Nearest(T_map_query.translation(), options.excluded);
+    if (!place) return {};
+    const Pose T_place_query =
+        T_map_level_[*place].inverse() * T_map_query * LevelFromSensor(query).inverse();
+    predicted.push_back(
+        {static_cast<std::int32_t>(*place),
+         {T_place_query.translation().x(), T_place_query.translation().y(), Yaw(T_place_query)}});
+  }
+  const int num_predicted = static_cast<int>(predicted.size());
+  Structures structures(*this);
+  return Verify(query.columns, std::move(predicted), structures,
+                {.num_fine = num_predicted,
+                 .max_fine_per_spot = num_predicted,
+                 .now_ns = options.now_ns,
+                 .deadline_ns = options.deadline_ns,
+                 .is_unwanted = options.is_unwanted});
 }
 
 Pose AutoSearch::PoseInMap(const Structure& query, const Hypothesis& hypothesis) const {
@@ -188,30 +192,17 @@ Pose AutoSearch::PoseInMap(const Structure& query, const Hypothesis& hypothesis)
          LevelFromSensor(query);
 }
 
-std::size_t NearestPlace(const Map& map, const Eigen::Vector3d& position_m,
-                         const std::vector<bool>* excluded) {
-  std::size_t nearest = 0;
-  double least = std::numeric_limits<double>::infinity();
-  for (std::size_t i = 0; i < map.places.size(); ++i) {
-    if (excluded != nullptr && (*excluded)[i]) continue;
-    const double distance = (map.places[i].T_map_place.translation() - position_m).squaredNorm();
-    if (distance < least) {
-      least = distance;
-      nearest = i;
-    }
-  }
-  return nearest;
-}
-
-Candidate CandidateAt(const Map& map, const Pose& T_map_query, double score, double confidence,
-                      const std::vector<bool>* excluded) {
+std::optional<Candidate> AutoSearch::CandidateAt(const Pose& T_map_query, double score,
+                                                 double confidence,
+                                                 const std::vector<bool>* excluded) const {
+  const auto index = places_.Nearest(T_map_query.translation(), excluded);
+  if (!index) return std::nullopt;
   Candidate candidate;
-  const std::size_t index = NearestPlace(map, T_map_query.translation(), excluded);
-  const Place& place = map.places[index];
+  const Place& place = map_.places[*index];
   const Pose T_place_query = place.T_map_place.inverse() * T_map_query;
-  candidate.place = static_cast<std::int32_t>(index);
+  candidate.place = static_cast<std::int32_t>(*index);
   candidate.session = place.session;
-  candidate.session_name = map.sessions[static_cast<std::size_t>(place.session)];
+  candidate.session_name = map_.sessions[static_cast<std::size_t>(place.session)];
   candidate.T_map_place = place.T_map_place;
   candidate.distance = 1.0 - score;
   candidate.confidence = confidence;

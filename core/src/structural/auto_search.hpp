@@ -1,9 +1,11 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
+#include "map/place_tree.hpp"
 #include "scanloc/core/answer.hpp"
 #include "scanloc/core/map/map.hpp"
 #include "scanloc/core/scan/descriptor.hpp"
@@ -40,13 +42,21 @@ class AutoSearch {
   /// grounds of both scans laid on each other.
   [[nodiscard]] Pose PoseInMap(const Structure& query, const Hypothesis& hypothesis) const;
 
+  /// The candidate that stands at a pose, told relative to the place nearest to it; none where all
+  /// places are excluded.
+  [[nodiscard]] std::optional<Candidate> CandidateAt(const Pose& T_map_query, double score,
+                                                     double confidence,
+                                                     const std::vector<bool>* excluded) const;
+
  private:
   class Structures;
 
-  /// How a query at a pose lies on the place nearest to it.
-  [[nodiscard]] Hypothesis HypothesisAt(const Structure& query, const Pose& T_map_query) const;
+  /// Those of the poses predicted, verified.
+  [[nodiscard]] std::vector<Hypothesis> VerifyPredicted(const Structure& query,
+                                                        const Options& options) const;
 
   const Map& map_;
+  PlaceTree places_;
   std::vector<Pose> T_map_level_;      ///< of the places' levelled frames
   std::vector<BearingGrid> bearings_;  // of the places, widened
   std::unique_ptr<const KeyIndex> polar_;
@@ -57,14 +67,6 @@ class AutoSearch {
 inline constexpr std::size_t kMinColumns = 20;
 /// What an unrelated place usually scores.
 inline constexpr double kUnrelatedScore = 0.2;
-
-/// The place nearest to a position. Requires a map with places.
-[[nodiscard]] std::size_t NearestPlace(const Map& map, const Eigen::Vector3d& position_m,
-                                       const std::vector<bool>* excluded = nullptr);
-
-/// The candidate that stands at a pose, told relative to the place nearest to it.
-[[nodiscard]] Candidate CandidateAt(const Map& map, const Pose& T_map_query, double score,
-                                    double confidence, const std::vector<bool>* excluded = nullptr);
 
 /// What verified hypotheses say for the best of them.
 struct Evidence {

@@ -73,8 +73,9 @@ Answer Localizer::LocalizeByStructure(const ScanDescriptor& query,
     const bool is_best = answer.candidates.empty();
     const double confidence = Confidence(
         map_->calibration, is_best ? evidence : Evidence{hypothesis.score, verified.front().score});
-    answer.candidates.push_back(
-        CandidateAt(*map_, T_map_query, hypothesis.score, confidence, options.excluded));
+    auto candidate =
+        auto_search_->CandidateAt(T_map_query, hypothesis.score, confidence, options.excluded);
+    if (candidate) answer.candidates.push_back(*std::move(candidate));
   }
   Decide(*map_, evidence, options.min_confidence.value_or(map_->params.search.min_confidence),
          answer);

@@ -140,17 +140,18 @@ TrackedAnswer Tracker::Tell(const Step& step) {
   Answer& answer = told.answer;
   answer.content_id = map.content_id;
   answer.times = step.times;
-  if (tracks_.empty()) {
-    answer.reason = "the map has no place to compare with";
-    return told;
-  }
   // Against each other and against being nowhere in the map.
   double sum = 1.0;
   for (const Track& track : tracks_) sum += std::exp(track.log_odds);
   for (const Track& track : tracks_) {
     if (static_cast<int>(answer.candidates.size()) >= options_.query.max_answers) break;
-    answer.candidates.push_back(
-        CandidateAt(map, track.T_map_scan, track.score, std::exp(track.log_odds) / sum));
+    auto candidate = localizer_->auto_search_->CandidateAt(
+        track.T_map_scan, track.score, std::exp(track.log_odds) / sum, options_.query.excluded);
+    if (candidate) answer.candidates.push_back(*std::move(candidate));
+  }
+  if (answer.candidates.empty()) {
+    answer.reason = "the map has no place to compare with";
+    return told;
   }
   const Track& best = tracks_.front();
   told.num_scans = best.num_scans;
@@ -175,6 +176,47 @@ TrackedAnswer Tracker::Tell(const Step& step) {
   return told;
 }
 
+absl::StatusOr<Tracker::Step> Tracker::Look(const ScanDescriptor& scan,
+                                            const std::optional<Pose>& T_last_scan) const {
+  const QueryOptions& query = options_.query;
+  const bool is_limited = query.budget_ns > 0 && query.now_ns != nullptr;
+  AutoSearch::Options search{.shortlist = query.num_candidates.value_or(AutoSearch::kShortlist),
+                             .now_ns = query.now_ns,
+                             .deadline_ns = is_limited ? query.now_ns() + query.budget_ns : 0,
+                             .is_unwanted = query.is_unwanted,
+                             .excluded = query.excluded};
+  for (const Track& track : tracks_) {
+    search.predicted.push_back(T_last_scan ? track.T_map_scan * *T_last_scan : track.T_map_scan);
+  }
+  Step step;
+  const double travelled_m = T_last_scan ? T_last_scan->translation().norm() : 0.0;
+  step.gate_m = T_last_scan ? kGate_m + kGatePerMetre * travelled_m : options_.max_step_m;
+  step.gate_rad = T_last_scan ? kGate_rad : kFreeGate_rad;
+  const AutoSearch& auto_search = *localizer_->auto_search_;
+  const std::vector<Hypothesis> found = auto_search.Find(scan, search, step.times);
+  if (query.is_unwanted && query.is_unwanted()) {
+    return absl::CancelledError("nobody waits for the answer any more");
+  }
+  for (const Hypothesis& hypothesis : found) {
+    const Pose T_map_scan = auto_search.PoseInMap(scan.structure, hypothesis);
+    const bool is_known =
+        std::any_of(step.spots.begin(), step.spots.end(), [&](const Step::Spot& spot) {
+          return PlanarDistance(spot.T_map_scan, T_map_scan) < VerifyOptions{}.rival_radius_m;
+        });
+    if (!is_known) step.spots.push_back({T_map_scan, hypothesis.score});
+  }
+  if (!step.spots.empty()) step.best_score = step.spots.front().score;
+  const Calibration& calibration = localizer_->map().calibration;
+  for (std::size_t i = 0; i < step.spots.size(); ++i) {
+    const double rival = step.spots.size() < 2 ? 0.0 : step.spots[i == 0 ? 1 : 0].score;
+    Step::Spot& spot = step.spots[i];
+    spot.log_odds =
+        std::clamp(LogOdds(calibration, {spot.score, rival}), -kMaxScanLogOdds, kMaxScanLogOdds);
+    spot.unrivalled = Confidence(calibration, {spot.score, std::min(rival, kUnrelatedScore)});
+  }
+  return step;
+}
+
 absl::StatusOr<TrackedAnswer> Tracker::Update(const ScanDescriptor& scan,
                                               const std::optional<Pose>& T_last_scan) {
   Method method;
@@ -191,44 +233,19 @@ absl::StatusOr<TrackedAnswer> Tracker::Update(const ScanDescriptor& scan,
     }
     T_last = *pose;
   }
-  Move(T_last);
-  const Map& map = localizer_->map();
-  if (scan.num_voxels < static_cast<std::uint32_t>(map.params.search.min_voxels) ||
+  const SearchParams& least = localizer_->map().params.search;
+  if (scan.num_voxels < static_cast<std::uint32_t>(least.min_voxels) ||
       scan.structure.columns.size() < kMinColumns) {
-    TrackedAnswer told;
-    told.answer = *localizer_->Localize(scan, options_.query);
-    return told;
+    absl::StatusOr<Answer> answer = localizer_->Localize(scan, options_.query);
+    if (!answer.ok()) return answer.status();
+    Move(T_last);
+    return TrackedAnswer{.answer = *std::move(answer)};
   }
-
-  const bool is_limited = options_.query.budget_ns > 0 && options_.query.now_ns != nullptr;
-  AutoSearch::Options search{
-      .shortlist = options_.query.num_candidates.value_or(AutoSearch::kShortlist),
-      .now_ns = options_.query.now_ns,
-      .deadline_ns = is_limited ? options_.query.now_ns() + options_.query.budget_ns : 0,
-      .is_unwanted = options_.query.is_unwanted};
-  for (const Track& track : tracks_) search.predicted.push_back(track.T_map_scan);
-  Step step;
-  const double travelled_m = T_last ? T_last->translation().norm() : 0.0;
-  step.gate_m = T_last ? kGate_m + kGatePerMetre * travelled_m : options_.max_step_m;
-  step.gate_rad = T_last ? kGate_rad : kFreeGate_rad;
-  for (const Hypothesis& hypothesis : localizer_->auto_search_->Find(scan, search, step.times)) {
-    const Pose T_map_scan = localizer_->auto_search_->PoseInMap(scan.structure, hypothesis);
-    const bool is_known =
-        std::any_of(step.spots.begin(), step.spots.end(), [&](const Step::Spot& spot) {
-          return PlanarDistance(spot.T_map_scan, T_map_scan) < VerifyOptions{}.rival_radius_m;
-        });
-    if (!is_known) step.spots.push_back({T_map_scan, hypothesis.score});
-  }
-  if (!step.spots.empty()) step.best_score = step.spots.front().score;
-  for (std::size_t i = 0; i < step.spots.size(); ++i) {
-    const double rival = step.spots.size() < 2 ? 0.0 : step.spots[i == 0 ? 1 : 0].score;
-    Step::Spot& spot = step.spots[i];
-    spot.log_odds = std::clamp(LogOdds(map.calibration, {spot.score, rival}), -kMaxScanLogOdds,
-                               kMaxScanLogOdds);
-    spot.unrivalled = Confidence(map.calibration, {spot.score, std::min(rival, kUnrelatedScore)});
-  }
-  Weigh(step);
-  return Tell(step);
+  const absl::StatusOr<Step> step = Look(scan, T_last);
+  if (!step.ok()) return step.status();
+  Move(T_last);
+  Weigh(*step);
+  return Tell(*step);
 }
 
 }  // namespace scanloc

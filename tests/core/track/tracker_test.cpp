@@ -138,6 +138,52 @@ TEST(Tracker, KeepsItsTrackOverAScanOfNothing) {
   EXPECT_EQ(told.answer.candidates.front().place, 1);
 }
 
+// A robot that hangs up, whatever it has just seen: enough to search for, or next to nothing.
+TEST(Tracker, IsCancelledAndStaysAsItWas) {
+  const PostWorld world({1, 2, 3});
+  bool is_unwanted = false;
+  Robot robot(world, {.query = {.is_unwanted = [&] { return is_unwanted; }}});
+  (void)robot.DriveTo(0);
+  const ScanDescriptor flat = Describer::Create(world.params)->Describe(scenes::PostScan(5, 3));
+  ASSERT_GE(flat.num_voxels, static_cast<std::uint32_t>(world.params.search.min_voxels));
+  for (const ScanDescriptor& scan : {flat, world.Seen(1, Pose::Identity())}) {
+    is_unwanted = true;
+    EXPECT_EQ(robot.tracker().Update(scan, Offset(9.0, 0.0, 0.0, 0.0)).status().code(),
+              absl::StatusCode::kCancelled);
+    is_unwanted = false;
+  }
+  EXPECT_EQ(robot.DriveTo(1).num_scans, 2);
+}
+
+TEST(Tracker, NeverTellsAPlaceThatIsExcluded) {
+  const PostWorld world({1, 2, 3, 4, 2, 6});
+  std::vector<bool> excluded(6);
+  Robot robot(world, {.query = {.excluded = &excluded}});
+  (void)robot.DriveTo(0);
+  excluded[1] = true;
+  // Its twin, place 4, is not where the robot can have got to.
+  const TrackedAnswer elsewhere = robot.DriveTo(1);
+  for (const Candidate& told : elsewhere.answer.candidates) EXPECT_NE(told.place, 1);
+  excluded.assign(6, true);
+  const Answer nowhere = robot.DriveTo(2).answer;
+  EXPECT_EQ(nowhere.outcome, Outcome::kNotRecognized);
+  EXPECT_TRUE(nowhere.candidates.empty());
+}
+
+TEST(Tracker, HoldsItsPredictionsToTheBudget) {
+  static std::int64_t clock_ns;
+  static std::int64_t tick_ns;
+  clock_ns = 0;
+  const PostWorld world({1, 2, 3});
+  Robot robot(world, {.query = {.now_ns = [] { return clock_ns += tick_ns; }, .budget_ns = 100}});
+  tick_ns = 0;
+  EXPECT_EQ(robot.DriveTo(0).num_scans, 1);
+  tick_ns = 1000;  // over before the first look
+  EXPECT_EQ(robot.DriveTo(1).num_scans, 1);
+  tick_ns = 0;
+  EXPECT_EQ(robot.DriveTo(2).num_scans, 2);
+}
+
 TEST(Tracker, ForgetsWhenReset) {
   const PostWorld world({1, 2, 3});
   Robot robot(world);

@@ -65,6 +65,9 @@ class Tracker {
 
   Tracker(std::shared_ptr<const Localizer> localizer, const TrackerOptions& options);
 
+  /// What the scan says, with the tracks where they should have got to. Cancelled as Localize is.
+  [[nodiscard]] absl::StatusOr<Step> Look(const ScanDescriptor& scan,
+                                          const std::optional<Pose>& T_last_scan) const;
   void Move(const std::optional<Pose>& T_last_scan);
   void Weigh(const Step& step);
   [[nodiscard]] TrackedAnswer Tell(const Step& step);

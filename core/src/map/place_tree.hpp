@@ -1,0 +1,30 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "scanloc/core/map/map.hpp"
+
+namespace scanloc {
+
+/// The places of a map by where they are: a 3-D tree, made once per map. Immutable.
+class PlaceTree {
+ public:
+  /// O(n log n). Keeps a reference to the places.
+  explicit PlaceTree(const std::vector<Place>& places);
+  ~PlaceTree();
+
+  /// The place nearest to a position, of those equally near the lowest; none where all are excluded
+  /// (QueryOptions::excluded). O(log n), but for those that are excluded.
+  [[nodiscard]] std::optional<std::size_t> Nearest(
+      const Eigen::Vector3d& position_m, const std::vector<bool>* excluded = nullptr) const;
+
+ private:
+  struct Tree;
+  const std::unique_ptr<const Tree> tree_;
+};
+
+}  // namespace scanloc
