@@ -7,6 +7,7 @@
 #include "absl/strings/str_format.h"
 #include "cli/csv.hpp"
 #include "cli/json.hpp"
+#include "cli/outcome_json.hpp"
 
 namespace scanloc::cli {
 namespace {
@@ -74,6 +75,8 @@ Json ResultToJson(const EvalReport& report, const MethodResult& result) {
   json["within_m"] = result.within_m;
   json["num_revisits"] = result.first_right.size();
   json["num_right_beyond"] = result.num_right_beyond;
+  AddOutcomes(result.outcomes, &json);
+  AddRightAndFalse(result.outcomes, &json);
   for (const int k : {1, 5, 10}) {
     json[absl::StrCat("recall_at_", k)] = OrNull(Recall(result, k));
   }
@@ -121,6 +124,10 @@ constexpr std::array<const char*, 16> kColumns = {
 
 constexpr std::array<const char*, 10> kErrorColumns = {
     "of matches", "pos m", "mean", "90 %", "lat m", "mean", "90 %", "yaw deg", "mean", "90 %"};
+
+/// Localized and right in the plane, in height and in heading, or false: by which of these.
+constexpr std::array<const char*, 9> kOutcomeColumns = {
+    "of poses", "right", "false", "plane", "height", "heading", "ambiguous", "unknown", "too few"};
 
 constexpr std::array<const char*, 8> kTimeColumns = {
     "ms a query", "describe", "(place)", "retrieve", "match", "verify", "total", "p99"};
@@ -183,6 +190,18 @@ void AppendRow(const Row& row, std::string* text) {
   *text += '\n';
 }
 
+std::vector<std::string> OutcomeRowOf(const MethodResult& result) {
+  const eval::OutcomeCounts& counts = result.outcomes;
+  std::vector<std::string> row = {result.name};
+  for (const std::size_t count :
+       {counts.num_localized_right, counts.num_false, counts.num_false_plane,
+        counts.num_false_height, counts.num_false_heading, counts.num_ambiguous,
+        counts.num_not_recognized, counts.num_insufficient}) {
+    row.push_back(absl::StrCat(count));
+  }
+  return row;
+}
+
 /// What the table's precision may make one think wrongly of.
 void AppendRightBeyond(const MethodResult& result, std::string* text) {
   if (result.num_right_beyond == 0) return;
@@ -213,6 +232,7 @@ std::string EvalAsTable(const EvalReport& report, bool with_times) {
       if (result.within_m == report.within_m) AppendRow(row_of(result), &text);
     }
   };
+  append_main(kOutcomeColumns, OutcomeRowOf);
   append_main(kErrorColumns, ErrorRowOf);
   if (with_times) append_main(kTimeColumns, TimeRowOf);
   return text;
@@ -256,16 +276,23 @@ std::string EvalAsJson(const EvalReport& report) {
 
 std::string EvalAsCsv(const EvalReport& report) {
   std::string csv =
-      CsvRow({"query", "method", "is_revisit", "has_match", "is_right", "score", "x", "y"});
+      CsvRow({"query", "method", "is_revisit", "has_match", "is_right", "score", "x", "y",
+              "outcome", "is_pose_right", "error_m", "height_error_m", "yaw_error_deg", "missed"});
   for (const MethodResult& result : report.results) {
     if (result.within_m != report.within_m) break;
     for (std::size_t i = 0; i < report.queries.size(); ++i) {
       const eval::ScoredQuery& scored = result.scored[i];
+      const MethodResult::Told& told = result.told[i];
+      const PoseDifference off = told.error ? told.error->off : PoseDifference();
+      const auto of_pose = [&](double value) { return told.error ? FixedText(value, 3) : ""; };
       csv += CsvRow({report.queries[i].name, result.name, scored.is_revisit ? "1" : "0",
                      scored.has_match ? "1" : "0", scored.is_right ? "1" : "0",
                      scored.has_match ? FixedText(scored.score, 6) : "",
                      scored.has_match ? FixedText(result.matched_m[i].x(), 3) : "",
-                     scored.has_match ? FixedText(result.matched_m[i].y(), 3) : ""});
+                     scored.has_match ? FixedText(result.matched_m[i].y(), 3) : "",
+                     OutcomeName(told.outcome), told.error && IsRight(*told.error) ? "1" : "0",
+                     of_pose(off.plane_m), of_pose(off.height_m), of_pose(off.heading_deg),
+                     told.error ? eval::MissText(MissOf(off)) : ""});
     }
   }
   return csv;

@@ -148,6 +148,8 @@ MethodResult Measure(const EvalMethod& method, std::size_t index,
     const std::vector<Candidate>& candidates = answers[i][index].candidates;
     const eval::Judgement judgement = eval::Judge(truth, candidates, within_m);
     result.scored.push_back(judgement.scored);
+    result.outcomes.Add(answers[i][index], judgement);
+    result.told.push_back({answers[i][index].outcome, judgement.error});
     if (judgement.scored.is_revisit) result.first_right.push_back(judgement.first_right);
     result.num_right_beyond += judgement.is_right_beyond ? 1 : 0;
     result.matched_m.emplace_back(Eigen::Vector2d::Zero());
@@ -158,10 +160,10 @@ MethodResult Measure(const EvalMethod& method, std::size_t index,
                            .is_right = judgement.is_pose_right,
                            .score = judgement.scored.score});
     }
-    if (!judgement.error || method.is_baseline) continue;
-    position_m.push_back(judgement.error->position_m);
+    if (!judgement.scored.is_right || method.is_baseline) continue;
+    position_m.push_back(judgement.error->off.plane_m);
     lateral_m.push_back(judgement.error->lateral_m);
-    yaw_deg.push_back(judgement.error->yaw_deg);
+    yaw_deg.push_back(judgement.error->off.heading_deg);
   }
   result.precision_recall = eval::MeasurePrecisionRecall(result.scored);
   result.threshold_at_f1_max = result.precision_recall.BestThreshold();

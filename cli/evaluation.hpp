@@ -14,6 +14,7 @@
 #include "scanloc/core/method.hpp"
 #include "scanloc/core/scan/pose.hpp"
 #include "scanloc/dataset/scan_reader.hpp"
+#include "scanloc/eval/judging.hpp"
 #include "scanloc/eval/measures.hpp"
 #include "scanloc/eval/quantile.hpp"
 #include "scanloc/eval/recall_distribution.hpp"
@@ -66,6 +67,12 @@ struct MethodResult {
   std::string name;
   double within_m = 0.0;  ///< what counts as a revisit and as right
   std::vector<eval::ScoredQuery> scored;
+  struct Told {
+    Outcome outcome;
+    std::optional<eval::PoseError> error;  ///< of the best candidate's pose, where both are known
+  };
+  std::vector<Told> told;
+  eval::OutcomeCounts outcomes;            ///< by the pose; a baseline tells none
   std::vector<Eigen::Vector2d> matched_m;  ///< position of the best candidate; of none: zero
   std::vector<int> first_right;            ///< rank of the first right candidate, of each revisit
   /// So many places it looks at, at most; recall beyond is none.
@@ -76,7 +83,7 @@ struct MethodResult {
   std::size_t num_right_beyond = 0;
 
   eval::PrecisionRecall precision_recall;
-  /// Of methods that tell a confidence: that the pose is within_m right.
+  /// Of methods that tell a confidence: that the pose is right.
   std::optional<eval::Reliability> reliability;
   /// From all revisits, at each point of the curve; NaN where no revisit is found.
   std::vector<double> divergences;

@@ -125,7 +125,7 @@ void LocateCommand::Declare(CLI::App& app) {
       "CSV columns: query,outcome,place,session,distance,confidence,yaw_deg,lateral_m,x,y,z,qx,qy,"
       "qz,qw;\n"
       "with --top above 1 then rank, with --truth then true_place_error_m,error_m,yaw_error_deg,"
-      "true_x,true_y,\n"
+      "true_x,true_y,\nheight_error_m,missed (of plane+height+heading; empty: right), "
       "with --sequence then num_scans,relocated.\n"
       "\"Not recognised\" is an answer: the exit status is 0.\n"
       "Examples:\n"
@@ -215,7 +215,7 @@ void LocateCommand::DeclareSequence(CLI::App& app) {
 void LocateCommand::DeclareTruth(CLI::App& app) {
   truth_.Declare(app, "--truth",
                  "True poses of the folder's scans, all of them: adds errors and a summary");
-  app.add_option("--within-m", within_m_, "A place this near to the query is right [m]")
+  app.add_option("--within-m", within_m_, "A place this near to the query counts as recalled [m]")
       ->check(InRange(0.0, 1e6))
       ->capture_default_str();
 }

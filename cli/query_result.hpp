@@ -8,6 +8,8 @@
 
 #include "scanloc/core/answer.hpp"
 #include "scanloc/core/scan/pose.hpp"
+#include "scanloc/core/scan/pose_difference.hpp"
+#include "scanloc/eval/judging.hpp"
 
 namespace scanloc::cli {
 
@@ -22,29 +24,22 @@ struct QueryResult {
   std::int64_t ask_ns = 0;         ///< time from the scan in memory to the answer
 };
 
-/// How far a candidate is from the truth, in the plane.
+/// How far a candidate is from the truth.
 struct TruthError {
-  double place_m = 0.0;  ///< from the query's true position to the place
-  double pose_m = 0.0;   ///< from the query's true position to T_map_query
-  double yaw_deg = 0.0;  ///< between the true heading and that of T_map_query, in [0, 180]
+  double place_m = 0.0;  ///< in the plane, from the query's true position to the place
+  PoseDifference pose;   ///< of T_map_query from the true pose
 };
 [[nodiscard]] TruthError ErrorOf(const Candidate& candidate, const Pose& T_map_true);
 
 /// What is said of all queries together.
 struct Summary {
-  std::size_t num_queries = 0;
-  std::size_t num_localized = 0;
-  std::size_t num_ambiguous = 0;
-  std::size_t num_not_recognized = 0;
-  std::size_t num_insufficient = 0;
+  eval::OutcomeCounts all;
 
-  std::size_t num_with_truth = 0;  ///< the rest counts only these
-  double within_m = 0.0;           ///< a place this near to the query is right
-  std::size_t num_top1_right = 0;  ///< whose best candidate is right, whatever the outcome
-  std::size_t num_topk_right = 0;  ///< one of whose candidates is right
-  std::size_t num_localized_with_truth = 0;
-  std::size_t num_localized_wrong = 0;
-  /// Medians over those whose best candidate is right; none without any.
+  eval::OutcomeCounts with_truth;  ///< the rest counts only these
+  double within_m = 0.0;           ///< a place this near to the query is recalled, as in the paper
+  std::size_t num_top1_right = 0;  ///< whose best candidate is such a place, whatever the outcome
+  std::size_t num_topk_right = 0;  ///< one of whose candidates is such a place
+  /// Medians over those whose best candidate is such a place; none without any.
   std::optional<double> median_place_m;
   std::optional<double> median_pose_m;
   std::optional<double> median_yaw_deg;

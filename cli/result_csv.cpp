@@ -27,7 +27,7 @@ void AppendTruth(const QueryResult& result, const Candidate* candidate,
                  std::vector<std::string>* fields) {
   if (candidate != nullptr && result.T_map_true.has_value()) {
     const TruthError error = ErrorOf(*candidate, *result.T_map_true);
-    for (const double value : {error.place_m, error.pose_m, error.yaw_deg}) {
+    for (const double value : {error.place_m, error.pose.plane_m, error.pose.heading_deg}) {
       fields->push_back(FixedText(value, kDecimals));
     }
   } else {
@@ -36,6 +36,13 @@ void AppendTruth(const QueryResult& result, const Candidate* candidate,
   if (result.T_map_true.has_value()) {
     fields->push_back(FixedText(result.T_map_true->translation().x(), kDecimals));
     fields->push_back(FixedText(result.T_map_true->translation().y(), kDecimals));
+  } else {
+    fields->insert(fields->end(), 2, "");
+  }
+  if (candidate != nullptr && result.T_map_true.has_value()) {
+    const PoseDifference error = ErrorOf(*candidate, *result.T_map_true).pose;
+    fields->push_back(FixedText(error.height_m, kDecimals));
+    fields->push_back(eval::MissText(MissOf(error)));
   } else {
     fields->insert(fields->end(), 2, "");
   }
@@ -49,8 +56,8 @@ std::string ResultsAsCsv(const std::vector<QueryResult>& results, const ResultFo
                                      "z",          "qx",      "qy",        "qz",      "qw"};
   if (format.all_candidates) fields.emplace_back("rank");
   if (format.truth) {
-    fields.insert(fields.end(),
-                  {"true_place_error_m", "error_m", "yaw_error_deg", "true_x", "true_y"});
+    fields.insert(fields.end(), {"true_place_error_m", "error_m", "yaw_error_deg", "true_x",
+                                 "true_y", "height_error_m", "missed"});
   }
   if (format.sequence) fields.insert(fields.end(), {"num_scans", "relocated"});
   std::string csv = CsvRow(fields);

@@ -2,6 +2,7 @@
 #include <optional>
 
 #include "cli/json.hpp"
+#include "cli/outcome_json.hpp"
 #include "cli/result_text.hpp"
 
 namespace scanloc::cli {
@@ -34,29 +35,30 @@ Json CandidateToJson(const Candidate& candidate, const std::optional<Pose>& T_ma
   if (T_map_true.has_value()) {
     const TruthError error = ErrorOf(candidate, *T_map_true);
     json["true_place_error_m"] = error.place_m;
-    json["error_m"] = error.pose_m;
-    json["yaw_error_deg"] = error.yaw_deg;
+    json["error_m"] = error.pose.plane_m;
+    json["height_error_m"] = error.pose.height_m;
+    json["yaw_error_deg"] = error.pose.heading_deg;
+    json["missed"] = eval::MissText(MissOf(error.pose));
   }
   return json;
 }
 
 Json SummaryToJson(const Summary& summary, bool truth) {
   Json json;
-  json["num_queries"] = summary.num_queries;
-  json["num_localized"] = summary.num_localized;
-  json["num_ambiguous"] = summary.num_ambiguous;
-  json["num_not_recognized"] = summary.num_not_recognized;
-  json["num_insufficient_scan"] = summary.num_insufficient;
+  AddOutcomes(summary.all, &json);
+  json["num_insufficient_scan"] = summary.all.num_insufficient;  // the name it had
   if (!truth) return json;
   const auto recall = [&](std::size_t num_right) {
-    if (summary.num_with_truth == 0) return Json(nullptr);
-    return Json(static_cast<double>(num_right) / static_cast<double>(summary.num_with_truth));
+    const std::size_t num = summary.with_truth.num_queries;
+    return num == 0 ? Json(nullptr)
+                    : Json(static_cast<double>(num_right) / static_cast<double>(num));
   };
-  json["num_with_truth"] = summary.num_with_truth;
+  json["num_with_truth"] = summary.with_truth.num_queries;
+  AddRightAndFalse(summary.with_truth, &json);
   json["within_m"] = summary.within_m;
   json["recall_at_1"] = recall(summary.num_top1_right);
   json["recall_at_k"] = recall(summary.num_topk_right);
-  json["num_localized_wrong"] = summary.num_localized_wrong;
+  json["num_localized_wrong"] = summary.with_truth.num_false;  // the name it had
   json["median_true_place_error_m"] = Optional(summary.median_place_m);
   json["median_error_m"] = Optional(summary.median_pose_m);
   json["median_yaw_error_deg"] = Optional(summary.median_yaw_deg);

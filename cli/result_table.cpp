@@ -36,7 +36,7 @@ Row RowOf(const QueryResult& result, const Candidate* candidate, const ResultFor
   const bool truth = format.truth;
   if (format.sequence) row.push_back(std::to_string(result.num_scans));
   if (candidate == nullptr) {
-    row.insert(row.end(), truth ? 11 : 8, "-");
+    row.insert(row.end(), truth ? 13 : 8, "-");
     return row;
   }
   const Eigen::Vector3d& position = candidate->T_map_query.translation();
@@ -50,13 +50,16 @@ Row RowOf(const QueryResult& result, const Candidate* candidate, const ResultFor
   row.push_back(FixedText(position.y(), 2));
   if (!truth) return row;
   if (!result.T_map_true.has_value()) {
-    row.insert(row.end(), 3, "-");
+    row.insert(row.end(), 5, "-");
     return row;
   }
   const TruthError error = ErrorOf(*candidate, *result.T_map_true);
   row.push_back(FixedText(error.place_m, 1));
-  row.push_back(FixedText(error.pose_m, 1));
-  row.push_back(FixedText(error.yaw_deg, 1));
+  row.push_back(FixedText(error.pose.plane_m, 1));
+  row.push_back(FixedText(error.pose.height_m, 1));
+  row.push_back(FixedText(error.pose.heading_deg, 1));
+  const std::string missed = eval::MissText(MissOf(error.pose));
+  row.push_back(missed.empty() ? "-" : missed);
   return row;
 }
 
@@ -88,15 +91,27 @@ std::string TimesText(const std::vector<QueryResult>& results) {
 }
 
 std::string TruthText(const Summary& summary, bool all_candidates) {
-  std::string text =
-      absl::StrFormat("  recall@1          %s have a place within %g m as best candidate\n",
-                      Percent(summary.num_top1_right, summary.num_with_truth), summary.within_m);
+  std::string text = absl::StrFormat(
+      "  recall@1          %s have a place within %g m as best candidate\n",
+      Percent(summary.num_top1_right, summary.with_truth.num_queries), summary.within_m);
   if (all_candidates) {
     absl::StrAppendFormat(&text, "  recall@k          %s have one among their candidates\n",
-                          Percent(summary.num_topk_right, summary.num_with_truth));
+                          Percent(summary.num_topk_right, summary.with_truth.num_queries));
   }
-  absl::StrAppendFormat(&text, "  localized wrong   %s\n",
-                        Percent(summary.num_localized_wrong, summary.num_localized_with_truth));
+  const eval::OutcomeCounts& counts = summary.with_truth;
+  const PoseLimits limits;
+  absl::StrAppendFormat(&text,
+                        "  right             %s localized within %g m, %g m of height and %g deg\n",
+                        Percent(counts.num_localized_right, counts.num_queries), limits.plane_m,
+                        limits.height_m, limits.heading_deg);
+  absl::StrAppendFormat(&text, "  localized wrong   %s",
+                        Percent(counts.num_false, counts.num_localized));
+  if (counts.num_false > 0) {
+    absl::StrAppendFormat(&text, ": %d missed in the plane, %d in height, %d in heading",
+                          counts.num_false_plane, counts.num_false_height,
+                          counts.num_false_heading);
+  }
+  text += '\n';
   if (summary.median_pose_m.has_value()) {
     absl::StrAppendFormat(
         &text,
@@ -113,7 +128,8 @@ std::string ResultsAsTable(const std::vector<QueryResult>& results, const Result
                             "yaw_deg", "lateral_m", "x", "y"}};
   if (format.sequence) rows.front().insert(rows.front().begin() + 2, "num_scans");
   if (format.truth) {
-    rows.front().insert(rows.front().end(), {"true_place_error_m", "error_m", "yaw_error_deg"});
+    rows.front().insert(rows.front().end(), {"true_place_error_m", "error_m", "height_error_m",
+                                             "yaw_error_deg", "missed"});
   }
   for (const QueryResult& result : results) {
     const std::vector<Candidate>& candidates = result.answer.candidates;
@@ -128,17 +144,18 @@ std::string ResultsAsTable(const std::vector<QueryResult>& results, const Result
 
 std::string SummaryText(const std::vector<QueryResult>& results, const ResultFormat& format) {
   const Summary summary = Summarize(results, format.within_m);
+  const eval::OutcomeCounts& all = summary.all;
   std::string text = absl::StrFormat(
       "%d %s\n"
       "  localized         %s\n"
       "  otherwise         %d ambiguous, %d not recognised, %d scans with too few points\n",
-      summary.num_queries, summary.num_queries == 1 ? "query" : "queries",
-      Percent(summary.num_localized, summary.num_queries), summary.num_ambiguous,
-      summary.num_not_recognized, summary.num_insufficient);
+      all.num_queries, all.num_queries == 1 ? "query" : "queries",
+      Percent(all.num_localized, all.num_queries), all.num_ambiguous, all.num_not_recognized,
+      all.num_insufficient);
   if (format.truth) {
-    if (summary.num_with_truth < summary.num_queries) {
+    if (summary.with_truth.num_queries < all.num_queries) {
       absl::StrAppend(&text, "  true pose known   ",
-                      Percent(summary.num_with_truth, summary.num_queries), "\n");
+                      Percent(summary.with_truth.num_queries, all.num_queries), "\n");
     }
     absl::StrAppend(&text, TruthText(summary, format.all_candidates));
   }

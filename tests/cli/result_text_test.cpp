@@ -52,14 +52,17 @@ TEST(ResultsAsCsv, AppendsRankAndTruth) {
   result.T_map_true->translation() = Eigen::Vector3d(10.0, 17.0, 0.0);
   const std::string csv =
       ResultsAsCsv({result, MakeEmptyResult()}, {.all_candidates = true, .truth = true});
-  EXPECT_NE(csv.find(",qw,rank,true_place_error_m,error_m,yaw_error_deg,true_x,true_y\n"),
+  EXPECT_NE(csv.find(",qw,rank,true_place_error_m,error_m,yaw_error_deg,true_x,true_y,"
+                     "height_error_m,missed\n"),
             std::string::npos);
-  const std::string end = ",3.000000000,1.000000000,90.000000000,10.000000000,17.000000000\n";
+  const std::string end =
+      ",3.000000000,1.000000000,90.000000000,10.000000000,17.000000000,"
+      "1.500000000,height+heading\n";
   EXPECT_NE(csv.find(",1" + end + "a.bin,localized,9,\"north, late\",0.125000,0.500000,"),
             std::string::npos)
       << csv;
   EXPECT_NE(csv.find(",2" + end), std::string::npos) << csv;
-  EXPECT_NE(csv.find("\nb.bin,insufficient_scan,,,,,,,,,,,,,,,,,,,\n"), std::string::npos) << csv;
+  EXPECT_NE(csv.find("\nb.bin,insufficient_scan,,,,,,,,,,,,,,,,,,,,,\n"), std::string::npos) << csv;
 }
 
 TEST(ResultsAsJson, HoldsAllCandidatesAndNoTimes) {
@@ -95,6 +98,21 @@ TEST(ResultsAsTable, ShowsTheBestOrAllCandidates) {
   const std::vector<QueryResult> results = {MakeResult(), MakeEmptyResult()};
   EXPECT_EQ(num_lines(ResultsAsTable(results, {})), 3);
   EXPECT_EQ(num_lines(ResultsAsTable(results, {.all_candidates = true, .truth = true})), 4);
+}
+
+TEST(SummaryText, SaysWhichOfTheThreeWasMissed) {
+  QueryResult result = MakeResult();
+  result.T_map_true = result.answer.candidates.front().T_map_query;
+  result.T_map_true->translation().z() += 3.5;
+  const std::string text = SummaryText({result}, {.truth = true});
+  EXPECT_NE(text.find("localized wrong   1 of 1 (100.0 %): 0 missed in the plane, 1 in height, "
+                      "0 in heading"),
+            std::string::npos)
+      << text;
+  const json summary = json::parse(ResultsAsJson({result}, "auto", {.truth = true})).at("summary");
+  EXPECT_EQ(summary.at("num_false"), 1);
+  EXPECT_EQ(summary.at("num_localized_right"), 0);
+  EXPECT_EQ(summary.at("num_insufficient"), 0);
 }
 
 TEST(SummaryText, StandsWithoutAnyQuery) {

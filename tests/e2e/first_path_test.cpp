@@ -207,8 +207,10 @@ TEST(FirstPath, CsvHasTheDocumentedColumnsAndMoreOnlyWhenAsked) {
   Args more = locate;
   more.insert(more.end(), {"--top", "3", "--truth", Town().Poses2()});
   const std::string ranked = MustScanloc(more);
-  EXPECT_EQ(ranked.substr(0, ranked.find('\n')),
-            std::string(kHeader) + ",rank,true_place_error_m,error_m,yaw_error_deg,true_x,true_y");
+  EXPECT_EQ(
+      ranked.substr(0, ranked.find('\n')),
+      std::string(kHeader) +
+          ",rank,true_place_error_m,error_m,yaw_error_deg,true_x,true_y,height_error_m,missed");
   EXPECT_EQ(CountLines(ranked), 3 * TinyTown::kNumScans + 1);
   const CsvTable table = ParseCsv(ranked);
   EXPECT_EQ(table.Text(0, "rank"), "1");

@@ -64,12 +64,13 @@ TEST(IsRevisit, ReachesToTheLimit) {
   EXPECT_FALSE(IsRevisit(std::nullopt, 8.0));
 }
 
-TEST(ErrorOf, IsInThePlaneAndAcrossTheTrueHeading) {
+TEST(ErrorOf, IsAcrossTheTrueHeadingToo) {
   // The vehicle heads along +y: its left is -x.
   const PoseError error = ErrorOf(At(3.0, 4.0, -0.5 * kPi, 7.0), At(0.0, 0.0, 0.5 * kPi));
-  EXPECT_DOUBLE_EQ(error.position_m, 5.0);
+  EXPECT_DOUBLE_EQ(error.off.plane_m, 5.0);
   EXPECT_DOUBLE_EQ(error.lateral_m, 3.0);
-  EXPECT_DOUBLE_EQ(error.yaw_deg, 180.0);
+  EXPECT_DOUBLE_EQ(error.off.height_m, 7.0);
+  EXPECT_NEAR(error.off.heading_deg, 180.0, 1e-9);
 }
 
 TEST(Judge, CallsAMatchRightWhosePlaceIsNear) {
@@ -82,7 +83,60 @@ TEST(Judge, CallsAMatchRightWhosePlaceIsNear) {
   EXPECT_EQ(judgement.first_right, 1);
   EXPECT_DOUBLE_EQ(judgement.scored.score, 0.75);
   ASSERT_TRUE(judgement.error.has_value());
-  EXPECT_DOUBLE_EQ(judgement.error->position_m, 1.0);
+  EXPECT_DOUBLE_EQ(judgement.error->off.plane_m, 1.0);
+}
+
+TEST(Judge, CallsAPoseRightInPlaneHeightAndHeadingOnly) {
+  constexpr double kDegree = kPi / 180.0;
+  const std::vector<Place> places = Street(1);
+  const QueryTruth truth = TruthAt(places, At(0.0, 0.0));
+  const auto is_right = [&](const Pose& told) {
+    const std::vector<Candidate> candidates = {Found(places[0].T_map_place, told)};
+    const Judgement judgement = Judge(truth, candidates, 8.0);
+    EXPECT_TRUE(judgement.scored.is_right) << "by the paper's measure all of them are";
+    return judgement.is_pose_right;
+  };
+  EXPECT_TRUE(is_right(At(0.6, -0.7, 9.0 * kDegree, -0.9)));
+  EXPECT_FALSE(is_right(At(0.9, -0.7)));
+  EXPECT_FALSE(is_right(At(0.0, 0.0, 0.0, 1.1)));
+  EXPECT_FALSE(is_right(At(0.0, 0.0, 11.0 * kDegree)));
+  EXPECT_FALSE(is_right(At(0.0, 0.0, kPi)));
+}
+
+TEST(OutcomeCounts, CountsFalseAnswersByWhatTheyMiss) {
+  const std::vector<Place> places = Street(1);
+  const QueryTruth truth = TruthAt(places, At(0.0, 0.0));
+  OutcomeCounts counts;
+  const auto add = [&](Outcome outcome, const QueryTruth& of, const Pose& told) {
+    Answer answer;
+    answer.outcome = outcome;
+    answer.candidates = {Found(places[0].T_map_place, told)};
+    counts.Add(answer, Judge(of, answer.candidates, 8.0));
+  };
+  add(Outcome::kLocalized, truth, At(0.0, 0.5));
+  add(Outcome::kLocalized, truth, At(0.0, 0.5, kPi, 3.5));
+  add(Outcome::kLocalized, truth, At(5.0, 0.0));
+  add(Outcome::kLocalized, {}, At(0.0, 0.0));
+  add(Outcome::kAmbiguous, truth, At(0.0, 0.0));
+  add(Outcome::kNotRecognized, truth, At(5.0, 0.0));
+  counts.Add(Answer{.outcome = Outcome::kInsufficientScan}, Judgement{});
+  EXPECT_EQ(counts.num_queries, 7U);
+  EXPECT_EQ(counts.num_localized, 4U);
+  EXPECT_EQ(counts.num_localized_right, 1U);
+  EXPECT_EQ(counts.num_pose_right, 2U);
+  EXPECT_EQ(counts.num_false, 3U);
+  EXPECT_EQ(counts.num_false_plane, 1U);
+  EXPECT_EQ(counts.num_false_height, 1U);
+  EXPECT_EQ(counts.num_false_heading, 1U);
+  EXPECT_EQ(counts.num_ambiguous, 1U);
+  EXPECT_EQ(counts.num_not_recognized, 1U);
+  EXPECT_EQ(counts.num_insufficient, 1U);
+}
+
+TEST(MissText, NamesAllThatAreMissed) {
+  EXPECT_EQ(MissText({}), "");
+  EXPECT_EQ(MissText({.plane = true}), "plane");
+  EXPECT_EQ(MissText({.height = true, .heading = true}), "height+heading");
 }
 
 TEST(Judge, ScoresByTheConfidenceWhereThereIsOne) {
@@ -104,7 +158,6 @@ TEST(Judge, CountsARightPoseOfAWrongPlaceAsWrong) {
   EXPECT_FALSE(judgement.scored.is_right);
   EXPECT_TRUE(judgement.is_pose_right);
   EXPECT_FALSE(judgement.is_right_beyond) << "a place lies within the limit";
-  EXPECT_FALSE(judgement.error.has_value());
 }
 
 TEST(Judge, CountsARightPoseWithoutAPlaceNearAsWrongAndNamesIt) {

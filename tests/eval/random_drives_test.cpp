@@ -64,10 +64,10 @@ struct Measured {
       confident.push_back(judgement.scored);
       confident.back().is_right = judgement.is_pose_right;
     }
-    if (!judgement.error) return;
-    position_m.push_back(judgement.error->position_m);
+    if (!judgement.scored.is_right) return;
+    position_m.push_back(judgement.error->off.plane_m);
     lateral_m.push_back(judgement.error->lateral_m);
-    yaw_deg.push_back(judgement.error->yaw_deg);
+    yaw_deg.push_back(judgement.error->off.heading_deg);
   }
 
   std::vector<std::optional<RevisitVariance>> nearest;

@@ -55,9 +55,10 @@ bool IsPlaceRight(const SmallDrive& drive, const SmallDrive::Query& query, std::
   return Distance_m(drive.places[place].pose, *query.truth) <= drive.within_m;
 }
 
-bool IsPoseRight(const SmallDrive& drive, const SmallDrive::Query& query) {
+bool IsPoseRight(const SmallDrive::Query& query) {
   return query.truth && !query.told.empty() &&
-         Distance_m(query.told[0].pose, *query.truth) <= drive.within_m;
+         Distance_m(query.told[0].pose, *query.truth) <= 1.0 &&
+         Turn_deg(query.told[0].pose, *query.truth) <= 10.0;
 }
 
 void JudgeMatches(const SmallDrive& drive, Figures* figures) {
@@ -65,7 +66,7 @@ void JudgeMatches(const SmallDrive& drive, Figures* figures) {
     const SmallDrive::Query& query = drive.queries[i];
     const bool is_right = IsPlaceRight(drive, query, 0);
     figures->is_right.push_back(is_right);
-    if (IsPoseRight(drive, query) && !figures->is_revisit[i]) ++figures->num_right_beyond;
+    if (IsPoseRight(query) && !figures->is_revisit[i]) ++figures->num_right_beyond;
     if (!is_right) continue;
     const PlanePose& found = query.told[0].pose;
     figures->position_errors_m.push_back(Distance_m(found, *query.truth));
@@ -178,7 +179,7 @@ void CalibrateConfidence(const SmallDrive& drive, Figures* figures) {
       if (!is_last && (confidence < bin / 10.0 || confidence >= (bin + 1) / 10.0)) continue;
       count += 1.0;
       sum += confidence;
-      num_right += IsPoseRight(drive, query) ? 1.0 : 0.0;
+      num_right += IsPoseRight(query) ? 1.0 : 0.0;
     }
     if (count == 0.0) continue;
     figures->calibration_error += count / num_matched * std::fabs(sum / count - num_right / count);
