@@ -91,7 +91,7 @@ std::int64_t StructureChecksum(const StructureRow& row, Hasher& scratch) {
       .Add(row.roll_rad)
       .Add(row.pitch_rad)
       .Add(row.height_m)
-      .Add(row.columns)
+      .Add(row.posts)
       .Digest64();
 }
 

@@ -77,7 +77,7 @@ struct StructureRow {
   double roll_rad = 0.0;
   double pitch_rad = 0.0;
   double height_m = 0.0;
-  std::span<const std::byte> columns;
+  std::span<const std::byte> posts;
   std::int64_t checksum = 0;
 };
 struct CalibrationRow {

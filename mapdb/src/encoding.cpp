@@ -17,7 +17,7 @@ namespace scanloc::mapdb {
 namespace {
 
 constexpr double kRigidTolerance = 1e-6;
-constexpr std::size_t kColumnBytes = 2 * sizeof(std::int16_t);
+constexpr std::size_t kPostBytes = 2 * sizeof(std::int16_t);
 
 template <typename T>
 void PutLittleEndian(T value, std::byte* bytes) {
@@ -231,26 +231,26 @@ bool DecodeCells(std::span<const std::byte> bytes, std::span<std::uint16_t> cell
   return in_range && next == end;
 }
 
-void EncodeColumns(std::span<const Column> columns, Bytes& bytes) {
-  bytes.resize(columns.size() * kColumnBytes);
+void EncodePosts(std::span<const Post> posts, Bytes& bytes) {
+  bytes.resize(posts.size() * kPostBytes);
   std::byte* next = bytes.data();
-  for (const Column& column : columns) {
-    PutLittleEndian(column.x_cm, next);
-    PutLittleEndian(column.y_cm, next + sizeof(column.x_cm));
-    next += kColumnBytes;
+  for (const Post& post : posts) {
+    PutLittleEndian(post.x_cm, next);
+    PutLittleEndian(post.y_cm, next + sizeof(post.x_cm));
+    next += kPostBytes;
   }
 }
 
-bool DecodeColumns(std::span<const std::byte> bytes, std::vector<Column>& columns) {
-  if (bytes.size() % kColumnBytes != 0 || bytes.size() / kColumnBytes > Structure::kMaxColumns) {
+bool DecodePosts(std::span<const std::byte> bytes, std::vector<Post>& posts) {
+  if (bytes.size() % kPostBytes != 0 || bytes.size() / kPostBytes > Structure::kMaxPosts) {
     return false;
   }
-  columns.resize(bytes.size() / kColumnBytes);
+  posts.resize(bytes.size() / kPostBytes);
   const std::byte* next = bytes.data();
-  for (Column& column : columns) {
-    column.x_cm = GetLittleEndian<std::int16_t>(next);
-    column.y_cm = GetLittleEndian<std::int16_t>(next + sizeof(column.x_cm));
-    next += kColumnBytes;
+  for (Post& post : posts) {
+    post.x_cm = GetLittleEndian<std::int16_t>(next);
+    post.y_cm = GetLittleEndian<std::int16_t>(next + sizeof(post.x_cm));
+    next += kPostBytes;
   }
   return true;
 }

@@ -52,11 +52,11 @@ void EncodeCells(std::span<const std::uint16_t> cells_cm, Bytes& bytes);
 /// Context::kMaxHeight_cm or less.
 [[nodiscard]] bool DecodeCells(std::span<const std::byte> bytes, std::span<std::uint16_t> cells_cm);
 
-/// x and y of column after column, 2 bytes each, signed [cm].
-void EncodeColumns(std::span<const Column> columns, Bytes& bytes);
-/// Fills columns. False: not a whole number of columns, or more than Structure::kMaxColumns. Does
+/// x and y of post after post, 2 bytes each, signed [cm].
+void EncodePosts(std::span<const Post> posts, Bytes& bytes);
+/// Fills posts. False: not a whole number of posts, or more than Structure::kMaxPosts. Does
 /// not check where they lie; scanloc::Validate(Structure) does.
-[[nodiscard]] bool DecodeColumns(std::span<const std::byte> bytes, std::vector<Column>& columns);
+[[nodiscard]] bool DecodePosts(std::span<const std::byte> bytes, std::vector<Post>& posts);
 
 /// OK, or InvalidArgument: a name is 1 to kMaxNameBytes bytes of UTF-8 without control characters.
 [[nodiscard]] absl::Status CheckName(absl::string_view what, const std::string& name);

@@ -154,7 +154,7 @@ absl::Status StructureCursor::Read(Structure& structure, std::int64_t& checksum)
   structure.roll_rad = static_cast<float>(row.roll_rad);
   structure.pitch_rad = static_cast<float>(row.pitch_rad);
   structure.height_m = static_cast<float>(row.height_m);
-  if (!DecodeColumns(row.columns, structure.columns)) return damaged("its columns are malformed");
+  if (!DecodePosts(row.posts, structure.posts)) return damaged("its posts are malformed");
   if (absl::Status status = Validate(structure); !status.ok()) return damaged(status.message());
   return absl::OkStatus();
 }

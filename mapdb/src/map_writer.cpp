@@ -195,14 +195,11 @@ void MapWriter::EncodeDescriptor(const PlaceDescriptor& descriptor, PlaceRow& pl
 }
 
 void MapWriter::EncodeStructure(const Structure& structure, std::int64_t place) {
-  EncodeColumns(structure.columns, columns_);
+  EncodePosts(structure.posts, posts_);
   // SQLite keeps no sign of a zero; adding 0 takes it off.
-  structure_ = {place,
-                structure.roll_rad + 0.0,
-                structure.pitch_rad + 0.0,
-                structure.height_m + 0.0,
-                columns_,
-                0};
+  structure_ = {
+      place, structure.roll_rad + 0.0, structure.pitch_rad + 0.0, structure.height_m + 0.0, posts_,
+      0};
   structure_.checksum = StructureChecksum(structure_, context_hasher_);
 }
 
@@ -235,7 +232,7 @@ absl::Status MapWriter::InsertStructure() {
   insert_structure_->Bind(3, structure_.pitch_rad);
   insert_structure_->Bind(4, structure_.height_m);
   insert_structure_->Bind(5, structure_.checksum);
-  insert_structure_->Bind(6, structure_.columns);
+  insert_structure_->Bind(6, structure_.posts);
   return insert_structure_->Run();
 }
 

@@ -76,7 +76,7 @@ class MapWriter {
   MapHead head_;
   std::vector<ContextShape> shapes_;
   std::vector<EncodedContext> contexts_;  // of the place being added, one per shape
-  Bytes columns_;                         // of the place being added
+  Bytes posts_;                           // of the place being added
   StructureRow structure_;
   std::optional<ContentHasher> content_;
   std::optional<Statement> insert_place_;

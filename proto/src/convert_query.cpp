@@ -53,19 +53,17 @@ v1::Context ToProto(const Context& context) {
 }
 
 absl::StatusOr<Structure> FromProto(const v1::Structure& message) {
-  const std::string& bytes = message.columns_i16le();
-  if (bytes.size() % sizeof(Column) != 0 ||
-      bytes.size() / sizeof(Column) > Structure::kMaxColumns) {
-    return absl::InvalidArgumentError(absl::StrCat("descriptors.structure.columns_i16le has ",
-                                                   bytes.size(), " bytes; it must be x and y of at",
-                                                   " most ", Structure::kMaxColumns,
-                                                   " columns, 2 bytes each"));
+  const std::string& bytes = message.posts_i16le();
+  if (bytes.size() % sizeof(Post) != 0 || bytes.size() / sizeof(Post) > Structure::kMaxPosts) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        "descriptors.structure.posts_i16le has ", bytes.size(), " bytes; it must be x and y of at",
+        " most ", Structure::kMaxPosts, " posts, 2 bytes each"));
   }
   Structure structure{.roll_rad = message.roll_rad(),
                       .pitch_rad = message.pitch_rad(),
                       .height_m = message.height_m(),
-                      .columns = std::vector<Column>(bytes.size() / sizeof(Column))};
-  if (!bytes.empty()) std::memcpy(structure.columns.data(), bytes.data(), bytes.size());
+                      .posts = std::vector<Post>(bytes.size() / sizeof(Post))};
+  if (!bytes.empty()) std::memcpy(structure.posts.data(), bytes.data(), bytes.size());
   if (auto status = Validate(structure); !status.ok()) {
     return absl::InvalidArgumentError(absl::StrCat("descriptors.structure: ", status.message()));
   }
@@ -77,7 +75,7 @@ v1::Structure ToProto(const Structure& structure) {
   message.set_roll_rad(structure.roll_rad);
   message.set_pitch_rad(structure.pitch_rad);
   message.set_height_m(structure.height_m);
-  message.set_columns_i16le(structure.columns.data(), structure.columns.size() * sizeof(Column));
+  message.set_posts_i16le(structure.posts.data(), structure.posts.size() * sizeof(Post));
   return message;
 }
 

@@ -74,25 +74,25 @@ TEST(Params, OfSchema1KnewNoStructures) {
   EXPECT_EQ(*decoded, expected);
 }
 
-TEST(Columns, ComeBackFromTheirBytes) {
-  const std::vector<Column> columns = {{0, 0}, {-6000, 6000}, {1, -1}, {32767, -32768}};
+TEST(Posts, ComeBackFromTheirBytes) {
+  const std::vector<Post> posts = {{0, 0}, {-6000, 6000}, {1, -1}, {32767, -32768}};
   Bytes bytes;
-  EncodeColumns(columns, bytes);
+  EncodePosts(posts, bytes);
   EXPECT_EQ(bytes.size(), 16U);
-  std::vector<Column> decoded;
-  ASSERT_TRUE(DecodeColumns(bytes, decoded));
-  EXPECT_EQ(decoded, columns);
-  EncodeColumns({}, bytes);
-  ASSERT_TRUE(DecodeColumns(bytes, decoded));
+  std::vector<Post> decoded;
+  ASSERT_TRUE(DecodePosts(bytes, decoded));
+  EXPECT_EQ(decoded, posts);
+  EncodePosts({}, bytes);
+  ASSERT_TRUE(DecodePosts(bytes, decoded));
   EXPECT_TRUE(decoded.empty());
 }
 
-TEST(Columns, AreRefusedInPartsAndInMasses) {
-  std::vector<Column> decoded;
+TEST(Posts, AreRefusedInPartsAndInMasses) {
+  std::vector<Post> decoded;
   for (const std::size_t size : {1U, 2U, 3U, 5U, 4U * 8192U + 4U}) {
-    EXPECT_FALSE(DecodeColumns(Bytes(size), decoded)) << size;
+    EXPECT_FALSE(DecodePosts(Bytes(size), decoded)) << size;
   }
-  EXPECT_TRUE(DecodeColumns(Bytes(std::size_t{4} * 8192), decoded));
+  EXPECT_TRUE(DecodePosts(Bytes(std::size_t{4} * 8192), decoded));
 }
 
 TEST(Cells, ComeBackFromTheirBytes) {

@@ -46,7 +46,7 @@ inline PlaceDescriptor GoldenDescriptor(int seed) {
   for (int i = 0; i < 10 * seed; ++i) {
     const auto x_cm = static_cast<std::int16_t>((seed * 7919 + i * 613) % 11999 - 5999);
     const auto y_cm = static_cast<std::int16_t>((seed * 104729 + i * 389) % 11999 - 5999);
-    descriptor.structure.columns.push_back({x_cm, y_cm});
+    descriptor.structure.posts.push_back({x_cm, y_cm});
   }
   descriptor.structure.roll_rad = 0.0078125F * static_cast<float>(seed);
   descriptor.structure.pitch_rad = -0.015625F * static_cast<float>(seed);

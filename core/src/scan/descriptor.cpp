@@ -172,9 +172,9 @@ absl::Status CheckContext(const Context& context, bool enabled, int num_rows, in
 }
 
 absl::Status CheckStructure(const Structure& structure, bool enabled) {
-  if (!enabled && !structure.columns.empty()) {
+  if (!enabled && !structure.posts.empty()) {
     return absl::InvalidArgumentError(absl::StrFormat(
-        "structure has %d columns; the map's parameters ask for none", structure.columns.size()));
+        "structure has %d posts; the map's parameters ask for none", structure.posts.size()));
   }
   return Validate(structure);
 }

@@ -91,16 +91,15 @@ absl::Status Validate(const Structure& structure) {
         "ground at roll %g rad, pitch %g rad, %g m below; at most ±%g rad and ±%g m are allowed",
         structure.roll_rad, structure.pitch_rad, structure.height_m, kMaxTilt_rad, kMaxHeight_m));
   }
-  if (structure.columns.size() > Structure::kMaxColumns) {
+  if (structure.posts.size() > Structure::kMaxPosts) {
     return absl::InvalidArgumentError(absl::StrFormat(
-        "%d columns; at most %d are allowed", structure.columns.size(), Structure::kMaxColumns));
+        "%d posts; at most %d are allowed", structure.posts.size(), Structure::kMaxPosts));
   }
-  for (const Column& column : structure.columns) {
-    if (!within(column.x_cm * 0.01, Structure::kReach_m) ||
-        !within(column.y_cm * 0.01, Structure::kReach_m)) {
-      return absl::InvalidArgumentError(
-          absl::StrFormat("column at (%d, %d) cm is farther than %g m", column.x_cm, column.y_cm,
-                          Structure::kReach_m));
+  for (const Post& post : structure.posts) {
+    if (!within(post.x_cm * 0.01, Structure::kReach_m) ||
+        !within(post.y_cm * 0.01, Structure::kReach_m)) {
+      return absl::InvalidArgumentError(absl::StrFormat("post at (%d, %d) cm is farther than %g m",
+                                                        post.x_cm, post.y_cm, Structure::kReach_m));
     }
   }
   return absl::OkStatus();
@@ -152,9 +151,8 @@ Structure StructureFinder::Find(const PointCloud& voxels) {
   }
   for (const std::uint32_t index : touched_) {
     Cell& cell = cells_[index];
-    if (cell.z_max - cell.z_min > kMinExtent_m &&
-        structure.columns.size() < Structure::kMaxColumns) {
-      structure.columns.push_back(
+    if (cell.z_max - cell.z_min > kMinExtent_m && structure.posts.size() < Structure::kMaxPosts) {
+      structure.posts.push_back(
           {Centimetres(cell.sum_x / cell.num_voxels), Centimetres(cell.sum_y / cell.num_voxels)});
     }
     cell.num_voxels = 0.0F;

@@ -82,8 +82,8 @@ class AutoSearch::Structures : public PlaceStructures {
  public:
   explicit Structures(const AutoSearch& search) : search_(search) {}
 
-  std::span<const Column> Columns(std::int32_t place) override {
-    return search_.map_.structures[static_cast<std::size_t>(place)].columns;
+  std::span<const Post> Posts(std::int32_t place) override {
+    return search_.map_.structures[static_cast<std::size_t>(place)].posts;
   }
 
   Eigen::Vector2d PositionInMap(std::int32_t place, const PlanarPose& T_place_query) override {
@@ -101,7 +101,7 @@ AutoSearch::AutoSearch(const Map& map) : map_(map), places_(map.places) {
   for (std::size_t i = 0; i < map.places.size(); ++i) {
     T_map_level_.push_back(map.places[i].T_map_place *
                            LevelFromSensor(map.structures[i]).inverse());
-    bearings_.push_back(BearingGrid(map.structures[i].columns).Widened());
+    bearings_.push_back(BearingGrid(map.structures[i].posts).Widened());
   }
   if (map.params.polar.enabled) {
     polar_ = std::make_unique<const KeyIndex>(map.polar, KeyScale::kUnit);
@@ -141,7 +141,7 @@ std::vector<Hypothesis> AutoSearch::Find(const ScanDescriptor& query, const Opti
                   proposals);
     }
   }
-  const BearingGrid bearings(query.structure.columns);
+  const BearingGrid bearings(query.structure.posts);
   proposals.AddHeadings([&](std::int32_t place) {
     return bearings_[static_cast<std::size_t>(place)].BestHeadings(bearings, kNumHeadings);
   });
@@ -150,7 +150,7 @@ std::vector<Hypothesis> AutoSearch::Find(const ScanDescriptor& query, const Opti
   // Where a robot should be is looked at first, too, should time run out.
   const std::vector<Hypothesis> predicted = VerifyPredicted(query.structure, options);
   Structures structures(*this);
-  std::vector<Hypothesis> verified = Verify(query.structure.columns, proposals.Take(), structures,
+  std::vector<Hypothesis> verified = Verify(query.structure.posts, proposals.Take(), structures,
                                             {.now_ns = options.now_ns,
                                              .deadline_ns = options.deadline_ns,
                                              .is_unwanted = options.is_unwanted});
@@ -177,7 +177,7 @@ std::vector<Hypothesis> AutoSearch::VerifyPredicted(const Structure& query,
   }
   const int num_predicted = static_cast<int>(predicted.size());
   Structures structures(*this);
-  return Verify(query.columns, std::move(predicted), structures,
+  return Verify(query.posts, std::move(predicted), structures,
                 {.num_fine = num_predicted,
                  .max_fine_per_spot = num_predicted,
                  .now_ns = options.now_ns,

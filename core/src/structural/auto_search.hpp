@@ -63,8 +63,8 @@ class AutoSearch {
   std::unique_ptr<const KeyIndex> cart_;
 };
 
-/// Fewer columns than this fit on almost anything.
-inline constexpr std::size_t kMinColumns = 20;
+/// Fewer posts than this fit on almost anything.
+inline constexpr std::size_t kMinPosts = 20;
 /// What an unrelated place usually scores.
 inline constexpr double kUnrelatedScore = 0.2;
 

@@ -14,10 +14,10 @@ constexpr double kSector_rad = 2.0 * std::numbers::pi / BearingGrid::kNumSectors
 
 }  // namespace
 
-BearingGrid::BearingGrid(std::span<const Column> columns) {
-  for (const Column& column : columns) {
-    const float x_m = static_cast<float>(column.x_cm) * 0.01F;
-    const float y_m = static_cast<float>(column.y_cm) * 0.01F;
+BearingGrid::BearingGrid(std::span<const Post> posts) {
+  for (const Post& post : posts) {
+    const float x_m = static_cast<float>(post.x_cm) * 0.01F;
+    const float y_m = static_cast<float>(post.y_cm) * 0.01F;
     const auto ring = static_cast<std::size_t>(std::sqrt(x_m * x_m + y_m * y_m) / kRing_m);
     if (ring >= rings_.size()) continue;
     const double turns = std::atan2(y_m, x_m) / kSector_rad;

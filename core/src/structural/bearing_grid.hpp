@@ -18,7 +18,7 @@ class BearingGrid {
   static constexpr int kNumRings = 15;
   static constexpr float kRing_m = 4.0F;
 
-  explicit BearingGrid(std::span<const Column> columns);
+  explicit BearingGrid(std::span<const Post> posts);
 
   /// The same with every thing one sector wider to either side.
   [[nodiscard]] BearingGrid Widened() const;

@@ -77,25 +77,25 @@ std::int16_t Clamped_cm(double value_m) {
                                               100.0 * Structure::kReach_m - 1.0));
 }
 
-/// How a later visit sees the columns: some hidden, gone or moved, and some new ones.
-void PerturbColumns(const Occlusion& occlusion, double lateral_m, bool reversed, Random& random,
-                    Structure& structure) {
+/// How a later visit sees the posts: some hidden, gone or moved, and some new ones.
+void PerturbPosts(const Occlusion& occlusion, double lateral_m, bool reversed, Random& random,
+                  Structure& structure) {
   const double gone_share = random.Uniform(0.1, 0.5);
   const double sign = reversed ? -1.0 : 1.0;
-  std::vector<Column> columns;
-  for (const Column& column : structure.columns) {
-    const double x = sign * column.x_cm * 0.01;
-    const double y = sign * (column.y_cm * 0.01 - lateral_m);
+  std::vector<Post> posts;
+  for (const Post& post : structure.posts) {
+    const double x = sign * post.x_cm * 0.01;
+    const double y = sign * (post.y_cm * 0.01 - lateral_m);
     if (random.Chance(gone_share) || occlusion.Hides(x, y)) continue;
-    columns.push_back(
+    posts.push_back(
         {Clamped_cm(x + random.Uniform(-0.2, 0.2)), Clamped_cm(y + random.Uniform(-0.2, 0.2))});
   }
-  const std::size_t num_new = columns.size() / 6;
+  const std::size_t num_new = posts.size() / 6;
   for (std::size_t i = 0; i < num_new; ++i) {
-    columns.push_back(
+    posts.push_back(
         {Clamped_cm(random.Uniform(-40.0, 40.0)), Clamped_cm(random.Uniform(-40.0, 40.0))});
   }
-  structure.columns = std::move(columns);
+  structure.posts = std::move(posts);
 }
 
 /// A later visit to a place: the query, and where it stands in the place's frame.
@@ -139,7 +139,7 @@ Visit Perturbed(const Map& map, std::size_t place, Random& random) {
     if (reversed) std::reverse(cells.begin(), cells.end());
     OccludeCart(occlusion, params.cart, visit.query.cart);
   }
-  PerturbColumns(occlusion, visit.lateral_m, reversed, random, visit.query.structure);
+  PerturbPosts(occlusion, visit.lateral_m, reversed, random, visit.query.structure);
   return visit;
 }
 

@@ -12,11 +12,11 @@ namespace scanloc {
 /// speaks for nor against the two being of one place.
 class Horizon {
  public:
-  explicit Horizon(std::span<const Column> columns);
+  explicit Horizon(std::span<const Post> posts);
 
-  /// Those of another scan's columns that lie within sight.
-  [[nodiscard]] std::vector<Column> Within(std::span<const Column> columns,
-                                           const PlanarPose& T_horizon_columns) const;
+  /// Those of another scan's posts that lie within sight.
+  [[nodiscard]] std::vector<Post> Within(std::span<const Post> posts,
+                                         const PlanarPose& T_horizon_posts) const;
 
  private:
   static constexpr int kNumSectors = 72;

@@ -39,10 +39,10 @@ Answer Localizer::LocalizeByStructure(const ScanDescriptor& query,
                                       const QueryOptions& options) const {
   Answer answer;
   answer.content_id = map_->content_id;
-  if (query.structure.columns.size() < kMinColumns) {
+  if (query.structure.posts.size() < kMinPosts) {
     answer.outcome = Outcome::kInsufficientScan;
     answer.reason = absl::StrFormat("the scan shows %d pieces of upright structure; %d are needed",
-                                    query.structure.columns.size(), kMinColumns);
+                                    query.structure.posts.size(), kMinPosts);
     return answer;
   }
 

@@ -141,15 +141,15 @@ PlanarPose Inverse(const PlanarPose& pose) {
           WrapAngle(-pose.yaw_rad)};
 }
 
-PlanarPoints::PlanarPoints(std::span<const Column> columns, std::size_t max_points)
-    : size_(std::min(columns.size(), max_points)) {
+PlanarPoints::PlanarPoints(std::span<const Post> posts, std::size_t max_points)
+    : size_(std::min(posts.size(), max_points)) {
   const std::size_t num_padded = (size_ + kBlock - 1) / kBlock * kBlock;
   x_m_.assign(num_padded, kFarPoint_m);
   y_m_.assign(num_padded, kFarPoint_m);
   for (std::size_t i = 0; i < size_; ++i) {
-    const Column& column = columns[i * columns.size() / size_];
-    x_m_[i] = static_cast<float>(column.x_cm) * 0.01F;
-    y_m_[i] = static_cast<float>(column.y_cm) * 0.01F;
+    const Post& post = posts[i * posts.size() / size_];
+    x_m_[i] = static_cast<float>(post.x_cm) * 0.01F;
+    y_m_[i] = static_cast<float>(post.y_cm) * 0.01F;
   }
 }
 
@@ -158,14 +158,14 @@ DistanceField::DistanceField(float cell_m)
       side_(static_cast<int>(2.0F * (Structure::kReach_m + kCutoff_m) / cell_m) + 4),
       distance_m_(static_cast<std::size_t>(side_) * static_cast<std::size_t>(side_)) {}
 
-SCANLOC_SIMD void DistanceField::Fill(const PlanarPoints& columns) {
-  // Squared distances first: every column stamps the cells around it, but for the outermost cells.
+SCANLOC_SIMD void DistanceField::Fill(const PlanarPoints& posts) {
+  // Squared distances first: every post stamps the cells around it, but for the outermost cells.
   std::fill(distance_m_.begin(), distance_m_.end(), kCutoff_m * kCutoff_m);
   const int radius = static_cast<int>(kCutoff_m / cell_m_);
   const float centre = static_cast<float>(side_) / 2.0F;
-  for (std::size_t i = 0; i < columns.size(); ++i) {
-    const float u = columns.x_m()[i] / cell_m_ + centre;
-    const float v = columns.y_m()[i] / cell_m_ + centre;
+  for (std::size_t i = 0; i < posts.size(); ++i) {
+    const float u = posts.x_m()[i] / cell_m_ + centre;
+    const float v = posts.y_m()[i] / cell_m_ + centre;
     const int column = static_cast<int>(u);
     const int row = static_cast<int>(v);
     const int first_column = std::max(1, column - radius);

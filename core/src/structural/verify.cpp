@@ -25,7 +25,7 @@ bool Better(const Hypothesis& a, const Hypothesis& b) {
 constexpr RegisterOptions kCoarse{.num_iterations = 6, .wide_m = 3.0, .narrow_m = 1.5};
 constexpr RegisterOptions kFine{.num_iterations = 10, .wide_m = 1.5, .narrow_m = 0.7};
 
-/// Lays each place's columns on the query's, so that one field does for all.
+/// Lays each place's posts on the query's, so that one field does for all.
 void CoarsePass(const PlanarPoints& query, PlaceStructures& places, const VerifyOptions& options,
                 std::vector<Hypothesis>& hypotheses) {
   DistanceField query_field(kCoarseCell_m);
@@ -38,7 +38,7 @@ void CoarsePass(const PlanarPoints& query, PlaceStructures& places, const Verify
     }
     Hypothesis& hypothesis = hypotheses[i];
     if (i == 0 || hypothesis.place != hypotheses[i - 1].place) {
-      place = PlanarPoints(places.Columns(hypothesis.place),
+      place = PlanarPoints(places.Posts(hypothesis.place),
                            static_cast<std::size_t>(options.num_coarse_points));
     }
     const PlanarPose T_query_place =
@@ -71,29 +71,29 @@ std::vector<Hypothesis> Select(const std::vector<Hypothesis>& hypotheses, PlaceS
 
 }  // namespace
 
-std::vector<Hypothesis> Verify(std::span<const Column> query_columns,
+std::vector<Hypothesis> Verify(std::span<const Post> query_posts,
                                std::vector<Hypothesis> hypotheses, PlaceStructures& places,
                                const VerifyOptions& options) {
-  if (query_columns.empty() || hypotheses.empty()) return {};
-  const PlanarPoints query(query_columns);
+  if (query_posts.empty() || hypotheses.empty()) return {};
+  const PlanarPoints query(query_posts);
   CoarsePass(query, places, options, hypotheses);
   std::vector<Hypothesis> selected = Select(hypotheses, places, options);
 
   DistanceField query_field(kFineCell_m);
   query_field.Fill(query);
   DistanceField place_field(kFineCell_m);
-  const Horizon query_horizon(query_columns);
+  const Horizon query_horizon(query_posts);
   for (std::size_t i = 0; i < selected.size(); ++i) {
     if (i > 0 && IsOver(options)) {
       selected.resize(i);
       break;
     }
     Hypothesis& hypothesis = selected[i];
-    const std::span<const Column> columns = places.Columns(hypothesis.place);
-    place_field.Fill(PlanarPoints(columns));
+    const std::span<const Post> posts = places.Posts(hypothesis.place);
+    place_field.Fill(PlanarPoints(posts));
     hypothesis.T_place_query = Register(place_field, query, hypothesis.T_place_query, kFine);
     const PlanarPose T_query_place = Inverse(hypothesis.T_place_query);
-    const PlanarPoints in_sight(query_horizon.Within(columns, T_query_place));
+    const PlanarPoints in_sight(query_horizon.Within(posts, T_query_place));
     hypothesis.score = std::sqrt(Overlap(place_field, query, hypothesis.T_place_query) *
                                  Overlap(query_field, in_sight, T_query_place));
   }

@@ -235,7 +235,7 @@ absl::StatusOr<TrackedAnswer> Tracker::Update(const ScanDescriptor& scan,
   }
   const SearchParams& least = localizer_->map().params.search;
   if (scan.num_voxels < static_cast<std::uint32_t>(least.min_voxels) ||
-      scan.structure.columns.size() < kMinColumns) {
+      scan.structure.posts.size() < kMinPosts) {
     absl::StatusOr<Answer> answer = localizer_->Localize(scan, options_.query);
     if (!answer.ok()) return answer.status();
     Move(T_last);

@@ -25,26 +25,26 @@ PointCloud Tilted(const PointCloud& scan, double roll_rad, double pitch_rad) {
   return scenes::SeenFrom(scan, T_old_new);
 }
 
-/// Share of the columns of `a` that have one of `b` within 0.3 m.
+/// Share of the posts of `a` that have one of `b` within 0.3 m.
 double ShareNear(const Structure& a, const Structure& b) {
-  const auto is_near = [](const Column& p, const Column& q) {
+  const auto is_near = [](const Post& p, const Post& q) {
     return std::hypot(p.x_cm - q.x_cm, p.y_cm - q.y_cm) < 30.0;
   };
-  const auto num_near = std::count_if(a.columns.begin(), a.columns.end(), [&](const Column& p) {
-    return std::any_of(b.columns.begin(), b.columns.end(),
-                       [&](const Column& q) { return is_near(p, q); });
+  const auto num_near = std::count_if(a.posts.begin(), a.posts.end(), [&](const Post& p) {
+    return std::any_of(b.posts.begin(), b.posts.end(),
+                       [&](const Post& q) { return is_near(p, q); });
   });
-  return static_cast<double>(num_near) / static_cast<double>(a.columns.size());
+  return static_cast<double>(num_near) / static_cast<double>(a.posts.size());
 }
 
-TEST(StructureFinder, FindsAColumnAtEveryPostAndNoneOnTheGround) {
+TEST(StructureFinder, FindsAPostAtEveryPillarAndNoneOnTheGround) {
   PointCloud scan = scenes::PostScan(1, 0);
-  EXPECT_TRUE(FindIn(scan).columns.empty());
+  EXPECT_TRUE(FindIn(scan).posts.empty());
   for (int k = 0; k <= 12; ++k) scan.push_back({10.1F, -7.2F, -2.0F + 0.3F * k});
   const Structure structure = FindIn(scan);
-  ASSERT_EQ(structure.columns.size(), 1U);
-  EXPECT_NEAR(structure.columns[0].x_cm, 1010, 15);
-  EXPECT_NEAR(structure.columns[0].y_cm, -720, 15);
+  ASSERT_EQ(structure.posts.size(), 1U);
+  EXPECT_NEAR(structure.posts[0].x_cm, 1010, 15);
+  EXPECT_NEAR(structure.posts[0].y_cm, -720, 15);
   EXPECT_NEAR(structure.height_m, 2.0, 0.05);
 }
 
@@ -73,7 +73,7 @@ TEST(StructureFinder, TakesTheSensorForUprightWhereThereIsNoGround) {
   EXPECT_EQ(structure.roll_rad, 0.0F);
   EXPECT_EQ(structure.pitch_rad, 0.0F);
   EXPECT_EQ(structure.height_m, 1.5F);
-  EXPECT_EQ(structure.columns.size(), 1U);
+  EXPECT_EQ(structure.posts.size(), 1U);
 }
 
 TEST(StructureFinder, KeepsNothingOfTheScanBefore) {
@@ -81,7 +81,7 @@ TEST(StructureFinder, KeepsNothingOfTheScanBefore) {
   StructureFinder finder(2.0);
   const PointCloud scan = scenes::PostScan(3, 50);
   const Structure first = finder.Find(filter.Apply(scan));
-  EXPECT_TRUE(finder.Find(filter.Apply(PointCloud())).columns.empty());
+  EXPECT_TRUE(finder.Find(filter.Apply(PointCloud())).posts.empty());
   (void)finder.Find(filter.Apply(scenes::PostScan(4, 90)));
   EXPECT_EQ(finder.Find(filter.Apply(scan)), first);
 }
@@ -112,16 +112,16 @@ TEST(StructureFinder, TakesPointsAtTheVeryEndOfItsGrids) {
 }
 
 TEST(ValidateStructure, RefusesWhatNoScanGives) {
-  const Structure good{.height_m = 2.0F, .columns = {{5999, -5999}}};
+  const Structure good{.height_m = 2.0F, .posts = {{5999, -5999}}};
   EXPECT_TRUE(Validate(good).ok());
   const float nan = std::numeric_limits<float>::quiet_NaN();
   std::vector<Structure> bad(6, good);
   bad[0].roll_rad = nan;
   bad[1].pitch_rad = 0.7F;
   bad[2].height_m = std::numeric_limits<float>::infinity();
-  bad[3].columns.push_back({6001, 0});
-  bad[4].columns.push_back({0, -32768});
-  bad[5].columns.resize(Structure::kMaxColumns + 1);
+  bad[3].posts.push_back({6001, 0});
+  bad[4].posts.push_back({0, -32768});
+  bad[5].posts.resize(Structure::kMaxPosts + 1);
   for (const Structure& structure : bad) {
     EXPECT_EQ(Validate(structure).code(), absl::StatusCode::kInvalidArgument);
   }

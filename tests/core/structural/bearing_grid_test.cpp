@@ -11,22 +11,22 @@
 namespace scanloc {
 namespace {
 
-std::vector<Column> RandomColumns(std::uint64_t seed, int count) {
+std::vector<Post> RandomPosts(std::uint64_t seed, int count) {
   std::mt19937_64 random(seed);
-  std::vector<Column> columns;
+  std::vector<Post> posts;
   for (int i = 0; i < count; ++i) {
     const auto coordinate = [&] {
       return static_cast<std::int16_t>(static_cast<int>(random() % 10'000) - 5'000);
     };
-    columns.push_back({coordinate(), coordinate()});
+    posts.push_back({coordinate(), coordinate()});
   }
-  return columns;
+  return posts;
 }
 
 /// As a sensor sees them that is headed by so much more to the left.
-std::vector<Column> SeenTurned(const std::vector<Column>& columns, double heading_rad) {
-  std::vector<Column> seen;
-  for (const Column& c : columns) {
+std::vector<Post> SeenTurned(const std::vector<Post>& posts, double heading_rad) {
+  std::vector<Post> seen;
+  for (const Post& c : posts) {
     const double cosine = std::cos(-heading_rad);
     const double sine = std::sin(-heading_rad);
     seen.push_back({static_cast<std::int16_t>(std::lround(cosine * c.x_cm - sine * c.y_cm)),
@@ -36,27 +36,27 @@ std::vector<Column> SeenTurned(const std::vector<Column>& columns, double headin
 }
 
 TEST(BearingGrid, RecoversEveryHeadingWithinASector) {
-  const std::vector<Column> columns = RandomColumns(1, 150);
-  const BearingGrid place = BearingGrid(columns).Widened();
+  const std::vector<Post> posts = RandomPosts(1, 150);
+  const BearingGrid place = BearingGrid(posts).Widened();
   for (double heading_rad = -3.1; heading_rad < 3.14; heading_rad += 0.07) {
     const std::vector<double> found =
-        place.BestHeadings(BearingGrid(SeenTurned(columns, heading_rad)), 2);
+        place.BestHeadings(BearingGrid(SeenTurned(posts, heading_rad)), 2);
     ASSERT_FALSE(found.empty());
     EXPECT_LT(std::abs(WrapAngle(found.front() - heading_rad)), 0.1) << heading_rad;
   }
 }
 
 TEST(BearingGrid, IsNotMisledByABlindSector) {
-  const std::vector<Column> columns = RandomColumns(2, 150);
-  const BearingGrid place = BearingGrid(columns).Widened();
-  std::vector<Column> seen = SeenTurned(columns, 2.0);
-  std::erase_if(seen, [](const Column& c) { return c.x_cm < 0; });
+  const std::vector<Post> posts = RandomPosts(2, 150);
+  const BearingGrid place = BearingGrid(posts).Widened();
+  std::vector<Post> seen = SeenTurned(posts, 2.0);
+  std::erase_if(seen, [](const Post& c) { return c.x_cm < 0; });
   EXPECT_LT(std::abs(WrapAngle(place.BestHeadings(BearingGrid(seen), 1).front() - 2.0)), 0.1);
 }
 
 TEST(BearingGrid, GivesHeadingsThatAreApartBestFirst) {
-  const BearingGrid place = BearingGrid(RandomColumns(3, 200)).Widened();
-  const BearingGrid query(RandomColumns(4, 200));
+  const BearingGrid place = BearingGrid(RandomPosts(3, 200)).Widened();
+  const BearingGrid query(RandomPosts(4, 200));
   const std::vector<double> headings = place.BestHeadings(query, 5);
   ASSERT_EQ(headings.size(), 5U);
   for (std::size_t i = 0; i < headings.size(); ++i) {
@@ -67,16 +67,16 @@ TEST(BearingGrid, GivesHeadingsThatAreApartBestFirst) {
 }
 
 TEST(BearingGrid, HasNoHeadingForAScanOfNothing) {
-  const BearingGrid nothing(std::span<const Column>{});
-  const BearingGrid place = BearingGrid(RandomColumns(5, 50)).Widened();
+  const BearingGrid nothing(std::span<const Post>{});
+  const BearingGrid place = BearingGrid(RandomPosts(5, 50)).Widened();
   EXPECT_TRUE(place.BestHeadings(nothing, 3).empty());
   EXPECT_TRUE(nothing.BestHeadings(place, 3).empty());
 }
 
 TEST(BearingGrid, CountsWhatAgrees) {
   // One thing ahead, one to the left, both in the ring from 8 m on.
-  const BearingGrid place(std::vector<Column>{{1000, 10}, {-10, 1000}});
-  const BearingGrid query(std::vector<Column>{{1000, 10}});
+  const BearingGrid place(std::vector<Post>{{1000, 10}, {-10, 1000}});
+  const BearingGrid query(std::vector<Post>{{1000, 10}});
   EXPECT_EQ(place.Agreement(query, 0), 1);
   EXPECT_EQ(place.Agreement(query, 16), 1);
   EXPECT_EQ(place.Agreement(query, 8), 0);

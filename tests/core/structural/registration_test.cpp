@@ -11,22 +11,22 @@
 namespace scanloc {
 namespace {
 
-std::vector<Column> RandomColumns(std::uint64_t seed, int count, int reach_cm = 4000) {
+std::vector<Post> RandomPosts(std::uint64_t seed, int count, int reach_cm = 4000) {
   std::mt19937_64 random(seed);
-  std::vector<Column> columns;
+  std::vector<Post> posts;
   for (int i = 0; i < count; ++i) {
     const auto coordinate = [&] {
       return static_cast<std::int16_t>(static_cast<int>(random() % (2 * reach_cm)) - reach_cm);
     };
-    columns.push_back({coordinate(), coordinate()});
+    posts.push_back({coordinate(), coordinate()});
   }
-  return columns;
+  return posts;
 }
 
-/// The columns of frame b in frame a.
-std::vector<Column> Moved(const std::vector<Column>& columns, const PlanarPose& T_a_b) {
-  std::vector<Column> moved;
-  for (const Column& c : columns) {
+/// The posts of frame b in frame a.
+std::vector<Post> Moved(const std::vector<Post>& posts, const PlanarPose& T_a_b) {
+  std::vector<Post> moved;
+  for (const Post& c : posts) {
     const double x_m = std::cos(T_a_b.yaw_rad) * c.x_cm / 100.0 -
                        std::sin(T_a_b.yaw_rad) * c.y_cm / 100.0 + T_a_b.x_m;
     const double y_m = std::sin(T_a_b.yaw_rad) * c.x_cm / 100.0 +
@@ -37,14 +37,14 @@ std::vector<Column> Moved(const std::vector<Column>& columns, const PlanarPose& 
   return moved;
 }
 
-DistanceField FieldOf(const std::vector<Column>& columns, float cell_m) {
+DistanceField FieldOf(const std::vector<Post>& posts, float cell_m) {
   DistanceField field(cell_m);
-  field.Fill(PlanarPoints(columns));
+  field.Fill(PlanarPoints(posts));
   return field;
 }
 
 TEST(Register, RecoversADisplacementAndATurn) {
-  const std::vector<Column> query = RandomColumns(1, 150);
+  const std::vector<Post> query = RandomPosts(1, 150);
   const RegisterOptions options{.num_iterations = 15, .wide_m = 2.0, .narrow_m = 0.5};
   for (const PlanarPose& truth :
        {PlanarPose{1.0, -0.8, 0.05}, PlanarPose{0.0, 1.5, -0.04}, PlanarPose{7.0, -3.0, 3.1}}) {
@@ -57,12 +57,12 @@ TEST(Register, RecoversADisplacementAndATurn) {
   }
 }
 
-TEST(Register, HoldsOutAgainstColumnsThatAreGoneAndNew) {
-  std::vector<Column> query = RandomColumns(2, 120);
+TEST(Register, HoldsOutAgainstPostsThatAreGoneAndNew) {
+  std::vector<Post> query = RandomPosts(2, 120);
   const PlanarPose truth{0.5, 0.5, 0.02};
-  std::vector<Column> place = Moved(query, truth);
+  std::vector<Post> place = Moved(query, truth);
   place.resize(80);
-  for (const Column& c : RandomColumns(3, 40)) place.push_back(c);
+  for (const Post& c : RandomPosts(3, 40)) place.push_back(c);
   const PlanarPose found = Register(FieldOf(place, 0.25F), PlanarPoints(query), PlanarPose{}, {});
   EXPECT_NEAR(found.x_m, truth.x_m, 0.1);
   EXPECT_NEAR(found.y_m, truth.y_m, 0.1);
@@ -71,8 +71,8 @@ TEST(Register, HoldsOutAgainstColumnsThatAreGoneAndNew) {
 TEST(Register, LeavesTheGuessWithoutAnythingToGoBy) {
   const PlanarPose guess{1.0, 2.0, 0.3};
   const DistanceField nothing = FieldOf({}, 1.0F);
-  for (const std::vector<Column>& columns : {std::vector<Column>(), RandomColumns(4, 20)}) {
-    const PlanarPose found = Register(nothing, PlanarPoints(columns), guess, {});
+  for (const std::vector<Post>& posts : {std::vector<Post>(), RandomPosts(4, 20)}) {
+    const PlanarPose found = Register(nothing, PlanarPoints(posts), guess, {});
     EXPECT_DOUBLE_EQ(found.x_m, guess.x_m);
     EXPECT_DOUBLE_EQ(found.y_m, guess.y_m);
     EXPECT_NEAR(found.yaw_rad, guess.yaw_rad, 1e-12);
@@ -80,9 +80,9 @@ TEST(Register, LeavesTheGuessWithoutAnythingToGoBy) {
 }
 
 TEST(Overlap, IsNearOneOnItselfAndNearNoneElsewhere) {
-  const std::vector<Column> columns = RandomColumns(5, 100);
-  const DistanceField field = FieldOf(columns, 0.25F);
-  const PlanarPoints points(columns);
+  const std::vector<Post> posts = RandomPosts(5, 100);
+  const DistanceField field = FieldOf(posts, 0.25F);
+  const PlanarPoints points(posts);
   EXPECT_GT(Overlap(field, points, {}), 0.9);
   EXPECT_LT(Overlap(field, points, {10.0, 0.0, 1.0}), 0.1);
   EXPECT_LT(Overlap(field, points, {1.0e6, 0.0, 0.0}), 1e-6);
@@ -90,22 +90,22 @@ TEST(Overlap, IsNearOneOnItselfAndNearNoneElsewhere) {
 }
 
 TEST(DistanceField, HoldsTheDistanceToTheNearestColumn) {
-  const std::vector<Column> columns = RandomColumns(6, 30, 6000);
+  const std::vector<Post> posts = RandomPosts(6, 30, 6000);
   for (const float cell_m : {0.25F, 0.5F, 1.0F, 2.0F}) {
-    const DistanceField field = FieldOf(columns, cell_m);
+    const DistanceField field = FieldOf(posts, cell_m);
     for (int row = 1; row + 1 < field.side(); row += 7) {
       for (int column = 1; column + 1 < field.side(); column += 5) {
         const auto metres = [&](int cell) {
           return (static_cast<double>(cell) + 0.5 - field.side() / 2.0) * cell_m;
         };
         double nearest = 1e9;
-        for (const Column& c : columns) {
+        for (const Post& c : posts) {
           nearest = std::min(
               nearest, std::hypot(metres(column) - c.x_cm * 0.01, metres(row) - c.y_cm * 0.01));
         }
         const double told =
             field.distances_m()[static_cast<std::size_t>(row * field.side() + column)];
-        // A cell that a column's stamp just misses is at the cut-off already.
+        // A cell that a post's stamp just misses is at the cut-off already.
         EXPECT_TRUE(
             std::abs(told - std::min<double>(nearest, DistanceField::kCutoff_m)) < 1e-3 ||
             (told == DistanceField::kCutoff_m && nearest > DistanceField::kCutoff_m - cell_m))
@@ -116,9 +116,9 @@ TEST(DistanceField, HoldsTheDistanceToTheNearestColumn) {
 }
 
 TEST(PlanarPoints, AreSpreadEvenlyOverTheColumns) {
-  std::vector<Column> columns;
-  for (std::int16_t i = 0; i < 1000; ++i) columns.push_back({i, 0});
-  const PlanarPoints points(columns, 10);
+  std::vector<Post> posts;
+  for (std::int16_t i = 0; i < 1000; ++i) posts.push_back({i, 0});
+  const PlanarPoints points(posts, 10);
   ASSERT_EQ(points.size(), 10U);
   EXPECT_EQ(points.x_m().size() % PlanarPoints::kBlock, 0U);
   for (std::size_t i = 0; i < 10; ++i) EXPECT_FLOAT_EQ(points.x_m()[i], static_cast<float>(i));
@@ -134,12 +134,12 @@ TEST(Inverse, UndoesAPose) {
 
 TEST(Horizon, LeavesOutWhatLiesBehindOrWhereNothingWasSeen) {
   // A wall 10 m ahead; nothing behind.
-  std::vector<Column> wall;
+  std::vector<Post> wall;
   for (std::int16_t y_cm = -500; y_cm <= 500; y_cm += 50) wall.push_back({1000, y_cm});
   const Horizon horizon(wall);
-  const std::vector<Column> others = {{900, 0}, {1100, 0}, {1500, 0}, {-300, 0}};
-  EXPECT_EQ(horizon.Within(others, {}), (std::vector<Column>{{900, 0}, {1100, 0}}));
-  EXPECT_EQ(horizon.Within(others, {0.0, 0.0, M_PI}), (std::vector<Column>{{-300, 0}}));
+  const std::vector<Post> others = {{900, 0}, {1100, 0}, {1500, 0}, {-300, 0}};
+  EXPECT_EQ(horizon.Within(others, {}), (std::vector<Post>{{900, 0}, {1100, 0}}));
+  EXPECT_EQ(horizon.Within(others, {0.0, 0.0, M_PI}), (std::vector<Post>{{-300, 0}}));
   EXPECT_TRUE(Horizon({}).Within(others, {}).empty());
 }
 

@@ -38,7 +38,7 @@ struct Context {
 struct ScanDescriptor {
   Context polar;
   Context cart;
-  Structure structure;           ///< without columns where it is not enabled
+  Structure structure;           ///< without posts where it is not enabled
   std::uint32_t num_voxels = 0;  ///< inside the region of interest of an enabled kind
 
   friend bool operator==(const ScanDescriptor&, const ScanDescriptor&) = default;

@@ -25,9 +25,8 @@ class PlanarPoints {
   static constexpr std::size_t kBlock = 8;
 
   PlanarPoints() = default;
-  /// At most max_points of the columns, evenly over their order.
-  explicit PlanarPoints(std::span<const Column> columns,
-                        std::size_t max_points = Structure::kMaxColumns);
+  /// At most max_points of the posts, evenly over their order.
+  explicit PlanarPoints(std::span<const Post> posts, std::size_t max_points = Structure::kMaxPosts);
 
   [[nodiscard]] std::size_t size() const { return size_; }
   [[nodiscard]] bool empty() const { return size_ == 0; }
@@ -41,7 +40,7 @@ class PlanarPoints {
   std::vector<float> y_m_;
 };
 
-/// For every cell of a grid around the sensor, the distance to the nearest column, cut off at
+/// For every cell of a grid around the sensor, the distance to the nearest post, cut off at
 /// kCutoff_m; between cells by bilinear interpolation, which evens out how walls were sampled.
 class DistanceField {
  public:
@@ -50,8 +49,8 @@ class DistanceField {
   /// cell_m in [0.25, 2].
   explicit DistanceField(float cell_m);
 
-  /// Replaces the columns. O(columns · (kCutoff_m / cell_m)² + cells).
-  void Fill(const PlanarPoints& columns);
+  /// Replaces the posts. O(posts · (kCutoff_m / cell_m)² + cells).
+  void Fill(const PlanarPoints& posts);
 
   [[nodiscard]] float cell_m() const { return cell_m_; }
   [[nodiscard]] int side() const { return side_; }
@@ -71,7 +70,7 @@ struct RegisterOptions {
   double narrow_m = 0.7;
 };
 
-/// T_field_points that lays the points on the field's columns, from a guess.
+/// T_field_points that lays the points on the field's posts, from a guess.
 [[nodiscard]] PlanarPose Register(const DistanceField& field, const PlanarPoints& points,
                                   const PlanarPose& guess, const RegisterOptions& options);
 
