@@ -61,11 +61,11 @@ int Prepare(const std::string& dir) {
   const BenchMap& map = LargeMap();
   std::filesystem::copy_file(map.path, std::filesystem::path(dir) / "map.scanloc",
                              std::filesystem::copy_options::overwrite_existing);
-  QueryOptions fast;
+  Query fast;
   fast.method = *ParseMethod("a-pc");
   fast.num_candidates = 10;
   for (const auto& [name, options] :
-       {std::pair("descriptors", fast), std::pair("descriptors_auto", QueryOptions())}) {
+       {std::pair("descriptors", fast), std::pair("descriptors_auto", Query())}) {
     std::vector<v1::LocalizeRequest> requests;
     for (const ScanDescriptor& query : map.queries) {
       v1::LocalizeRequest& request = requests.emplace_back();

@@ -42,12 +42,10 @@ BENCHMARK(LoadMapAndBuildTrees)->Unit(benchmark::kMillisecond);
 void Search(benchmark::State& state, const char* method, int num_candidates) {
   const Localizer& localizer = LargeLocalizer();
   const auto& queries = bench::LargeMap().queries;
-  QueryOptions options;
-  options.method = *ParseMethod(method);
-  options.num_candidates = num_candidates;
+  const Query query{.method = *ParseMethod(method), .num_candidates = num_candidates};
   std::size_t i = 0;
   for (auto _ : state) {
-    benchmark::DoNotOptimize(*localizer.Localize(queries[i++ % queries.size()], options));
+    benchmark::DoNotOptimize(*localizer.Localize(queries[i++ % queries.size()], query));
   }
 }
 BENCHMARK_CAPTURE(Search, a_pc_k1, "a-pc", 1)->Unit(benchmark::kMicrosecond);

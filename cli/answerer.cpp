@@ -23,50 +23,48 @@ class FileAnswerer : public Answerer {
 
   [[nodiscard]] const Params& params() const override { return localizer_->map().params; }
 
-  [[nodiscard]] absl::StatusOr<Answer> Ask(PointView scan, const QueryOptions& options) override {
+  [[nodiscard]] absl::StatusOr<Answer> Ask(PointView scan, const Query& query,
+                                           std::chrono::milliseconds budget) override {
     const std::int64_t start_ns = NowNs();
     const ScanDescriptor descriptor = describer_.Describe(scan);
     const std::int64_t describe_ns = NowNs() - start_ns;
-    absl::StatusOr<Answer> answer = Localize(descriptor, options);
+    absl::StatusOr<Answer> answer = localizer_->Localize(descriptor, query, Timed(budget));
     if (answer.ok()) answer->times.describe_ns = describe_ns;
     return answer;
   }
 
-  [[nodiscard]] absl::StatusOr<Answer> AskDescribed(const SignedDescriptor& query,
-                                                    const QueryOptions& options) override {
+  [[nodiscard]] absl::StatusOr<Answer> AskDescribed(const SignedDescriptor& described,
+                                                    const Query& query,
+                                                    std::chrono::milliseconds budget) override {
     const std::string own = DescriptorSignature(params());
-    if (query.signature != own) {
+    if (described.signature != own) {
       return absl::FailedPreconditionError(absl::StrCat(
-          "the descriptors were made with \"", absl::CHexEscape(query.signature),
+          "the descriptors were made with \"", absl::CHexEscape(described.signature),
           "\" but the map has \"", own, "\"; replay them on a map of the same parameters"));
     }
-    return Localize(query.descriptor, options);
+    return localizer_->Localize(described.descriptor, query, Timed(budget));
   }
 
   [[nodiscard]] absl::StatusOr<TrackedAnswer> AskNext(PointView scan,
                                                       const std::optional<Pose>& T_last_scan,
-                                                      const TrackerOptions& options) override {
+                                                      const TrackerOptions& options,
+                                                      std::chrono::milliseconds budget) override {
     if (!tracker_.has_value()) {
-      TrackerOptions timed = options;
-      timed.query.now_ns = &NowNs;
-      absl::StatusOr<Tracker> tracker = Tracker::Create(localizer_, timed);
+      absl::StatusOr<Tracker> tracker = Tracker::Create(localizer_, options);
       if (!tracker.ok()) return tracker.status();
       tracker_ = *std::move(tracker);
     }
     const std::int64_t start_ns = NowNs();
     const ScanDescriptor descriptor = describer_.Describe(scan);
     const std::int64_t describe_ns = NowNs() - start_ns;
-    absl::StatusOr<TrackedAnswer> told = tracker_->Update(descriptor, T_last_scan);
+    absl::StatusOr<TrackedAnswer> told = tracker_->Update(descriptor, T_last_scan, Timed(budget));
     if (told.ok()) told->answer.times.describe_ns = describe_ns;
     return told;
   }
 
  private:
-  [[nodiscard]] absl::StatusOr<Answer> Localize(const ScanDescriptor& descriptor,
-                                                const QueryOptions& options) const {
-    QueryOptions timed = options;
-    timed.now_ns = &NowNs;
-    return localizer_->Localize(descriptor, timed);
+  [[nodiscard]] static SearchControl Timed(std::chrono::milliseconds budget) {
+    return TimedBy(&NowNs, std::chrono::nanoseconds(budget).count());
   }
 
   std::shared_ptr<const Localizer> localizer_;
@@ -84,8 +82,9 @@ class ServerAnswerer : public Answerer {
 
   [[nodiscard]] const Params& params() const override { return params_; }
 
-  [[nodiscard]] absl::StatusOr<Answer> Ask(PointView scan, const QueryOptions& options) override {
-    const client::RequestOptions request{.map = map_, .query = options};
+  [[nodiscard]] absl::StatusOr<Answer> Ask(PointView scan, const Query& query,
+                                           std::chrono::milliseconds budget) override {
+    const client::RequestOptions request{.map = map_, .query = query, .budget = budget};
     absl::StatusOr<LocalizeReply> reply = send_descriptor_
                                               ? client_.LocalizeByDescriptor(scan, request)
                                               : client_.LocalizeScan(scan, request);
@@ -93,23 +92,26 @@ class ServerAnswerer : public Answerer {
     return std::move(reply->answer);
   }
 
-  [[nodiscard]] absl::StatusOr<Answer> AskDescribed(const SignedDescriptor& query,
-                                                    const QueryOptions& options) override {
+  [[nodiscard]] absl::StatusOr<Answer> AskDescribed(const SignedDescriptor& described,
+                                                    const Query& query,
+                                                    std::chrono::milliseconds budget) override {
     absl::StatusOr<LocalizeReply> reply =
-        client_.LocalizeDescriptor(query, {.map = map_, .query = options});
+        client_.LocalizeDescriptor(described, {.map = map_, .query = query, .budget = budget});
     if (!reply.ok()) return reply.status();
     return std::move(reply->answer);
   }
 
   [[nodiscard]] absl::StatusOr<TrackedAnswer> AskNext(PointView scan,
                                                       const std::optional<Pose>& T_last_scan,
-                                                      const TrackerOptions& options) override {
+                                                      const TrackerOptions& options,
+                                                      std::chrono::milliseconds budget) override {
     if (!stream_.has_value()) {
       absl::StatusOr<client::RobotStream> stream =
           client_.OpenStream({.map = map_,
                               .query = options.query,
                               .max_step_m = options.max_step_m,
-                              .send_descriptor = send_descriptor_});
+                              .send_descriptor = send_descriptor_,
+                              .budget = budget});
       if (!stream.ok()) return stream.status();
       stream_ = *std::move(stream);
     }

@@ -7,8 +7,8 @@
 
 #include "absl/status/statusor.h"
 #include "scanloc/core/answer.hpp"
-#include "scanloc/core/localizer.hpp"
 #include "scanloc/core/params.hpp"
+#include "scanloc/core/query.hpp"
 #include "scanloc/core/scan/point_cloud.hpp"
 #include "scanloc/core/track/tracker.hpp"
 #include "scanloc/proto/messages.hpp"
@@ -28,16 +28,20 @@ class Answerer {
   [[nodiscard]] virtual const Params& params() const = 0;
 
   /// Times in the answer are measured, as far as the answerer measures them.
-  [[nodiscard]] virtual absl::StatusOr<Answer> Ask(PointView scan, const QueryOptions& options) = 0;
+  /// Verification ends after the budget; 0: when it is done.
+  [[nodiscard]] virtual absl::StatusOr<Answer> Ask(PointView scan, const Query& query,
+                                                   std::chrono::milliseconds budget) = 0;
 
   /// A scan that was described elsewhere. FailedPrecondition if with other parameters.
-  [[nodiscard]] virtual absl::StatusOr<Answer> AskDescribed(const SignedDescriptor& query,
-                                                            const QueryOptions& options) = 0;
+  [[nodiscard]] virtual absl::StatusOr<Answer> AskDescribed(const SignedDescriptor& descriptor,
+                                                            const Query& query,
+                                                            std::chrono::milliseconds budget) = 0;
 
   /// The next scan of one robot that keeps moving; T_last_scan as in core's Tracker. The options
   /// are those of the first call.
   [[nodiscard]] virtual absl::StatusOr<TrackedAnswer> AskNext(
-      PointView scan, const std::optional<Pose>& T_last_scan, const TrackerOptions& options) = 0;
+      PointView scan, const std::optional<Pose>& T_last_scan, const TrackerOptions& options,
+      std::chrono::milliseconds budget) = 0;
 };
 
 /// Loads the map file. Errors as of mapdb::LoadMap.

@@ -216,13 +216,11 @@ absl::StatusOr<Answer> Ask(const EvalSubjects& subjects, const EvalMethod& metho
                      .excluded = excluded,
                      .now_ns = &ThreadNow_ns});
   }
-  QueryOptions asked;
-  asked.method = method.method;
-  asked.num_candidates = method.num_candidates;
-  asked.max_answers = kNumAnswers;
-  asked.now_ns = &ThreadNow_ns;
-  asked.excluded = excluded;
-  return subjects.localizer.Localize(question.descriptor, asked);
+  return subjects.localizer.Localize(question.descriptor,
+                                     {.method = method.method,
+                                      .num_candidates = method.num_candidates,
+                                      .max_answers = kNumAnswers},
+                                     {.now_ns = &ThreadNow_ns, .excluded = excluded});
 }
 
 absl::StatusOr<std::vector<MethodResult>> Evaluate(const Localizer& localizer,

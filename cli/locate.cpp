@@ -51,7 +51,10 @@ class LocateCommand : public Command {
   void DeclareSequence(CLI::App& app);
 
   [[nodiscard]] absl::StatusOr<std::unique_ptr<Answerer>> OpenAnswerer() const;
-  [[nodiscard]] QueryOptions MakeQueryOptions(const Params& params) const;
+  [[nodiscard]] Query MakeQuery(const Params& params) const;
+  [[nodiscard]] std::chrono::milliseconds budget() const {
+    return std::chrono::milliseconds(budget_ms_.value_or(0));
+  }
   [[nodiscard]] absl::StatusOr<std::vector<dataset::ScanFile>> ChooseScans() const;
   /// By file name; empty without --truth.
   [[nodiscard]] absl::StatusOr<std::map<std::string, Pose>> ReadTruth() const;
@@ -251,19 +254,18 @@ absl::StatusOr<std::unique_ptr<Answerer>> LocateCommand::OpenAnswerer() const {
   return AnswerFromServer(query);
 }
 
-QueryOptions LocateCommand::MakeQueryOptions(const Params& params) const {
-  QueryOptions options;
-  if (!method_.empty()) options.method = *ParseMethod(method_);
-  options.num_candidates = num_candidates_;
-  const bool is_auto = options.method.value_or(DefaultMethod(params)).automatic;
+Query LocateCommand::MakeQuery(const Params& params) const {
+  Query query;
+  if (!method_.empty()) query.method = *ParseMethod(method_);
+  query.num_candidates = num_candidates_;
+  const bool is_auto = MethodOf(query, params).automatic;
   if (!is_auto && !num_candidates_.has_value() && top_ > params.search.num_candidates) {
-    options.num_candidates = top_;
+    query.num_candidates = top_;
   }
-  options.threshold = threshold_;
-  options.min_confidence = min_confidence_;
-  if (budget_ms_.has_value()) options.budget_ns = std::int64_t{*budget_ms_} * 1'000'000;
-  options.max_answers = top_;
-  return options;
+  query.threshold = threshold_;
+  query.min_confidence = min_confidence_;
+  query.max_answers = top_;
+  return query;
 }
 
 absl::StatusOr<std::vector<dataset::ScanFile>> LocateCommand::ChooseScans() const {
@@ -298,7 +300,7 @@ absl::StatusOr<std::map<std::string, Pose>> LocateCommand::ReadOdometry() const 
 absl::StatusOr<std::vector<QueryResult>> LocateCommand::AskAll(
     const std::vector<dataset::ScanFile>& scans, const std::map<std::string, Pose>& odometry,
     Answerer* answerer) {
-  const QueryOptions options = MakeQueryOptions(answerer->params());
+  const Query query = MakeQuery(answerer->params());
   std::optional<Pose> T_odometry_last;
   Progress progress("scans located", quiet_);
   std::vector<QueryResult> results;
@@ -322,13 +324,13 @@ absl::StatusOr<std::vector<QueryResult>> LocateCommand::AskAll(
         T_odometry_last = reckoned->second;
       }
       absl::StatusOr<TrackedAnswer> told = answerer->AskNext(
-          scan->points, T_last_scan, {.query = options, .max_step_m = max_step_m_});
+          scan->points, T_last_scan, {.query = query, .max_step_m = max_step_m_}, budget());
       if (!told.ok()) return told.status();
       result.answer = std::move(told->answer);
       result.num_scans = told->num_scans;
       result.is_relocated = told->is_relocated;
     } else {
-      absl::StatusOr<Answer> answer = answerer->Ask(scan->points, options);
+      absl::StatusOr<Answer> answer = answerer->Ask(scan->points, query, budget());
       if (!answer.ok()) return answer.status();
       result.answer = *std::move(answer);
     }
@@ -342,7 +344,7 @@ absl::StatusOr<std::vector<QueryResult>> LocateCommand::AskAll(
 absl::StatusOr<std::vector<QueryResult>> LocateCommand::ReplayAll(Answerer* answerer) const {
   const absl::StatusOr<std::vector<std::string>> files = ListCapturedQueries(replay_);
   if (!files.ok()) return files.status();
-  const QueryOptions given = MakeQueryOptions(answerer->params());
+  const Query given = MakeQuery(answerer->params());
   Progress progress("queries replayed", quiet_);
   std::vector<QueryResult> results;
   for (const std::string& file : *files) {
@@ -351,18 +353,18 @@ absl::StatusOr<std::vector<QueryResult>> LocateCommand::ReplayAll(Answerer* answ
     if (!replayed.ok()) return replayed.status();
     QueryResult result{.query = replayed->name};
     result.read_ns = NsSince(read_start);
-    const CapturedQuery& query = replayed->query;
-    QueryOptions options = query.options;
-    if (given.method) options.method = given.method;
-    if (given.num_candidates) options.num_candidates = given.num_candidates;
-    if (given.threshold) options.threshold = given.threshold;
-    if (given.min_confidence) options.min_confidence = given.min_confidence;
-    if (given.budget_ns > 0) options.budget_ns = given.budget_ns;
-    options.max_answers = std::max(options.max_answers, top_);
+    const CapturedQuery& captured = replayed->query;
+    Query query = captured.query;
+    if (given.method) query.method = given.method;
+    if (given.num_candidates) query.num_candidates = given.num_candidates;
+    if (given.threshold) query.threshold = given.threshold;
+    if (given.min_confidence) query.min_confidence = given.min_confidence;
+    query.max_answers = std::max(query.max_answers, top_);
+    const std::chrono::milliseconds time = budget_ms_ ? budget() : captured.budget;
     const Clock::time_point ask_start = Clock::now();
-    absl::StatusOr<Answer> answer = query.descriptor
-                                        ? answerer->AskDescribed(*query.descriptor, options)
-                                        : answerer->Ask(query.scan, options);
+    absl::StatusOr<Answer> answer = captured.descriptor
+                                        ? answerer->AskDescribed(*captured.descriptor, query, time)
+                                        : answerer->Ask(captured.scan, query, time);
     if (!answer.ok()) return answer.status();
     result.ask_ns = NsSince(ask_start);
     result.answer = *std::move(answer);

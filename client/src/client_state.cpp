@@ -59,7 +59,7 @@ absl::StatusOr<LocalizeReply> Client::State::Localize(v1::LocalizeRequest reques
                                                       const RequestOptions& request_options,
                                                       const Terms& terms) const {
   request.set_map(request_options.map);
-  *request.mutable_options() = proto::ToProto(request_options.query);
+  *request.mutable_options() = proto::ToProto(request_options.query, request_options.budget);
   const auto response = Call(&v1::Localization::Stub::Localize, request, terms);
   if (!response.ok()) return response.status();
   auto reply = proto::FromProto(*response);

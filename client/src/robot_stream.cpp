@@ -65,7 +65,8 @@ absl::StatusOr<TrackedReply> RobotStream::Locate(PointView scan,
   if (!request.ok()) return request.status();
   if (!std::exchange(state_->has_begun, true)) {
     request->mutable_query()->set_map(state_->options.map);
-    *request->mutable_query()->mutable_options() = proto::ToProto(state_->options.query);
+    *request->mutable_query()->mutable_options() =
+        proto::ToProto(state_->options.query, state_->options.budget);
     request->set_max_step_m(state_->options.max_step_m);
   }
   proto::SetOdometry(T_last_scan, &*request);

@@ -1,5 +1,7 @@
 #include "scanloc/core/answer.hpp"
 
+#include "scanloc/core/map/map.hpp"
+
 namespace scanloc {
 
 const char* OutcomeName(Outcome outcome) {
@@ -14,6 +16,17 @@ const char* OutcomeName(Outcome outcome) {
       return "insufficient_scan";
   }
   return "unknown";
+}
+
+Candidate CandidateOf(const Map& map, std::size_t place) {
+  const Place& at = map.places[place];
+  Candidate candidate;
+  candidate.place = static_cast<std::int32_t>(place);
+  candidate.session = at.session;
+  candidate.session_name = map.sessions[static_cast<std::size_t>(at.session)];
+  candidate.T_map_place = at.T_map_place;
+  candidate.T_map_query = at.T_map_place;
+  return candidate;
 }
 
 }  // namespace scanloc

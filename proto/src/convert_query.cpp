@@ -84,8 +84,6 @@ absl::Status CheckShare(const char* field, bool is_set, double value) {
   return is_set ? CheckRange(field, value, 0.0, 1.0) : absl::OkStatus();
 }
 
-constexpr std::int64_t kNanosecondsPerMillisecond = 1'000'000;
-
 }  // namespace
 
 absl::Status CheckMapName(const std::string& name) {
@@ -161,8 +159,8 @@ v1::Descriptors ToProto(const SignedDescriptor& descriptor) {
 
 // All is checked here, though the Localizer would refuse it too: a query that cannot be answered
 // should not cost the description of its scan.
-absl::StatusOr<QueryOptions> FromProto(const v1::LocalizeOptions& message) {
-  QueryOptions options;
+absl::StatusOr<Query> FromProto(const v1::LocalizeOptions& message) {
+  Query query;
   if (message.has_method()) {
     if (auto status = CheckLength("options.method", message.method(), kMaxMethodBytes);
         !status.ok()) {
@@ -170,7 +168,7 @@ absl::StatusOr<QueryOptions> FromProto(const v1::LocalizeOptions& message) {
     }
     auto method = ParseMethod(message.method());
     if (!method.ok()) return method.status();
-    options.method = *method;
+    query.method = *method;
   }
   if (message.has_num_candidates()) {
     if (auto status = CheckRange("options.num_candidates", message.num_candidates(), 1,
@@ -178,40 +176,45 @@ absl::StatusOr<QueryOptions> FromProto(const v1::LocalizeOptions& message) {
         !status.ok()) {
       return status;
     }
-    options.num_candidates = message.num_candidates();
+    query.num_candidates = message.num_candidates();
   }
   absl::Status status =
       CheckShare("options.threshold", message.has_threshold(), message.threshold());
   status.Update(
       CheckShare("options.min_confidence", message.has_min_confidence(), message.min_confidence()));
-  if (message.has_budget_ms()) {
-    status.Update(CheckRange("options.budget_ms", message.budget_ms(), 1,
-                             std::numeric_limits<std::int32_t>::max()));
-  }
   if (!status.ok()) return status;
-  if (message.has_threshold()) options.threshold = message.threshold();
-  if (message.has_min_confidence()) options.min_confidence = message.min_confidence();
-  options.budget_ns = message.budget_ms() * kNanosecondsPerMillisecond;
+  if (message.has_threshold()) query.threshold = message.threshold();
+  if (message.has_min_confidence()) query.min_confidence = message.min_confidence();
   if (message.has_max_answers()) {
     status = CheckRange("options.max_answers", message.max_answers(), 1, limits::kMaxCandidates);
     if (!status.ok()) return status;
-    options.max_answers = message.max_answers();
+    query.max_answers = message.max_answers();
   }
-  return options;
+  return query;
 }
 
-v1::LocalizeOptions ToProto(const QueryOptions& options) {
-  v1::LocalizeOptions message;
-  if (options.method) message.set_method(MethodName(*options.method));
-  if (options.num_candidates) message.set_num_candidates(*options.num_candidates);
-  if (options.threshold) message.set_threshold(*options.threshold);
-  if (options.min_confidence) message.set_min_confidence(*options.min_confidence);
-  if (options.budget_ns > 0) {
-    message.set_budget_ms(static_cast<std::int32_t>(std::min<std::int64_t>(
-        (options.budget_ns + kNanosecondsPerMillisecond - 1) / kNanosecondsPerMillisecond,
-        std::numeric_limits<std::int32_t>::max())));
+absl::StatusOr<std::chrono::milliseconds> BudgetFromProto(const v1::LocalizeOptions& message) {
+  if (!message.has_budget_ms()) return std::chrono::milliseconds(0);
+  if (auto status = CheckRange("options.budget_ms", message.budget_ms(), 1,
+                               std::numeric_limits<std::int32_t>::max());
+      !status.ok()) {
+    return status;
   }
-  message.set_max_answers(options.max_answers);
+  return std::chrono::milliseconds(message.budget_ms());
+}
+
+v1::LocalizeOptions ToProto(const Query& query, std::chrono::milliseconds budget) {
+  v1::LocalizeOptions message;
+  if (query.method) message.set_method(MethodName(*query.method));
+  if (query.num_candidates) message.set_num_candidates(*query.num_candidates);
+  if (query.threshold) message.set_threshold(*query.threshold);
+  if (query.min_confidence) message.set_min_confidence(*query.min_confidence);
+  if (budget.count() != 0) {
+    constexpr std::int32_t kMost = std::numeric_limits<std::int32_t>::max();
+    message.set_budget_ms(static_cast<std::int32_t>(
+        std::clamp<std::chrono::milliseconds::rep>(budget.count(), -1, kMost)));
+  }
+  message.set_max_answers(query.max_answers);
   return message;
 }
 
@@ -221,24 +224,27 @@ absl::StatusOr<CapturedQuery> ParseCapturedQuery(const std::string& bytes) {
     return absl::InvalidArgumentError("the bytes are not a captured query");
   }
   const v1::LocalizeRequest& request = message.request();
-  CapturedQuery query{.request_id = message.request_id(), .map = request.map()};
-  if (auto status = CheckMapName(query.map); !status.ok()) return status;
-  auto options = FromProto(request.options());
-  if (!options.ok()) return options.status();
-  query.options = *std::move(options);
+  CapturedQuery captured{.request_id = message.request_id(), .map = request.map()};
+  if (auto status = CheckMapName(captured.map); !status.ok()) return status;
+  auto query = FromProto(request.options());
+  if (!query.ok()) return query.status();
+  captured.query = *std::move(query);
+  const auto budget = BudgetFromProto(request.options());
+  if (!budget.ok()) return budget.status();
+  captured.budget = *budget;
   auto reply = FromProto(message.response());
   if (!reply.ok()) return reply.status();
-  query.reply = *std::move(reply);
+  captured.reply = *std::move(reply);
   if (request.has_scan()) {
-    if (auto status = FromProto(request.scan(), &query.scan); !status.ok()) return status;
+    if (auto status = FromProto(request.scan(), &captured.scan); !status.ok()) return status;
   } else if (request.has_descriptors()) {
     auto descriptor = FromProto(request.descriptors());
     if (!descriptor.ok()) return descriptor.status();
-    query.descriptor = *std::move(descriptor);
+    captured.descriptor = *std::move(descriptor);
   } else {
     return absl::InvalidArgumentError("the captured query has neither scan nor descriptors");
   }
-  return query;
+  return captured;
 }
 
 }  // namespace scanloc::proto

@@ -21,6 +21,13 @@ constexpr double kMemoryRetry_s = 0.2;
 /// What the method auto takes of each kind of context where nobody says how many.
 constexpr int kAutoCandidates = 100;
 
+SearchControl ControlOf(const grpc::CallbackServerContext& context,
+                        std::chrono::milliseconds budget) {
+  SearchControl control = TimedBy(NowNs, std::chrono::nanoseconds(budget).count());
+  control.is_unwanted = [&context] { return context.IsCancelled(); };
+  return control;
+}
+
 }  // namespace
 
 struct LocalizationService::Robot {
@@ -29,16 +36,17 @@ struct LocalizationService::Robot {
   bool is_admitted = false;  // by the rate, for the first request
   bool has_begun = false;
   std::string map_name;
-  TrackerOptions options;
+  Asked asked;
+  double max_step_m = TrackerOptions().max_step_m;
   std::shared_ptr<const ServedMap> map;
   std::optional<Tracker> tracker;
 };
 
-void LimitCandidates(const Params& params, int max_candidates, QueryOptions& options) {
-  if (options.num_candidates) return;
-  const bool is_auto = options.method.value_or(DefaultMethod(params)).automatic;
+void LimitCandidates(const Params& params, int max_candidates, Query& query) {
+  if (query.num_candidates) return;
+  const bool is_auto = MethodOf(query, params).automatic;
   const int of_map = is_auto ? kAutoCandidates : params.search.num_candidates;
-  if (of_map > max_candidates) options.num_candidates = max_candidates;
+  if (of_map > max_candidates) query.num_candidates = max_candidates;
 }
 
 LocalizationService::LocalizationService(const MapRegistry& maps, WorkerPool& workers,
@@ -136,27 +144,26 @@ void LocalizationService::Note(const v1::LocalizeRequest& request, const Localiz
   capture_->Keep(std::move(query));
 }
 
-absl::StatusOr<QueryOptions> LocalizationService::OptionsOf(
-    const v1::LocalizeRequest& request, const grpc::CallbackServerContext& context) const {
-  auto options = proto::FromProto(request.options());
-  if (!options.ok()) return options.status();
-  if (auto status = CheckCost(*options); !status.ok()) return status;
-  options->now_ns = NowNs;
-  options->is_unwanted = [&context] { return context.IsCancelled(); };
-  return options;
+absl::StatusOr<LocalizationService::Asked> LocalizationService::AskedBy(
+    const v1::LocalizeRequest& request) const {
+  auto query = proto::FromProto(request.options());
+  if (!query.ok()) return query.status();
+  if (auto status = CheckCost(*query); !status.ok()) return status;
+  const auto budget = proto::BudgetFromProto(request.options());
+  if (!budget.ok()) return budget.status();
+  return Asked{*std::move(query), *budget};
 }
 
-absl::Status LocalizationService::CheckCost(const QueryOptions& options) const {
-  const int most = std::max(options.num_candidates.value_or(1), options.max_answers);
+absl::Status LocalizationService::CheckCost(const Query& query) const {
+  const int most = std::max(query.num_candidates.value_or(1), query.max_answers);
   if (most > limits_.max_candidates) {
     return absl::ResourceExhaustedError(absl::StrCat(
         most, " candidates are asked for; this server allows ", limits_.max_candidates));
   }
-  const bool is_slow =
-      options.method && (options.method->brute_force || options.method->naive_alignment);
+  const bool is_slow = query.method && (query.method->brute_force || query.method->naive_alignment);
   if (is_slow && !limits_.allow_slow_methods) {
     return absl::PermissionDeniedError(absl::StrCat(
-        "the method ", MethodName(*options.method), " takes a thread for up to seconds; leave out ",
+        "the method ", MethodName(*query.method), " takes a thread for up to seconds; leave out ",
         "-brute and -naive, or start the server with --allow-slow-methods"));
   }
   return absl::OkStatus();
@@ -166,24 +173,21 @@ absl::StatusOr<LocalizeReply> LocalizationService::Answer(
     const v1::LocalizeRequest& request, const Arrival& arrival,
     const grpc::CallbackServerContext& context, QueryDescriber& describer) {
   if (auto status = proto::CheckMapName(request.map()); !status.ok()) return status;
-  auto options = OptionsOf(request, context);
-  if (!options.ok()) return options.status();
+  auto asked = AskedBy(request);
+  if (!asked.ok()) return asked.status();
 
   const auto map = maps_.Find(request.map());
   if (!map.ok()) return map.status();
-  if (options->method) {
-    if (auto status = CheckServes((*map)->info.params, *options->method); !status.ok()) {
-      return status;
-    }
-  }
+  if (auto status = Validate(asked->query, (*map)->info.params); !status.ok()) return status;
 
-  LimitCandidates((*map)->info.params, limits_.max_candidates, *options);
+  LimitCandidates((*map)->info.params, limits_.max_candidates, asked->query);
 
   auto described = describer.Describe(request, **map, limits_.max_points);
   if (!described.ok()) return described.status();
   const std::int64_t decode_ns = NowNs() - arrival.started_ns - described->describe_ns;
 
-  auto answer = (*map)->localizer->Localize(described->descriptor, *options);
+  auto answer = (*map)->localizer->Localize(described->descriptor, asked->query,
+                                            ControlOf(context, asked->budget));
   if (!answer.ok()) return answer.status();
   answer->times.describe_ns = described->describe_ns;
   return LocalizeReply{.answer = *std::move(answer),
@@ -227,10 +231,10 @@ absl::StatusOr<v1::LocalizeStreamResponse> LocalizationService::Track(
   const v1::LocalizeRequest& query = request.query();
   if (!robot.has_begun) {
     if (auto status = proto::CheckMapName(query.map()); !status.ok()) return status;
-    const auto options = OptionsOf(query, *robot.context);
-    if (!options.ok()) return options.status();
-    robot.options.query = *options;
-    if (request.has_max_step_m()) robot.options.max_step_m = request.max_step_m();
+    const auto asked = AskedBy(query);
+    if (!asked.ok()) return asked.status();
+    robot.asked = *asked;
+    if (request.has_max_step_m()) robot.max_step_m = request.max_step_m();
     robot.map_name = query.map();
     robot.has_begun = true;
   } else if (!query.map().empty() || query.has_options() || request.has_max_step_m()) {
@@ -242,7 +246,7 @@ absl::StatusOr<v1::LocalizeStreamResponse> LocalizationService::Track(
   const auto map = maps_.Find(robot.map_name);
   if (!map.ok()) return map.status();
   if (*map != robot.map) {
-    TrackerOptions tracker_options = robot.options;
+    TrackerOptions tracker_options{.query = robot.asked.query, .max_step_m = robot.max_step_m};
     LimitCandidates((*map)->info.params, limits_.max_candidates, tracker_options.query);
     auto tracker = Tracker::Create((*map)->localizer, tracker_options);
     if (!tracker.ok()) return tracker.status();
@@ -254,7 +258,8 @@ absl::StatusOr<v1::LocalizeStreamResponse> LocalizationService::Track(
   auto described = describer.Describe(query, **map, limits_.max_points);
   if (!described.ok()) return described.status();
   const std::int64_t decode_ns = NowNs() - arrival.started_ns - described->describe_ns;
-  auto told = robot.tracker->Update(described->descriptor, *T_last_scan);
+  auto told = robot.tracker->Update(described->descriptor, *T_last_scan,
+                                    ControlOf(*robot.context, robot.asked.budget));
   if (!told.ok()) return told.status();
   told->answer.times.describe_ns = described->describe_ns;
   const TrackedReply reply{.reply = {.answer = std::move(told->answer),

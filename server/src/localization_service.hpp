@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -23,7 +24,7 @@ namespace scanloc::server {
 
 /// Holds what a map of these parameters has a query compare that does not say how much itself to a
 /// limit.
-void LimitCandidates(const Params& params, int max_candidates, QueryOptions& options);
+void LimitCandidates(const Params& params, int max_candidates, Query& query);
 
 /// scanloc.v1.Localization: queries run on the workers, the others where they arrive.
 class LocalizationService final : public RawService {
@@ -73,9 +74,13 @@ class LocalizationService final : public RawService {
                                                      const Arrival& arrival,
                                                      const grpc::CallbackServerContext& context,
                                                      QueryDescriber& describer);
-  [[nodiscard]] absl::StatusOr<QueryOptions> OptionsOf(
-      const v1::LocalizeRequest& request, const grpc::CallbackServerContext& context) const;
-  [[nodiscard]] absl::Status CheckCost(const QueryOptions& options) const;
+  /// What a request asks for, and for how long.
+  struct Asked {
+    Query query;
+    std::chrono::milliseconds budget{0};
+  };
+  [[nodiscard]] absl::StatusOr<Asked> AskedBy(const v1::LocalizeRequest& request) const;
+  [[nodiscard]] absl::Status CheckCost(const Query& query) const;
 
   /// Notes in the call what was said, counts it, and keeps the query if it found no place.
   void Note(const v1::LocalizeRequest& request, const LocalizeReply& reply,

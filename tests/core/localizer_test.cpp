@@ -37,10 +37,11 @@ struct World {
     localizer = *Localizer::Create(std::move(map));
   }
 
-  absl::StatusOr<Answer> Ask(PointView scan, const char* method, QueryOptions options = {}) const {
+  absl::StatusOr<Answer> Ask(PointView scan, const char* method, Query query = {},
+                             const SearchControl& control = {}) const {
     auto describer = *Describer::Create(params);
-    options.method = *ParseMethod(method);
-    return localizer->Localize(describer.Describe(scan), options);
+    query.method = *ParseMethod(method);
+    return localizer->Localize(describer.Describe(scan), query, control);
   }
 };
 
@@ -85,7 +86,7 @@ TEST(Localizer, RecoversEveryTurnOfAWholeSector) {
   for (const char* method : {"pc", "a-pc", "pc-naive", "a-pc-naive-brute"}) {
     for (int sector = 0; sector < 60; ++sector) {
       const Pose T_place_query = PlanarOffset(0.0, sector * 2.0 * kPi / 60);
-      QueryOptions options;
+      Query options;
       options.method = *ParseMethod(method);
       const auto answer = localizer->Localize(
           describer.Describe(scenes::SeenFrom(place_scan, T_place_query)), options);
@@ -122,7 +123,7 @@ TEST(Localizer, RecoversEveryShiftOfAWholeColumnAheadAndReversed) {
     for (int col = -10; col <= 10; ++col) {
       for (const double yaw_rad : {0.0, kPi}) {
         const Pose T_place_query = PlanarOffset(2.0 * col, yaw_rad);
-        QueryOptions options;
+        Query options;
         options.method = *ParseMethod("a-cc");
         const auto answer = localizer->Localize(
             describer.Describe(scenes::SeenFrom(place_scan, T_place_query)), options);
@@ -214,7 +215,7 @@ TEST(Localizer, FindsWithAllCandidatesWhatBruteForceFinds) {
   const World world;
   for (int i = 0; i < 10; ++i) {
     const PointCloud query = scenes::RandomScan(500 + i, 1'500);
-    const QueryOptions all{.num_candidates = limits::kMaxCandidates};
+    const Query all{.num_candidates = limits::kMaxCandidates};
     for (const auto& [fast, brute] :
          {std::pair{"pc", "pc-brute"}, {"cc-naive", "cc-naive-brute"}}) {
       const auto a = world.Ask(query, fast, all);
@@ -247,12 +248,11 @@ TEST(Localizer, GivesTheSameAnswersOnAnyNumberOfThreads) {
 TEST(Localizer, RefusesOptionsOutOfRange) {
   const World world({}, 2);
   const double nan = std::numeric_limits<double>::quiet_NaN();
-  for (const QueryOptions& options :
-       {QueryOptions{.num_candidates = 0}, QueryOptions{.num_candidates = -3},
-        QueryOptions{.num_candidates = limits::kMaxCandidates + 1}, QueryOptions{.threshold = nan},
-        QueryOptions{.threshold = -0.1}, QueryOptions{.threshold = 1.5},
-        QueryOptions{.max_answers = 0}}) {
-    EXPECT_EQ(world.Ask(world.scans[0], "pc", options).status().code(),
+  for (const Query& query :
+       {Query{.num_candidates = 0}, Query{.num_candidates = -3},
+        Query{.num_candidates = limits::kMaxCandidates + 1}, Query{.threshold = nan},
+        Query{.threshold = -0.1}, Query{.threshold = 1.5}, Query{.max_answers = 0}}) {
+    EXPECT_EQ(world.Ask(world.scans[0], "pc", query).status().code(),
               absl::StatusCode::kInvalidArgument);
   }
 }
@@ -278,7 +278,7 @@ TEST(Localizer, RefusesDescriptorsOfOtherParameters) {
 TEST(Localizer, MeasuresItsStagesWithTheClockItIsGiven) {
   const World world;
   static std::int64_t ticks = 0;
-  const auto answer = world.Ask(world.scans[0], "pc", {.now_ns = [] { return ticks += 5; }});
+  const auto answer = world.Ask(world.scans[0], "pc", {}, {.now_ns = [] { return ticks += 5; }});
   ASSERT_TRUE(answer.ok());
   EXPECT_EQ(answer->times.retrieve_ns, 5);
   EXPECT_EQ(answer->times.match_ns, 5);

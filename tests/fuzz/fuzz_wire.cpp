@@ -53,14 +53,14 @@ void Ask(const v1::LocalizeRequest& request) {
   (void)proto::CheckMapName(request.map());
   const auto options = proto::FromProto(request.options());
   const auto query = DescriptorOf(request);
-  if (query.ok()) (void)TheLocalizer()->Localize(*query, options.ok() ? *options : QueryOptions());
+  if (query.ok()) (void)TheLocalizer()->Localize(*query, options.ok() ? *options : Query());
 }
 
 /// As `scanloc locate --replay` does.
 void Replay(const CapturedQuery& captured) {
   const ScanDescriptor query =
       captured.descriptor ? captured.descriptor->descriptor : Describe(captured.scan);
-  (void)TheLocalizer()->Localize(query, captured.options);
+  (void)TheLocalizer()->Localize(query, captured.query);
 }
 
 /// A robot's stream: requests one behind the other, each after its size in two bytes. The first

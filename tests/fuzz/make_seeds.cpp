@@ -148,9 +148,7 @@ void AddMessages(const Seeds& seeds) {
                                .descriptor = describer.Describe(QueryScan(1, 1))};
   v1::LocalizeRequest request;
   request.set_map("town");
-  QueryOptions options;
-  options.num_candidates = 2;
-  *request.mutable_options() = proto::ToProto(options);
+  *request.mutable_options() = proto::ToProto(Query{.num_candidates = 2});
   *request.mutable_scan() = proto::ToProto(PointCloud(5, Point{1.0F, 2.0F, 3.0F}));
   seeds.Add("wire", 0, "scan", request.SerializeAsString());
   *request.mutable_descriptors() = proto::ToProto(query);

@@ -128,24 +128,23 @@ TEST(ConvertDescriptor, RefusesAnEndlessSignature) {
 }
 
 TEST(ConvertOptions, BringsOptionsBackAsTheyWere) {
-  QueryOptions sent;
+  Query sent;
   sent.method = ParseMethod("a-cc-naive").value();
   sent.num_candidates = 25;
   sent.threshold = 0.1 + 0.2;
   sent.max_answers = 7;
-  const auto back = FromProto(ToProto(sent));
+  const v1::LocalizeOptions message = ToProto(sent, std::chrono::milliseconds(70));
+  const auto back = FromProto(message);
   ASSERT_TRUE(back.ok()) << back.status();
-  EXPECT_EQ(back->method, sent.method);
-  EXPECT_EQ(back->num_candidates, sent.num_candidates);
-  EXPECT_EQ(back->threshold, sent.threshold);
-  EXPECT_EQ(back->max_answers, sent.max_answers);
+  EXPECT_EQ(*back, sent);
+  EXPECT_EQ(BudgetFromProto(message).value(), std::chrono::milliseconds(70));
 }
 
 TEST(ConvertOptions, LeavesUnsetWhatIsNotGiven) {
   const auto back = FromProto(v1::LocalizeOptions());
   ASSERT_TRUE(back.ok()) << back.status();
-  EXPECT_FALSE(back->method || back->num_candidates || back->threshold);
-  EXPECT_EQ(back->max_answers, 1);
+  EXPECT_EQ(*back, Query());
+  EXPECT_EQ(BudgetFromProto(v1::LocalizeOptions()).value(), std::chrono::milliseconds(0));
 }
 
 TEST(ConvertOptions, RefusesWhatIsOutOfRange) {

@@ -79,15 +79,14 @@ TEST_F(LocalizationServiceTest, AnswersAsALocalizerDoesToTheLastBit) {
       const PointCloud scan = test::QueryScan(seed, place);
       for (const char* method : {"pc", "cc", "a-pc", "a-cc", "a-pc-naive-brute"}) {
         SCOPED_TRACE(testing::Message() << name << " " << place << " " << method);
-        QueryOptions options;
-        options.method = ParseMethod(method).value();
-        options.num_candidates = 1 + place % 5;
-        options.max_answers = 1 + place % 3;
-        if (place % 4 == 0) options.threshold = 0.2;
-        const Answer expected = localizer->Localize(describer.Describe(scan), options).value();
+        Query query{.method = ParseMethod(method).value(),
+                    .num_candidates = 1 + place % 5,
+                    .max_answers = 1 + place % 3};
+        if (place % 4 == 0) query.threshold = 0.2;
+        const Answer expected = localizer->Localize(describer.Describe(scan), query).value();
 
         v1::LocalizeRequest request = test::ScanRequest(scan, name);
-        *request.mutable_options() = proto::ToProto(options);
+        *request.mutable_options() = proto::ToProto(query);
         ASSERT_TRUE(Ask(request).ok());
         test::ExpectSameAnswer(proto::FromProto(response_)->answer, expected);
 

@@ -90,13 +90,13 @@ TEST(LimitCandidates, HoldsTheMapsOwnChoiceToTheLimit) {
                                          {"a-pc", 9, 9},
                                          {"auto", 100, std::nullopt},
                                          {"auto", 99, 99}}) {
-    QueryOptions options;
-    options.method = ParseMethod(c.method).value();
-    LimitCandidates(params, c.limit, options);
-    EXPECT_EQ(options.num_candidates, c.expected) << c.method << " " << c.limit;
-    options.num_candidates = 5;
-    LimitCandidates(params, c.limit, options);
-    EXPECT_EQ(options.num_candidates, 5);
+    Query query;
+    query.method = ParseMethod(c.method).value();
+    LimitCandidates(params, c.limit, query);
+    EXPECT_EQ(query.num_candidates, c.expected) << c.method << " " << c.limit;
+    query.num_candidates = 5;
+    LimitCandidates(params, c.limit, query);
+    EXPECT_EQ(query.num_candidates, 5);
   }
 }
 

@@ -42,8 +42,9 @@ struct PostWorld {
   [[nodiscard]] ScanDescriptor Seen(std::int32_t place, const Pose& T_place_query) const {
     return Describer::Create(params)->Describe(scenes::SeenFrom(Scene(place), T_place_query));
   }
-  [[nodiscard]] Answer Ask(const ScanDescriptor& query, const QueryOptions& options = {}) const {
-    return *localizer->Localize(query, options);
+  [[nodiscard]] Answer Ask(const ScanDescriptor& scan, const Query& query = {},
+                           const SearchControl& control = {}) const {
+    return *localizer->Localize(scan, query, control);
   }
 };
 

@@ -6,6 +6,7 @@
 
 #include "absl/strings/escaping.h"
 #include "absl/strings/str_cat.h"
+#include "scanloc/core/localizer.hpp"
 #include "scanloc/core/scan/descriptor.hpp"
 #include "scanloc/mapdb/map_file.hpp"
 
@@ -42,11 +43,13 @@ struct OfflineClient::State {
 
   [[nodiscard]] absl::StatusOr<LocalizeReply> Answer(const ScanDescriptor& descriptor,
                                                      const RequestOptions& options) const {
-    QueryOptions query = options.query;
-    query.now_ns = &NowNs;
-    query.excluded = nullptr;
-    query.is_unwanted = nullptr;
-    auto answer = localizer->Localize(descriptor, query);
+    if (options.budget.count() < 0) {
+      return absl::InvalidArgumentError(
+          absl::StrCat("the budget is ", options.budget.count(), " ms; it must not be negative"));
+    }
+    auto answer =
+        localizer->Localize(descriptor, options.query,
+                            TimedBy(&NowNs, std::chrono::nanoseconds(options.budget).count()));
     if (!answer.ok()) return answer.status();
     return LocalizeReply{.answer = *std::move(answer), .map = info.name};
   }

@@ -18,7 +18,7 @@ class PlaceTree {
   ~PlaceTree();
 
   /// The place nearest to a position, of those equally near the lowest; none where all are excluded
-  /// (QueryOptions::excluded). O(log n), but for those that are excluded.
+  /// (SearchControl::excluded). O(log n), but for those that are excluded.
   [[nodiscard]] std::optional<std::size_t> Nearest(
       const Eigen::Vector3d& position_m, const std::vector<bool>* excluded = nullptr) const;
 

@@ -112,23 +112,22 @@ AutoSearch::AutoSearch(const Map& map) : map_(map), places_(map.places) {
 }
 
 std::vector<Hypothesis> AutoSearch::Find(const ScanDescriptor& query, const Options& options,
-                                         StageTimes& times) const {
-  const auto now_ns = [&] { return options.now_ns == nullptr ? 0 : options.now_ns(); };
+                                         const SearchControl& control, StageTimes& times) const {
   const auto search = [&](const KeyIndex& index, const Keys& keys) {
-    return index.Search(keys.retrieval_cm, options.shortlist, true, options.excluded);
+    return index.Search(keys.retrieval_cm, options.shortlist, true, control.excluded);
   };
   const auto view = [](const Context& context, const Keys& keys) {
     return ContextView{context.num_rows, context.num_cols, context.cells_cm, keys.aligning_cm};
   };
 
-  const std::int64_t start_ns = now_ns();
+  const std::int64_t start_ns = control.Now_ns();
   const Keys polar_keys = polar_ ? MakeKeys(query.polar) : Keys{};
   const Keys cart_keys = cart_ ? MakeKeys(query.cart) : Keys{};
   std::vector<KeyIndex::Neighbor> polar_found;
   std::vector<KeyIndex::Neighbor> cart_found;
   if (polar_) polar_found = search(*polar_, polar_keys);
   if (cart_) cart_found = search(*cart_, cart_keys);
-  const std::int64_t retrieved_ns = now_ns();
+  const std::int64_t retrieved_ns = control.Now_ns();
 
   // In turns, so that the best of both kinds are verified first should time run out.
   Proposals proposals;
@@ -145,29 +144,29 @@ std::vector<Hypothesis> AutoSearch::Find(const ScanDescriptor& query, const Opti
   proposals.AddHeadings([&](std::int32_t place) {
     return bearings_[static_cast<std::size_t>(place)].BestHeadings(bearings, kNumHeadings);
   });
-  const std::int64_t matched_ns = now_ns();
+  const std::int64_t matched_ns = control.Now_ns();
 
   // Where a robot should be is looked at first, too, should time run out.
-  const std::vector<Hypothesis> predicted = VerifyPredicted(query.structure, options);
+  const std::vector<Hypothesis> predicted =
+      VerifyPredicted(query.structure, options.predicted, control);
   Structures structures(*this);
-  std::vector<Hypothesis> verified = Verify(query.structure.posts, proposals.Take(), structures,
-                                            {.now_ns = options.now_ns,
-                                             .deadline_ns = options.deadline_ns,
-                                             .is_unwanted = options.is_unwanted});
+  std::vector<Hypothesis> verified =
+      Verify(query.structure.posts, proposals.Take(), structures, control);
   verified.insert(verified.end(), predicted.begin(), predicted.end());
   std::stable_sort(verified.begin(), verified.end(),
                    [](const Hypothesis& a, const Hypothesis& b) { return a.score > b.score; });
   times.retrieve_ns = retrieved_ns - start_ns;
   times.match_ns = matched_ns - retrieved_ns;
-  times.verify_ns = now_ns() - matched_ns;
+  times.verify_ns = control.Now_ns() - matched_ns;
   return verified;
 }
 
 std::vector<Hypothesis> AutoSearch::VerifyPredicted(const Structure& query,
-                                                    const Options& options) const {
+                                                    const std::vector<Pose>& predictions,
+                                                    const SearchControl& control) const {
   std::vector<Hypothesis> predicted;
-  for (const Pose& T_map_query : options.predicted) {
-    const auto place = places_.Nearest(T_map_query.translation(), options.excluded);
+  for (const Pose& T_map_query : predictions) {
+    const auto place = places_.Nearest(T_map_query.translation(), control.excluded);
     if (!place) return {};
     const Pose T_place_query =
         T_map_level_[*place].inverse() * T_map_query * LevelFromSensor(query).inverse();
@@ -177,12 +176,8 @@ std::vector<Hypothesis> AutoSearch::VerifyPredicted(const Structure& query,
   }
   const int num_predicted = static_cast<int>(predicted.size());
   Structures structures(*this);
-  return Verify(query.posts, std::move(predicted), structures,
-                {.num_fine = num_predicted,
-                 .max_fine_per_spot = num_predicted,
-                 .now_ns = options.now_ns,
-                 .deadline_ns = options.deadline_ns,
-                 .is_unwanted = options.is_unwanted});
+  return Verify(query.posts, std::move(predicted), structures, control,
+                {.num_fine = num_predicted, .max_fine_per_spot = num_predicted});
 }
 
 Pose AutoSearch::PoseInMap(const Structure& query, const Hypothesis& hypothesis) const {
@@ -194,16 +189,11 @@ Pose AutoSearch::PoseInMap(const Structure& query, const Hypothesis& hypothesis)
 
 std::optional<Candidate> AutoSearch::CandidateAt(const Pose& T_map_query, double score,
                                                  double confidence,
-                                                 const std::vector<bool>* excluded) const {
-  const auto index = places_.Nearest(T_map_query.translation(), excluded);
-  if (!index) return std::nullopt;
-  Candidate candidate;
-  const Place& place = map_.places[*index];
-  const Pose T_place_query = place.T_map_place.inverse() * T_map_query;
-  candidate.place = static_cast<std::int32_t>(*index);
-  candidate.session = place.session;
-  candidate.session_name = map_.sessions[static_cast<std::size_t>(place.session)];
-  candidate.T_map_place = place.T_map_place;
+                                                 const SearchControl& control) const {
+  const auto place = places_.Nearest(T_map_query.translation(), control.excluded);
+  if (!place) return std::nullopt;
+  Candidate candidate = CandidateOf(map_, *place);
+  const Pose T_place_query = candidate.T_map_place.inverse() * T_map_query;
   candidate.distance = 1.0 - score;
   candidate.confidence = confidence;
   candidate.yaw_rad = Yaw(T_place_query);

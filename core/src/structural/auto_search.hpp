@@ -10,6 +10,7 @@
 #include "scanloc/core/map/map.hpp"
 #include "scanloc/core/scan/descriptor.hpp"
 #include "scanloc/core/scan_context/key_index.hpp"
+#include "scanloc/core/search_control.hpp"
 #include "scanloc/core/structural/verify.hpp"
 #include "structural/bearing_grid.hpp"
 
@@ -27,16 +28,12 @@ class AutoSearch {
 
   struct Options {
     int shortlist = kShortlist;
-    std::int64_t (*now_ns)() = nullptr;
-    std::int64_t deadline_ns = 0;                 ///< 0: none
-    std::function<bool()> is_unwanted = nullptr;  ///< as in QueryOptions
-    const std::vector<bool>* excluded = nullptr;  ///< one a place: not looked at
-    std::vector<Pose> predicted;                  ///< T_map_query to be verified, too
+    std::vector<Pose> predicted = {};  ///< T_map_query to be verified, too
   };
 
   /// Verified hypotheses, best first; none if there is nothing to verify.
   [[nodiscard]] std::vector<Hypothesis> Find(const ScanDescriptor& query, const Options& options,
-                                             StageTimes& times) const;
+                                             const SearchControl& control, StageTimes& times) const;
 
   /// T_map_query of a hypothesis, in six degrees of freedom: the planar registration, and the
   /// grounds of both scans laid on each other.
@@ -46,14 +43,15 @@ class AutoSearch {
   /// places are excluded.
   [[nodiscard]] std::optional<Candidate> CandidateAt(const Pose& T_map_query, double score,
                                                      double confidence,
-                                                     const std::vector<bool>* excluded) const;
+                                                     const SearchControl& control) const;
 
  private:
   class Structures;
 
   /// Those of the poses predicted, verified.
   [[nodiscard]] std::vector<Hypothesis> VerifyPredicted(const Structure& query,
-                                                        const Options& options) const;
+                                                        const std::vector<Pose>& predictions,
+                                                        const SearchControl& control) const;
 
   const Map& map_;
   PlaceTree places_;

@@ -182,7 +182,7 @@ Calibrator::Trial Calibrator::Run(std::size_t i) const {
 
   StageTimes times;
   const std::vector<Hypothesis> verified =
-      state_->search.Find(visit.query, {.excluded = &excluded}, times);
+      state_->search.Find(visit.query, {}, {.excluded = &excluded}, times);
   Trial trial{.place = static_cast<std::int32_t>(place)};
   if (verified.empty()) return trial;
   const Evidence evidence = Weigh(state_->search, visit.query.structure, verified);

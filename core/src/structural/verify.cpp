@@ -12,12 +12,6 @@ namespace {
 constexpr float kCoarseCell_m = 1.0F;
 constexpr float kFineCell_m = 0.5F;
 
-bool IsOver(const VerifyOptions& options) {
-  if (options.is_unwanted && options.is_unwanted()) return true;
-  return options.now_ns != nullptr && options.deadline_ns > 0 &&
-         options.now_ns() >= options.deadline_ns;
-}
-
 bool Better(const Hypothesis& a, const Hypothesis& b) {
   return std::pair(-a.score, a.place) < std::pair(-b.score, b.place);
 }
@@ -26,13 +20,13 @@ constexpr RegisterOptions kCoarse{.num_iterations = 6, .wide_m = 3.0, .narrow_m 
 constexpr RegisterOptions kFine{.num_iterations = 10, .wide_m = 1.5, .narrow_m = 0.7};
 
 /// Lays each place's posts on the query's, so that one field does for all.
-void CoarsePass(const PlanarPoints& query, PlaceStructures& places, const VerifyOptions& options,
-                std::vector<Hypothesis>& hypotheses) {
+void CoarsePass(const PlanarPoints& query, PlaceStructures& places, const SearchControl& control,
+                const VerifyOptions& options, std::vector<Hypothesis>& hypotheses) {
   DistanceField query_field(kCoarseCell_m);
   query_field.Fill(query);
   PlanarPoints place;
   for (std::size_t i = 0; i < hypotheses.size(); ++i) {
-    if (IsOver(options)) {
+    if (control.IsOver()) {
       hypotheses.resize(i);
       break;
     }
@@ -73,10 +67,10 @@ std::vector<Hypothesis> Select(const std::vector<Hypothesis>& hypotheses, PlaceS
 
 std::vector<Hypothesis> Verify(std::span<const Post> query_posts,
                                std::vector<Hypothesis> hypotheses, PlaceStructures& places,
-                               const VerifyOptions& options) {
+                               const SearchControl& control, const VerifyOptions& options) {
   if (query_posts.empty() || hypotheses.empty()) return {};
   const PlanarPoints query(query_posts);
-  CoarsePass(query, places, options, hypotheses);
+  CoarsePass(query, places, control, options, hypotheses);
   std::vector<Hypothesis> selected = Select(hypotheses, places, options);
 
   DistanceField query_field(kFineCell_m);
@@ -84,7 +78,7 @@ std::vector<Hypothesis> Verify(std::span<const Post> query_posts,
   DistanceField place_field(kFineCell_m);
   const Horizon query_horizon(query_posts);
   for (std::size_t i = 0; i < selected.size(); ++i) {
-    if (i > 0 && IsOver(options)) {
+    if (i > 0 && control.IsOver()) {
       selected.resize(i);
       break;
     }

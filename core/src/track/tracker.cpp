@@ -67,21 +67,21 @@ Tracker::Tracker(std::shared_ptr<const Localizer> localizer, const TrackerOption
 
 absl::StatusOr<Tracker> Tracker::Create(std::shared_ptr<const Localizer> localizer,
                                         const TrackerOptions& options) {
-  Method method;
-  method.automatic = true;
   if (options.query.method && !options.query.method->automatic) {
     return absl::InvalidArgumentError(
         absl::StrFormat("a moving robot is tracked with the method auto, not %s",
                         MethodName(*options.query.method)));
   }
-  if (absl::Status status = CheckServes(localizer->map().params, method); !status.ok()) {
+  TrackerOptions checked = options;
+  checked.query.method = Method{.automatic = true};
+  if (absl::Status status = Validate(checked.query, localizer->map().params); !status.ok()) {
     return status;
   }
   if (!(options.max_step_m > 0.0 && options.max_step_m <= 1000.0)) {
     return absl::InvalidArgumentError(
         absl::StrFormat("max_step_m is %g; it must be in (0, 1000]", options.max_step_m));
   }
-  return Tracker(std::move(localizer), options);
+  return Tracker(std::move(localizer), checked);
 }
 
 void Tracker::Reset() {
@@ -134,7 +134,7 @@ void Tracker::Weigh(const Step& step) {
   tracks_ = std::move(weighed);
 }
 
-TrackedAnswer Tracker::Tell(const Step& step) {
+TrackedAnswer Tracker::Tell(const Step& step, const SearchControl& control) {
   const Map& map = localizer_->map();
   TrackedAnswer told;
   Answer& answer = told.answer;
@@ -145,8 +145,8 @@ TrackedAnswer Tracker::Tell(const Step& step) {
   for (const Track& track : tracks_) sum += std::exp(track.log_odds);
   for (const Track& track : tracks_) {
     if (static_cast<int>(answer.candidates.size()) >= options_.query.max_answers) break;
-    auto candidate = localizer_->auto_search_->CandidateAt(
-        track.T_map_scan, track.score, std::exp(track.log_odds) / sum, options_.query.excluded);
+    auto candidate = localizer_->auto_search_->CandidateAt(track.T_map_scan, track.score,
+                                                           std::exp(track.log_odds) / sum, control);
     if (candidate) answer.candidates.push_back(*std::move(candidate));
   }
   if (answer.candidates.empty()) {
@@ -177,14 +177,10 @@ TrackedAnswer Tracker::Tell(const Step& step) {
 }
 
 absl::StatusOr<Tracker::Step> Tracker::Look(const ScanDescriptor& scan,
-                                            const std::optional<Pose>& T_last_scan) const {
-  const QueryOptions& query = options_.query;
-  const bool is_limited = query.budget_ns > 0 && query.now_ns != nullptr;
-  AutoSearch::Options search{.shortlist = query.num_candidates.value_or(AutoSearch::kShortlist),
-                             .now_ns = query.now_ns,
-                             .deadline_ns = is_limited ? query.now_ns() + query.budget_ns : 0,
-                             .is_unwanted = query.is_unwanted,
-                             .excluded = query.excluded};
+                                            const std::optional<Pose>& T_last_scan,
+                                            const SearchControl& control) const {
+  AutoSearch::Options search{.shortlist =
+                                 options_.query.num_candidates.value_or(AutoSearch::kShortlist)};
   for (const Track& track : tracks_) {
     search.predicted.push_back(T_last_scan ? track.T_map_scan * *T_last_scan : track.T_map_scan);
   }
@@ -193,10 +189,8 @@ absl::StatusOr<Tracker::Step> Tracker::Look(const ScanDescriptor& scan,
   step.gate_m = T_last_scan ? kGate_m + kGatePerMetre * travelled_m : options_.max_step_m;
   step.gate_rad = T_last_scan ? kGate_rad : kFreeGate_rad;
   const AutoSearch& auto_search = *localizer_->auto_search_;
-  const std::vector<Hypothesis> found = auto_search.Find(scan, search, step.times);
-  if (query.is_unwanted && query.is_unwanted()) {
-    return absl::CancelledError("nobody waits for the answer any more");
-  }
+  const std::vector<Hypothesis> found = auto_search.Find(scan, search, control, step.times);
+  if (control.IsUnwanted()) return absl::CancelledError("nobody waits for the answer any more");
   for (const Hypothesis& hypothesis : found) {
     const Pose T_map_scan = auto_search.PoseInMap(scan.structure, hypothesis);
     const bool is_known =
@@ -218,10 +212,9 @@ absl::StatusOr<Tracker::Step> Tracker::Look(const ScanDescriptor& scan,
 }
 
 absl::StatusOr<TrackedAnswer> Tracker::Update(const ScanDescriptor& scan,
-                                              const std::optional<Pose>& T_last_scan) {
-  Method method;
-  method.automatic = true;
-  if (absl::Status status = localizer_->CheckQuery(scan, method, options_.query); !status.ok()) {
+                                              const std::optional<Pose>& T_last_scan,
+                                              const SearchControl& control) {
+  if (absl::Status status = localizer_->Check(scan, options_.query, control); !status.ok()) {
     return status;
   }
   std::optional<Pose> T_last;
@@ -236,16 +229,16 @@ absl::StatusOr<TrackedAnswer> Tracker::Update(const ScanDescriptor& scan,
   const SearchParams& least = localizer_->map().params.search;
   if (scan.num_voxels < static_cast<std::uint32_t>(least.min_voxels) ||
       scan.structure.posts.size() < kMinPosts) {
-    absl::StatusOr<Answer> answer = localizer_->Localize(scan, options_.query);
+    absl::StatusOr<Answer> answer = localizer_->Localize(scan, options_.query, control);
     if (!answer.ok()) return answer.status();
     Move(T_last);
     return TrackedAnswer{.answer = *std::move(answer)};
   }
-  const absl::StatusOr<Step> step = Look(scan, T_last);
+  const absl::StatusOr<Step> step = Look(scan, T_last, control);
   if (!step.ok()) return step.status();
   Move(T_last);
   Weigh(*step);
-  return Tell(*step);
+  return Tell(*step, control);
 }
 
 }  // namespace scanloc

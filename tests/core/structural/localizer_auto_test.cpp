@@ -88,11 +88,9 @@ TEST(LocalizerAuto, LooksAtNoPlaceThatIsExcluded) {
       std::vector<bool> excluded(6, true);
       excluded[static_cast<std::size_t>(place)] = false;
       excluded[2] = false;
-      QueryOptions options{.max_answers = 6};
-      options.method = *ParseMethod(method);
-      options.num_candidates = 6;
-      options.excluded = &excluded;
-      const Answer answer = world.Ask(query, options);
+      const Answer answer =
+          world.Ask(query, {.method = *ParseMethod(method), .num_candidates = 6, .max_answers = 6},
+                    {.excluded = &excluded});
       ASSERT_FALSE(answer.candidates.empty()) << method;
       EXPECT_EQ(answer.candidates.front().place, place) << method;
       for (const Candidate& candidate : answer.candidates) {
@@ -106,17 +104,15 @@ TEST(LocalizerAuto, AnswersWithoutCandidatesWhereAllIsExcluded) {
   const PostWorld world({1, 2, 3});
   const std::vector<bool> excluded(3, true);
   for (const char* method : {"auto", "a-pc", "cc-brute"}) {
-    QueryOptions options;
-    options.method = *ParseMethod(method);
-    options.excluded = &excluded;
-    const Answer answer = world.Ask(world.Seen(1, Pose::Identity()), options);
+    const Answer answer = world.Ask(world.Seen(1, Pose::Identity()),
+                                    {.method = *ParseMethod(method)}, {.excluded = &excluded});
     EXPECT_EQ(answer.outcome, Outcome::kNotRecognized) << method;
     EXPECT_TRUE(answer.candidates.empty()) << method;
   }
   const std::vector<bool> other_map(2, false);
-  QueryOptions options;
-  options.excluded = &other_map;
-  EXPECT_EQ(world.localizer->Localize(world.Seen(1, Pose::Identity()), options).status().code(),
+  EXPECT_EQ(world.localizer->Localize(world.Seen(1, Pose::Identity()), {}, {.excluded = &other_map})
+                .status()
+                .code(),
             absl::StatusCode::kInvalidArgument);
 }
 
@@ -127,10 +123,9 @@ TEST(LocalizerAuto, EndsASearchThatNobodyWaitsFor) {
   for (const char* method : {"auto", "a-pc", "cc-brute"}) {
     for (const int num_patient : {0, 1}) {
       num_asked = 0;
-      QueryOptions options;
-      options.method = *ParseMethod(method);
-      options.is_unwanted = [&] { return ++num_asked > num_patient; };
-      const auto answer = world.localizer->Localize(query, options);
+      const auto answer =
+          world.localizer->Localize(query, {.method = *ParseMethod(method)},
+                                    {.is_unwanted = [&] { return ++num_asked > num_patient; }});
       EXPECT_EQ(answer.status().code(), absl::StatusCode::kCancelled) << method;
       EXPECT_LE(num_asked, num_patient + 3) << method;
     }
@@ -155,27 +150,25 @@ std::int64_t SecondsPassAtEveryLook() { return g_now_ns += 1'000'000'000; }
 TEST(LocalizerAuto, AnswersWithTheBestSoFarWhenItsBudgetIsSpent) {
   const PostWorld world({1, 2, 3, 4, 5, 6});
   const ScanDescriptor query = world.Seen(3, Offset(0.3, 0.5, 0.0, 0.1));
-  const Answer answer =
-      world.Ask(query, {.now_ns = &SecondsPassAtEveryLook, .budget_ns = 8'000'000'000});
+  const Answer answer = world.Ask(query, {}, TimedBy(&SecondsPassAtEveryLook, 8'000'000'000));
   ASSERT_FALSE(answer.candidates.empty());
   const Answer whole = world.Ask(query, {.max_answers = 10});
   EXPECT_LT(answer.candidates.size(), whole.candidates.size());
   // Spent before it began: an answer all the same.
-  EXPECT_NE(world.Ask(query, {.now_ns = &SecondsPassAtEveryLook, .budget_ns = 1}).outcome,
+  EXPECT_NE(world.Ask(query, {}, TimedBy(&SecondsPassAtEveryLook, 1)).outcome,
             Outcome::kInsufficientScan);
 }
 
 TEST(LocalizerAuto, RefusesTheOptionsOfOtherMethods) {
   const PostWorld world({1, 2});
   const ScanDescriptor query = world.Seen(0, Pose::Identity());
-  const auto code = [&](const QueryOptions& options) {
-    return world.localizer->Localize(query, options).status().code();
+  const auto code = [&](const Query& asked) {
+    return world.localizer->Localize(query, asked).status().code();
   };
   EXPECT_EQ(code({.threshold = 0.3}), absl::StatusCode::kInvalidArgument);
   EXPECT_EQ(code({.method = *ParseMethod("a-pc"), .min_confidence = 0.3}),
             absl::StatusCode::kInvalidArgument);
   EXPECT_EQ(code({.min_confidence = 1.5}), absl::StatusCode::kInvalidArgument);
-  EXPECT_EQ(code({.budget_ns = -1}), absl::StatusCode::kInvalidArgument);
   EXPECT_EQ(code({.num_candidates = 1, .min_confidence = 0.99}), absl::StatusCode::kOk);
 }
 

@@ -20,11 +20,11 @@ class Robot {
       : world_(world), tracker_(*Tracker::Create(world.localizer, options)) {}
 
   /// Drives there, reckoning well.
-  TrackedAnswer DriveTo(std::int32_t place) {
+  TrackedAnswer DriveTo(std::int32_t place, const SearchControl& control = {}) {
     const Pose T_map_robot = PoseAt(place);
     const Pose T_last = T_map_robot_.inverse() * T_map_robot;
     T_map_robot_ = T_map_robot;
-    return *tracker_.Update(world_.Seen(place, kBeside), T_last);
+    return *tracker_.Update(world_.Seen(place, kBeside), T_last, control);
   }
   /// Is carried there and does not know.
   TrackedAnswer IsCarriedTo(std::int32_t place) {
@@ -141,16 +141,14 @@ TEST(Tracker, KeepsItsTrackOverAScanOfNothing) {
 // A robot that hangs up, whatever it has just seen: enough to search for, or next to nothing.
 TEST(Tracker, IsCancelledAndStaysAsItWas) {
   const PostWorld world({1, 2, 3});
-  bool is_unwanted = false;
-  Robot robot(world, {.query = {.is_unwanted = [&] { return is_unwanted; }}});
+  Robot robot(world);
   (void)robot.DriveTo(0);
   const ScanDescriptor flat = Describer::Create(world.params)->Describe(scenes::PostScan(5, 3));
   ASSERT_GE(flat.num_voxels, static_cast<std::uint32_t>(world.params.search.min_voxels));
   for (const ScanDescriptor& scan : {flat, world.Seen(1, Pose::Identity())}) {
-    is_unwanted = true;
-    EXPECT_EQ(robot.tracker().Update(scan, Offset(9.0, 0.0, 0.0, 0.0)).status().code(),
-              absl::StatusCode::kCancelled);
-    is_unwanted = false;
+    const auto told = robot.tracker().Update(scan, Offset(9.0, 0.0, 0.0, 0.0),
+                                             {.is_unwanted = [] { return true; }});
+    EXPECT_EQ(told.status().code(), absl::StatusCode::kCancelled);
   }
   EXPECT_EQ(robot.DriveTo(1).num_scans, 2);
 }
@@ -158,14 +156,14 @@ TEST(Tracker, IsCancelledAndStaysAsItWas) {
 TEST(Tracker, NeverTellsAPlaceThatIsExcluded) {
   const PostWorld world({1, 2, 3, 4, 2, 6});
   std::vector<bool> excluded(6);
-  Robot robot(world, {.query = {.excluded = &excluded}});
+  Robot robot(world);
   (void)robot.DriveTo(0);
   excluded[1] = true;
   // Its twin, place 4, is not where the robot can have got to.
-  const TrackedAnswer elsewhere = robot.DriveTo(1);
+  const TrackedAnswer elsewhere = robot.DriveTo(1, {.excluded = &excluded});
   for (const Candidate& told : elsewhere.answer.candidates) EXPECT_NE(told.place, 1);
   excluded.assign(6, true);
-  const Answer nowhere = robot.DriveTo(2).answer;
+  const Answer nowhere = robot.DriveTo(2, {.excluded = &excluded}).answer;
   EXPECT_EQ(nowhere.outcome, Outcome::kNotRecognized);
   EXPECT_TRUE(nowhere.candidates.empty());
 }
@@ -175,13 +173,14 @@ TEST(Tracker, HoldsItsPredictionsToTheBudget) {
   static std::int64_t tick_ns;
   clock_ns = 0;
   const PostWorld world({1, 2, 3});
-  Robot robot(world, {.query = {.now_ns = [] { return clock_ns += tick_ns; }, .budget_ns = 100}});
+  Robot robot(world);
+  const auto control = [] { return TimedBy([] { return clock_ns += tick_ns; }, 100); };
   tick_ns = 0;
-  EXPECT_EQ(robot.DriveTo(0).num_scans, 1);
+  EXPECT_EQ(robot.DriveTo(0, control()).num_scans, 1);
   tick_ns = 1000;  // over before the first look
-  EXPECT_EQ(robot.DriveTo(1).num_scans, 1);
+  EXPECT_EQ(robot.DriveTo(1, control()).num_scans, 1);
   tick_ns = 0;
-  EXPECT_EQ(robot.DriveTo(2).num_scans, 2);
+  EXPECT_EQ(robot.DriveTo(2, control()).num_scans, 2);
 }
 
 TEST(Tracker, ForgetsWhenReset) {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
-#include "scanloc/core/localizer.hpp"
+#include "scanloc/core/query.hpp"
 #include "scanloc/core/scan/point_cloud.hpp"
 #include "scanloc/proto/messages.hpp"
 
@@ -14,9 +14,11 @@ namespace scanloc::client {
 
 /// What one query may say beside the scan.
 struct RequestOptions {
-  std::string map;                                   ///< empty: the only map there is
-  QueryOptions query;                                ///< now_ns, excluded, is_unwanted: not used
+  std::string map;  ///< empty: the only map there is
+  Query query;
   std::optional<std::chrono::milliseconds> timeout;  ///< none: the client's
+  /// With `auto`: verification ends after so long, with the best answer so far; 0: when it is done.
+  std::chrono::milliseconds budget{0};
   /// What a server's log and answers know the call by: up to 128 printable characters without
   /// spaces; empty: the server makes one. Sent as the metadata x-request-id.
   std::string request_id;

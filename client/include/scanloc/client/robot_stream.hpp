@@ -7,7 +7,7 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
-#include "scanloc/core/localizer.hpp"
+#include "scanloc/core/query.hpp"
 #include "scanloc/core/scan/point_cloud.hpp"
 #include "scanloc/core/scan/pose.hpp"
 #include "scanloc/proto/messages.hpp"
@@ -16,11 +16,12 @@ namespace scanloc::client {
 
 struct StreamOptions {
   std::string map;           ///< empty: the server's only map
-  QueryOptions query;        ///< of every scan; now_ns is not used
+  Query query;               ///< of every scan
   double max_step_m = 20.0;  ///< without odometry: farthest the robot goes between two scans
   /// Describe scans here and send some kilobytes; else send them as they are, 12 bytes a point.
   bool send_descriptor = true;
   std::optional<std::chrono::milliseconds> timeout;  ///< of each scan; none: the client's
+  std::chrono::milliseconds budget{0};               ///< of each scan; as in RequestOptions
   std::string request_id;                            ///< of all of it; as in RequestOptions
 };
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -8,6 +9,8 @@
 #include "scanloc/core/scan/pose.hpp"
 
 namespace scanloc {
+
+struct Map;
 
 enum class Outcome : std::uint8_t {  // on the wire, never renumber
   kLocalized = 1,
@@ -36,6 +39,9 @@ struct Candidate {
   /// degrees of freedom.
   Pose T_map_query = Pose::Identity();
 };
+
+/// The query taken to stand where a place was mapped; its distance is left open.
+[[nodiscard]] Candidate CandidateOf(const Map& map, std::size_t place);
 
 /// Time spent per stage [ns]; zero where it was not measured.
 struct StageTimes {

@@ -23,8 +23,8 @@ struct BaselineQuery {
   const ScanDescriptor& descriptor;             ///< of the scan, made with the map's parameters
   std::size_t num_answers = 1;                  ///< candidates told in the answer, at most
   std::optional<int> num_candidates{};          ///< k; none: the map's
-  const std::vector<bool>* excluded = nullptr;  ///< as in QueryOptions
-  std::int64_t (*now_ns)() = nullptr;           ///< as in QueryOptions
+  const std::vector<bool>* excluded = nullptr;  ///< as in SearchControl
+  std::int64_t (*now_ns)() = nullptr;           ///< as in SearchControl
 };
 
 /// A way of recognising the places of a map. Once Prepare was called, any number of threads may ask

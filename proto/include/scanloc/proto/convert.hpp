@@ -31,9 +31,12 @@ namespace scanloc::proto {
 [[nodiscard]] absl::StatusOr<SignedDescriptor> FromProto(const v1::Descriptors& message);
 [[nodiscard]] v1::Descriptors ToProto(const SignedDescriptor& descriptor);
 
-/// now_ns is not on the wire and stays null.
-[[nodiscard]] absl::StatusOr<QueryOptions> FromProto(const v1::LocalizeOptions& message);
-[[nodiscard]] v1::LocalizeOptions ToProto(const QueryOptions& options);
+/// The budget is how long a search may verify; 0: as long as it takes.
+[[nodiscard]] absl::StatusOr<Query> FromProto(const v1::LocalizeOptions& message);
+[[nodiscard]] absl::StatusOr<std::chrono::milliseconds> BudgetFromProto(
+    const v1::LocalizeOptions& message);
+[[nodiscard]] v1::LocalizeOptions ToProto(const Query& query,
+                                          std::chrono::milliseconds budget = {});
 
 [[nodiscard]] absl::StatusOr<LocalizeReply> FromProto(const v1::LocalizeResponse& message);
 [[nodiscard]] v1::LocalizeResponse ToProto(const LocalizeReply& reply);

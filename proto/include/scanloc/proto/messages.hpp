@@ -1,15 +1,16 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <chrono>
 #include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "scanloc/core/answer.hpp"
-#include "scanloc/core/localizer.hpp"
 #include "scanloc/core/map/map.hpp"
 #include "scanloc/core/params.hpp"
+#include "scanloc/core/query.hpp"
 #include "scanloc/core/scan/descriptor.hpp"
 #include "scanloc/core/scan/point_cloud.hpp"
 #include "scanloc/core/scan/voxel_filter.hpp"
@@ -76,9 +77,10 @@ struct LocalizeReply {
 /// A query without a place that a server kept for replay.
 struct CapturedQuery {
   std::string request_id;
-  std::string map;       ///< as the request named it
-  QueryOptions options;  ///< as the request had them
-  PointCloud scan;       ///< empty if descriptors were sent
+  std::string map;                      ///< as the request named it
+  Query query;                          ///< this and the budget as the request had them
+  std::chrono::milliseconds budget{0};  ///< 0: none
+  PointCloud scan;                      ///< empty if descriptors were sent
   std::optional<SignedDescriptor> descriptor;
   LocalizeReply reply;  ///< what was said to it
 };

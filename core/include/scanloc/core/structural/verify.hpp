@@ -2,10 +2,10 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <functional>
 #include <span>
 #include <vector>
 
+#include "scanloc/core/search_control.hpp"
 #include "scanloc/core/structural/registration.hpp"
 
 namespace scanloc {
@@ -25,10 +25,6 @@ struct VerifyOptions {
   /// so that a rival elsewhere gets its chance.
   int max_fine_per_spot = 4;
   double rival_radius_m = 8.0;
-  /// Monotonic clock and when to stop with the best so far; null: no limit.
-  std::int64_t (*now_ns)() = nullptr;
-  std::int64_t deadline_ns = 0;
-  std::function<bool()> is_unwanted = nullptr;  ///< once true: stop, nobody waits
 };
 
 /// The places that hypotheses speak of.
@@ -44,13 +40,13 @@ class PlaceStructures {
 
 /// Lays the query's posts on those of each hypothesis' place, coarsely for all, finely for the
 /// best; gives the finely verified ones, best first. Hypotheses are looked at in the order given
-/// until the deadline; those of one place should follow each other.
+/// until the search is over; those of one place should follow each other.
 ///
 /// The score is the geometric mean of how much of the query lies on the place and how much of the
 /// place, within the query's reach, lies on the query.
 [[nodiscard]] std::vector<Hypothesis> Verify(std::span<const Post> query,
                                              std::vector<Hypothesis> hypotheses,
-                                             PlaceStructures& places,
+                                             PlaceStructures& places, const SearchControl& control,
                                              const VerifyOptions& options = {});
 
 }  // namespace scanloc

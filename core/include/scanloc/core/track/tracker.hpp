@@ -11,7 +11,7 @@
 namespace scanloc {
 
 struct TrackerOptions {
-  QueryOptions query;  ///< of each scan; the method must be `auto`, which none stands for, too
+  Query query;  ///< of each scan; the method must be `auto`, which none stands for, too
   /// Without odometry: as far as the robot may have gone from one scan to the next, in (0, 1000].
   double max_step_m = 20.0;
 };
@@ -44,7 +44,8 @@ class Tracker {
   /// The errors of Localizer::Localize; InvalidArgument, too, for a pose that is none. After an
   /// error the state is as it was.
   [[nodiscard]] absl::StatusOr<TrackedAnswer> Update(
-      const ScanDescriptor& scan, const std::optional<Pose>& T_last_scan = std::nullopt);
+      const ScanDescriptor& scan, const std::optional<Pose>& T_last_scan = std::nullopt,
+      const SearchControl& control = {});
 
   /// At most kMaxTracks.
   [[nodiscard]] std::size_t num_tracks() const { return tracks_.size(); }
@@ -67,10 +68,11 @@ class Tracker {
 
   /// What the scan says, with the tracks where they should have got to. Cancelled as Localize is.
   [[nodiscard]] absl::StatusOr<Step> Look(const ScanDescriptor& scan,
-                                          const std::optional<Pose>& T_last_scan) const;
+                                          const std::optional<Pose>& T_last_scan,
+                                          const SearchControl& control) const;
   void Move(const std::optional<Pose>& T_last_scan);
   void Weigh(const Step& step);
-  [[nodiscard]] TrackedAnswer Tell(const Step& step);
+  [[nodiscard]] TrackedAnswer Tell(const Step& step, const SearchControl& control);
 
   std::shared_ptr<const Localizer> localizer_;
   TrackerOptions options_;

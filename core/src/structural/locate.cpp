@@ -1,11 +1,9 @@
+#include "structural/locate.hpp"
+
 #include <algorithm>
 #include <cmath>
 
 #include "absl/strings/str_format.h"
-#include "scanloc/core/localizer.hpp"
-#include "structural/auto_search.hpp"
-
-// The method `auto` (docs/algorithm.md, "Beyond the paper"): from verified hypotheses to an answer.
 
 namespace scanloc {
 namespace {
@@ -35,35 +33,29 @@ void Decide(const Map& map, const Evidence& evidence, double min_confidence, Ans
 
 }  // namespace
 
-Answer Localizer::LocalizeByStructure(const ScanDescriptor& query,
-                                      const QueryOptions& options) const {
+Answer LocateByStructure(const Map& map, const AutoSearch& search, const ScanDescriptor& scan,
+                         const Query& query, const SearchControl& control) {
   Answer answer;
-  answer.content_id = map_->content_id;
-  if (query.structure.posts.size() < kMinPosts) {
+  if (scan.structure.posts.size() < kMinPosts) {
     answer.outcome = Outcome::kInsufficientScan;
     answer.reason = absl::StrFormat("the scan shows %d pieces of upright structure; %d are needed",
-                                    query.structure.posts.size(), kMinPosts);
+                                    scan.structure.posts.size(), kMinPosts);
     return answer;
   }
 
-  const bool is_limited = options.budget_ns > 0 && options.now_ns != nullptr;
-  const AutoSearch::Options search_options{
-      .shortlist = options.num_candidates.value_or(AutoSearch::kShortlist),
-      .now_ns = options.now_ns,
-      .deadline_ns = is_limited ? options.now_ns() + options.budget_ns : 0,
-      .is_unwanted = options.is_unwanted,
-      .excluded = options.excluded};
-  const std::vector<Hypothesis> verified = auto_search_->Find(query, search_options, answer.times);
+  const std::vector<Hypothesis> verified =
+      search.Find(scan, {.shortlist = query.num_candidates.value_or(AutoSearch::kShortlist)},
+                  control, answer.times);
   if (verified.empty()) {
     answer.outcome = Outcome::kNotRecognized;
     answer.reason = "the map has no place to compare with";
     return answer;
   }
 
-  const Evidence evidence = Weigh(*auto_search_, query.structure, verified);
+  const Evidence evidence = Weigh(search, scan.structure, verified);
   for (const Hypothesis& hypothesis : verified) {
-    if (static_cast<int>(answer.candidates.size()) >= options.max_answers) break;
-    const Pose T_map_query = auto_search_->PoseInMap(query.structure, hypothesis);
+    if (static_cast<int>(answer.candidates.size()) >= query.max_answers) break;
+    const Pose T_map_query = search.PoseInMap(scan.structure, hypothesis);
     const bool is_told =
         std::any_of(answer.candidates.begin(), answer.candidates.end(), [&](const Candidate& c) {
           return (c.T_map_query.translation() - T_map_query.translation()).norm() <
@@ -72,13 +64,11 @@ Answer Localizer::LocalizeByStructure(const ScanDescriptor& query,
     if (is_told) continue;
     const bool is_best = answer.candidates.empty();
     const double confidence = Confidence(
-        map_->calibration, is_best ? evidence : Evidence{hypothesis.score, verified.front().score});
-    auto candidate =
-        auto_search_->CandidateAt(T_map_query, hypothesis.score, confidence, options.excluded);
+        map.calibration, is_best ? evidence : Evidence{hypothesis.score, verified.front().score});
+    auto candidate = search.CandidateAt(T_map_query, hypothesis.score, confidence, control);
     if (candidate) answer.candidates.push_back(*std::move(candidate));
   }
-  Decide(*map_, evidence, options.min_confidence.value_or(map_->params.search.min_confidence),
-         answer);
+  Decide(map, evidence, query.min_confidence.value_or(map.params.search.min_confidence), answer);
   return answer;
 }
 
