@@ -6,12 +6,81 @@
 #include <set>
 #include <utility>
 
+#include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "scanloc/core/limits.hpp"
+#include "scanloc/core/printable.hpp"
 #include "schema.hpp"
 
 namespace scanloc::mapdb {
 namespace {
+
+constexpr std::size_t kMaxSchemaRows = 100;
+constexpr std::size_t kMaxParams = 10'000;
+
+struct SchemaRow {
+  std::string type;
+  std::string name;
+  std::string sql;
+};
+
+absl::Status SchemaError(const Connection& connection, absl::string_view what) {
+  return DamagedError(connection.path(), absl::StrCat("its schema is not that of a map: ", what));
+}
+
+absl::StatusOr<std::vector<SchemaRow>> ReadSchema(Connection& connection) {
+  absl::StatusOr<Statement> rows = connection.Prepare(schema::kSelectSchema);
+  if (!rows.ok()) return rows.status();
+  std::vector<SchemaRow> schema;
+  while (true) {
+    const absl::StatusOr<bool> row = rows->Step();
+    if (!row.ok()) return row.status();
+    if (!*row) return schema;
+    if (schema.size() == kMaxSchemaRows) {
+      return SchemaError(connection, absl::StrCat("it has more than ", kMaxSchemaRows, " entries"));
+    }
+    schema.push_back(
+        {std::string(rows->Text(0)), std::string(rows->Text(1)), std::string(rows->Text(2))});
+  }
+}
+
+const schema::Table* FindTable(const SchemaRow& row, int version) {
+  const auto* const table =
+      std::find_if(schema::kTables.begin(), schema::kTables.end(), [&](const schema::Table& known) {
+        return known.since_version <= version && known.name == row.name;
+      });
+  return table != schema::kTables.end() && row.type == "table" && row.sql == table->create_sql
+             ? table
+             : nullptr;
+}
+
+// Whatever else a database may hold (views, triggers, generated columns) never gets to run: until
+// this has been seen no statement touches a table. Those that tell the version are of one shape in
+// all versions; a newer one whose files we can read may have added tables.
+absl::Status CheckSchema(const Connection& connection, const std::vector<SchemaRow>& schema,
+                         MapHead& head) {
+  const int version = head.schema_version;
+  const bool is_newer = version > schema::kVersion;
+  std::ptrdiff_t num_found = 0;
+  for (const SchemaRow& row : schema) {
+    if (FindTable(row, version) != nullptr) {
+      ++num_found;
+      continue;
+    }
+    const bool is_ours = std::any_of(
+        schema::kTables.begin(), schema::kTables.end(),
+        [&](const schema::Table& known) { return absl::EqualsIgnoreCase(known.name, row.name); });
+    if (!is_newer || is_ours || row.type != "table") {
+      return SchemaError(connection, absl::StrCat("at '", Printable(row.name), "'"));
+    }
+  }
+  const auto num_expected =
+      std::count_if(schema::kTables.begin(), schema::kTables.end(),
+                    [&](const schema::Table& table) { return table.since_version <= version; });
+  if (num_found != num_expected) return SchemaError(connection, "a table is missing");
+  head.has_additions = static_cast<std::ptrdiff_t>(schema.size()) > num_found;
+  return absl::OkStatus();
+}
 
 // Every name is read only once its checksum holds, so that damage never looks like a newer file.
 absl::StatusOr<std::map<std::string, std::string>> ReadMeta(Connection& connection) {
@@ -42,7 +111,13 @@ absl::StatusOr<int> ReadVersion(const std::map<std::string, std::string>& meta, 
   return version;
 }
 
-absl::Status ReadVersions(Connection& connection, MapHead& head) {
+absl::Status ReadVersions(Connection& connection, const std::vector<SchemaRow>& schema,
+                          MapHead& head) {
+  const bool has_meta = std::any_of(schema.begin(), schema.end(), [](const SchemaRow& row) {
+    const schema::Table* table = FindTable(row, 1);
+    return table != nullptr && table->name == std::string_view(schema::kMetaTable);
+  });
+  if (!has_meta) return SchemaError(connection, "it has no such table 'meta' as maps have");
   const absl::StatusOr<std::map<std::string, std::string>> meta = ReadMeta(connection);
   if (!meta.ok()) return meta.status();
   const std::string& path = connection.path();
@@ -66,39 +141,6 @@ absl::Status ReadVersions(Connection& connection, MapHead& head) {
   return absl::OkStatus();
 }
 
-// Whatever else a database may hold (views, triggers, generated columns) never gets to run. A newer
-// version whose files we can read may have added tables and indexes.
-absl::Status CheckSchema(Connection& connection, int version) {
-  const bool is_newer = version > schema::kVersion;
-  const auto belongs = [&](const schema::Table& table) { return table.since_version <= version; };
-  absl::StatusOr<Statement> rows = connection.Prepare(schema::kSelectSchema);
-  if (!rows.ok()) return rows.status();
-  std::size_t num_found = 0;
-  while (true) {
-    const absl::StatusOr<bool> row = rows->Step();
-    if (!row.ok()) return row.status();
-    if (!*row) break;
-    const auto ours = std::find_if(
-        schema::kTables.begin(), schema::kTables.end(),
-        [&](const schema::Table& table) { return belongs(table) && table.name == rows->Text(1); });
-    const std::string_view type = rows->Text(0);
-    const bool is_known =
-        ours != schema::kTables.end() && type == "table" && ours->create_sql == rows->Text(2);
-    const bool is_addition =
-        is_newer && ours == schema::kTables.end() && (type == "table" || type == "index");
-    if (!is_known && !is_addition) {
-      return DamagedError(connection.path(), absl::StrCat("its schema is not that of a map, at '",
-                                                          std::string(rows->Text(1)), "'"));
-    }
-    num_found += is_known ? 1 : 0;
-  }
-  if (static_cast<std::ptrdiff_t>(num_found) !=
-      std::count_if(schema::kTables.begin(), schema::kTables.end(), belongs)) {
-    return DamagedError(connection.path(), "its schema is not that of a map: a table is missing");
-  }
-  return absl::OkStatus();
-}
-
 absl::Status ReadParams(Connection& connection, MapHead& head) {
   absl::StatusOr<Statement> rows = connection.Prepare(schema::kSelectParams);
   if (!rows.ok()) return rows.status();
@@ -106,6 +148,9 @@ absl::Status ReadParams(Connection& connection, MapHead& head) {
     const absl::StatusOr<bool> row = rows->Step();
     if (!row.ok()) return row.status();
     if (!*row) break;
+    if (head.param_texts.size() == kMaxParams) {
+      return DamagedError(connection.path(), absl::StrCat("params: more than ", kMaxParams));
+    }
     head.param_texts.emplace_back(rows->Text(0), rows->Text(1));
     const auto& [name, value] = head.param_texts.back();
     if (ParamChecksum(name, value) != rows->Int(2)) {
@@ -188,14 +233,25 @@ std::int64_t MapHead::num_places() const {
   return sum;
 }
 
-absl::StatusOr<MapHead> ReadHead(Connection& connection) {
+absl::StatusOr<MapHead> ReadVersions(Connection& connection) {
+  const absl::StatusOr<std::vector<SchemaRow>> schema = ReadSchema(connection);
+  if (!schema.ok()) return schema.status();
   MapHead head;
-  if (absl::Status status = ReadVersions(connection, head); !status.ok()) return status;
-  if (absl::Status status = CheckSchema(connection, head.schema_version); !status.ok()) {
-    return status;
-  }
+  absl::Status status = ReadVersions(connection, *schema, head);
+  if (status.ok()) status = CheckSchema(connection, *schema, head);
+  if (!status.ok()) return status;
+  return head;
+}
+
+absl::Status ReadTables(Connection& connection, MapHead& head) {
   if (absl::Status status = ReadParams(connection, head); !status.ok()) return status;
-  if (absl::Status status = ReadSessions(connection, head); !status.ok()) return status;
+  return ReadSessions(connection, head);
+}
+
+absl::StatusOr<MapHead> ReadHead(Connection& connection) {
+  absl::StatusOr<MapHead> head = ReadVersions(connection);
+  if (!head.ok()) return head;
+  if (absl::Status status = ReadTables(connection, *head); !status.ok()) return status;
   return head;
 }
 

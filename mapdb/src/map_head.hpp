@@ -22,6 +22,7 @@ struct MapHead {
   ParamTexts param_texts;
   Params params;
   std::vector<SessionRow> sessions;
+  bool has_additions = false;  ///< tables of a newer version, of which nothing is known
 
   [[nodiscard]] std::int64_t num_places() const;
   /// False: the last session has scans left to build. Only the last can have.
@@ -29,6 +30,12 @@ struct MapHead {
     return sessions.back().num_done() == sessions.back().num_scans;
   }
 };
+
+/// The first step of ReadHead: compares the schema and reads the versions. Before it has succeeded
+/// no other statement may run, since what a hostile schema says would be executed.
+[[nodiscard]] absl::StatusOr<MapHead> ReadVersions(Connection& connection);
+/// The second: parameters and sessions.
+[[nodiscard]] absl::Status ReadTables(Connection& connection, MapHead& head);
 
 /// Checks the version and the schema and reads the small tables.
 [[nodiscard]] absl::StatusOr<MapHead> ReadHead(Connection& connection);

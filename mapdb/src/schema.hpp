@@ -16,9 +16,11 @@ struct Table {
   int since_version;
 };
 
+inline constexpr const char* kMetaTable = "meta";  ///< the same in all versions
+
 /// The checksum in a row covers all other columns of the row.
 inline constexpr std::array<Table, 8> kTables = {{
-    {"meta",
+    {kMetaTable,
      "CREATE TABLE meta (key TEXT NOT NULL PRIMARY KEY, value TEXT NOT NULL,"
      " checksum INTEGER NOT NULL) STRICT, WITHOUT ROWID",
      1},
@@ -67,13 +69,15 @@ inline constexpr const char* kCompatibleVersionKey = "compatible_version";
 inline constexpr const char* kBuiltByKey = "built_by";
 inline constexpr const char* kContentIdKey = "content_id";
 
-inline constexpr const char* kConfigureReader = "PRAGMA cell_size_check = ON; PRAGMA mmap_size = 0";
-// A map is one file: a journal that is deleted at every commit, and nothing spilled before one.
+inline constexpr const char* kConfigureReader =
+    "PRAGMA cell_size_check = ON; PRAGMA mmap_size = 0; PRAGMA temp_store = MEMORY";
+// A map is one file: a journal that is deleted at every commit, its folder synced, and nothing
+// spilled before one.
 // Page size and encoding hold for a new file only (docs/map_format.md, "Why so").
 inline constexpr const char* kConfigureWriter =
     "PRAGMA page_size = 8192; PRAGMA encoding = 'UTF-8'; PRAGMA cell_size_check = ON; PRAGMA "
     "mmap_size = 0; PRAGMA journal_mode = DELETE;"
-    " PRAGMA synchronous = FULL; PRAGMA cache_spill = OFF";
+    " PRAGMA synchronous = EXTRA; PRAGMA cache_spill = OFF";
 inline constexpr const char* kSetApplicationId = "PRAGMA application_id = 1397509955";
 static_assert(kApplicationId == 1397509955);
 inline constexpr const char* kCountPages = "PRAGMA page_count";

@@ -1,3 +1,5 @@
+#include "verify.hpp"
+
 #include <string>
 #include <utility>
 #include <vector>
@@ -41,11 +43,20 @@ bool Next(Cursor& cursor, Problems& problems) {
   return !problems.full() && problems.Add(row.status()) && *row;
 }
 
-void CheckIntegrity(Connection& connection, Problems& problems) {
-  absl::StatusOr<Statement> rows = connection.Prepare(schema::kCheckIntegrity);
+void RunIntegrityCheck(std::string_view sql, Connection& connection, Problems& problems) {
+  absl::StatusOr<Statement> rows = connection.Prepare(sql);
   if (!problems.Add(rows.status())) return;
   while (Next(*rows, problems)) {
     if (rows->Text(0) != "ok") problems.Add(absl::StrCat("SQLite: ", std::string(rows->Text(0))));
+  }
+}
+
+// The check executes constraints, so that of tables that we do not know must not run.
+void CheckIntegrity(Connection& connection, const MapHead& head, Problems& problems) {
+  if (!head.has_additions) return RunIntegrityCheck(schema::kCheckIntegrity, connection, problems);
+  for (const schema::Table& table : schema::kTables) {
+    RunIntegrityCheck(absl::StrCat(schema::kCheckIntegrity, "(", table.name, ")"), connection,
+                      problems);
   }
 }
 
@@ -135,30 +146,38 @@ void CheckPlaces(Connection& connection, const MapHead& head,
   }
 }
 
+void CheckRows(Connection& connection, const MapHead& head, Problems& problems) {
+  const std::vector<std::int64_t> contexts = CheckContexts(connection, head.params, problems);
+  std::vector<std::int64_t> structures;
+  if (head.schema_version >= 2) structures = CheckStructures(connection, problems);
+  CheckPlaces(connection, head, contexts, structures, problems);
+  problems.Add(ReadCalibration(connection, head).status());
+}
+
 // Damage is an answer of Verify; what is no map that this version can read is an error.
 bool IsDamage(const absl::Status& status) { return absl::IsDataLoss(status); }
 
 }  // namespace
 
-absl::StatusOr<std::vector<std::string>> Verify(const std::string& path) {
+absl::StatusOr<std::vector<std::string>> Verify(Connection& connection) {
   Problems problems;
-  absl::StatusOr<Connection> connection = OpenForReading(path);
-  if (!connection.ok()) {
-    if (!IsDamage(connection.status())) return connection.status();
-    problems.Add(connection.status());
-    return std::move(problems).Take();
-  }
-  const absl::StatusOr<MapHead> head = ReadHead(*connection);
+  absl::StatusOr<MapHead> head = ReadVersions(connection);
   if (!head.ok() && !IsDamage(head.status())) return head.status();
-  CheckIntegrity(*connection, problems);
-  if (problems.Add(head.status()) && problems.Add(CheckRoomForPlaces(*connection, *head))) {
-    const std::vector<std::int64_t> contexts = CheckContexts(*connection, head->params, problems);
-    std::vector<std::int64_t> structures;
-    if (head->schema_version >= 2) structures = CheckStructures(*connection, problems);
-    CheckPlaces(*connection, *head, contexts, structures, problems);
-    problems.Add(ReadCalibration(*connection, *head).status());
+  if (problems.Add(head.status())) {
+    CheckIntegrity(connection, *head, problems);
+    if (problems.Add(ReadTables(connection, *head)) &&
+        problems.Add(CheckRoomForPlaces(connection, *head))) {
+      CheckRows(connection, *head, problems);
+    }
   }
   return std::move(problems).Take();
+}
+
+absl::StatusOr<std::vector<std::string>> Verify(const std::string& path) {
+  absl::StatusOr<Connection> connection = OpenForReading(path);
+  if (connection.ok()) return Verify(*connection);
+  if (!IsDamage(connection.status())) return connection.status();
+  return std::vector<std::string>{DamageOf(connection.status())};
 }
 
 }  // namespace scanloc::mapdb
