@@ -143,6 +143,9 @@ absl::StatusOr<mapdb::BuildOptions> BuildCommand::MakeBuildOptions(
   if (resume_) options.mode = mapdb::BuildMode::kResume;
   if (!append_) return options;
 
+  if (resume_) {
+    if (absl::Status s = mapdb::RecoverMap(map_).status(); !s.ok()) return s;
+  }
   const absl::StatusOr<mapdb::MapInfo> info = mapdb::ReadInfo(map_);
   if (!info.ok()) return info.status();
   options.params = info->params;

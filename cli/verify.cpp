@@ -19,12 +19,19 @@ class VerifyCommand : public Command {
   }
   void Declare(CLI::App& app) override {
     app.add_option("MAP", map_, "Map file")->required();
+    app.add_flag("--recover", recover_,
+                 "First undo the unfinished write that a killed build left beside the map; where "
+                 "the map is sound without that, only its leftover is removed");
     app.footer(
-        "Prints \"MAP is sound\", or a line for each damage and ends with status 1.\n"
+        "Prints \"MAP is sound\", or a line for each damage and ends with status 1. Without\n"
+        "--recover nothing is written.\n"
         "Example:\n"
         "  scanloc verify town.scanloc && scp town.scanloc robot:");
   }
   [[nodiscard]] absl::Status Run() override {
+    if (recover_) {
+      if (absl::Status s = Recover(); !s.ok()) return s;
+    }
     const absl::StatusOr<std::vector<std::string>> problems = mapdb::Verify(map_);
     if (!problems.ok()) return problems.status();
     if (problems->empty()) return WriteText("-", absl::StrCat(map_, " is sound\n"));
@@ -39,7 +46,22 @@ class VerifyCommand : public Command {
   }
 
  private:
+  [[nodiscard]] absl::Status Recover() const {
+    const absl::StatusOr<mapdb::Recovery> recovery = mapdb::RecoverMap(map_);
+    if (!recovery.ok()) return recovery.status();
+    switch (*recovery) {
+      case mapdb::Recovery::kNothingToDo:
+        return absl::OkStatus();
+      case mapdb::Recovery::kRolledBack:
+        return WriteText("-", "an unfinished write was undone\n");
+      case mapdb::Recovery::kJournalRemoved:
+        return WriteText("-", "a journal was removed that the map has no need of\n");
+    }
+    return absl::OkStatus();
+  }
+
   std::string map_;
+  bool recover_ = false;
 };
 
 }  // namespace

@@ -9,6 +9,7 @@
 #include "encoding.hpp"
 #include "map_writer.hpp"
 #include "open_map.hpp"
+#include "scanloc/mapdb/map_file.hpp"
 #include "session_plan.hpp"
 
 namespace scanloc::mapdb {
@@ -118,7 +119,9 @@ absl::StatusOr<MapBuilder> MapBuilder::Resume(const std::string& path, const Par
                                               SessionPlan plan) {
   if (absl::Status status = scanloc::Validate(params); !status.ok()) return status;
   if (absl::Status status = Validate(plan); !status.ok()) return status;
-  if (absl::IsNotFound(CheckIsFile(path))) return Create(path, params, std::move(plan));
+  const absl::StatusOr<Recovery> recovery = RecoverMap(path);
+  if (absl::IsNotFound(recovery.status())) return Create(path, params, std::move(plan));
+  if (!recovery.ok()) return recovery.status();
   absl::StatusOr<MapWriter> writer = MapWriter::Open(path);
   if (!writer.ok()) return writer.status();
   absl::Status status;

@@ -20,9 +20,8 @@ struct OpenMap {
   MapHead head;
 };
 
-absl::StatusOr<OpenMap> OpenAndReadHead(const std::string& path,
-                                        UnfinishedWrite unfinished = UnfinishedWrite::kRollBack) {
-  absl::StatusOr<Connection> connection = OpenForReading(path, unfinished);
+absl::StatusOr<OpenMap> OpenAndReadHead(const std::string& path) {
+  absl::StatusOr<Connection> connection = OpenForReading(path);
   if (!connection.ok()) return connection.status();
   absl::StatusOr<MapHead> head = ReadHead(*connection);
   if (!head.ok()) return head.status();
@@ -76,8 +75,8 @@ void Widen(std::int64_t stamp_ns, bool is_first, std::int64_t& first_ns, std::in
 
 }  // namespace
 
-absl::StatusOr<Map> LoadMap(const std::string& path, UnfinishedWrite unfinished) {
-  absl::StatusOr<OpenMap> file = OpenAndReadHead(path, unfinished);
+absl::StatusOr<Map> LoadMap(const std::string& path) {
+  absl::StatusOr<OpenMap> file = OpenAndReadHead(path);
   if (!file.ok()) return file.status();
   Map map = MakeEmptyMap(file->head.params);
   map.content_id = file->head.content_id;

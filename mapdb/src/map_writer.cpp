@@ -21,14 +21,17 @@ constexpr int kReadersTimeout_ms = 60'000;
 }  // namespace
 
 absl::StatusOr<MapWriter> MapWriter::Open(const std::string& path) {
-  absl::StatusOr<Connection> connection = OpenForWriting(path);
+  absl::StatusOr<Connection> connection = OpenForWriting(path, Access::kWrite);
   if (!connection.ok()) return connection.status();
   MapWriter writer(*std::move(connection));
   if (absl::Status status = writer.TakeLock(); !status.ok()) return status;
   const absl::StatusOr<std::int64_t> file_bytes = writer.connection_.FileBytes();
   if (!file_bytes.ok()) return file_bytes.status();
+  if (*file_bytes > 0) {
+    if (absl::Status status = writer.ReadExisting(); !status.ok()) return status;
+  }
+  writer.connection_.LimitTime(std::nullopt);
   if (*file_bytes == 0) return writer;
-  if (absl::Status status = writer.ReadExisting(); !status.ok()) return status;
   if (absl::Status status = writer.PrepareInserts(); !status.ok()) return status;
   return writer;
 }

@@ -2,13 +2,11 @@
 
 #include <unistd.h>
 
-#include <cerrno>
-#include <cstdio>
-#include <cstring>
 #include <set>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "folder.hpp"
 #include "map_rows.hpp"
 #include "open_map.hpp"
 #include "scanloc/mapdb/map_builder.hpp"
@@ -158,9 +156,8 @@ absl::StatusOr<std::string> MergeMaps(const std::string& out,
   if (absl::Status status = CreateEmptyFile(out); !status.ok()) return status;
   const std::string partial = absl::StrCat(out, ".merging-", getpid());
   absl::StatusOr<std::string> content_id = CopyAll(inputs, partial);
-  if (content_id.ok() && std::rename(partial.c_str(), out.c_str()) != 0) {
-    content_id = absl::InternalError(
-        absl::StrCat("cannot rename '", partial, "' to '", out, "': ", std::strerror(errno)));
+  if (content_id.ok()) {
+    if (absl::Status status = RenameFile(partial, out); !status.ok()) content_id = status;
   }
   if (!content_id.ok()) {
     unlink(partial.c_str());

@@ -10,12 +10,13 @@
 #include <system_error>
 
 #include "absl/strings/str_cat.h"
+#include "folder.hpp"
 #include "schema.hpp"
 
 namespace scanloc::mapdb {
 namespace {
 
-constexpr int kReaderBusyTimeout_ms = 5000;
+constexpr int kBusyTimeout_ms = 5000;
 constexpr std::size_t kFrontBytes = 100;
 constexpr std::string_view kMagic("SQLite format 3\0", 16);
 constexpr std::size_t kWriteVersionOffset = 18;
@@ -34,13 +35,6 @@ absl::Status CheckJournalMode(Connection& connection) {
   return absl::OkStatus();
 }
 
-absl::StatusOr<Connection> OpenConnection(const std::string& path, Connection::Access access) {
-  absl::StatusOr<Connection> connection = Connection::Open(path, access, kReaderBusyTimeout_ms);
-  if (!connection.ok()) return connection.status();
-  if (absl::Status status = CheckJournalMode(*connection); !status.ok()) return status;
-  return connection;
-}
-
 // The first read takes the lock, and finds out whether a dead process left an unfinished write.
 absl::Status StartReading(Connection& connection) {
   for (const char* sql : {schema::kConfigureReader, schema::kBeginRead}) {
@@ -49,28 +43,38 @@ absl::Status StartReading(Connection& connection) {
   return connection.QueryInt(schema::kCountPages).status();
 }
 
-absl::Status UnfinishedWriteError(const std::string& path) {
-  return absl::FailedPreconditionError(absl::StrCat(
-      "beside map '", path, "' lies '", path,
-      "-journal', the unfinished write of a build that was ",
-      "killed. If the map was put here in the place of that build's, remove the journal: undoing ",
-      "it would damage the map. If it is that build's own, undo the write with scanloc verify, or ",
-      "complete the build with --resume"));
-}
-
-absl::Status RollBackDeadWrite(const std::string& path) {
-  absl::StatusOr<Connection> connection = OpenConnection(path, Connection::Access::kReadWrite);
-  absl::Status status = connection.status();
-  if (status.ok()) status = StartReading(*connection);
-  if (status.ok() || absl::IsUnavailable(status)) return status;
-  return absl::FailedPreconditionError(absl::StrCat(
-      "map '", path, "' holds the unfinished write of a build that was killed, and it cannot be",
-      " undone here (", status.message(),
-      "); open the map once where file and folder may be written, for example with scanloc "
-      "verify"));
+// What lies in the way of a reader or writer, beside the map.
+absl::Status JournalError(const std::string& path) {
+  const std::string journal = JournalOf(path);
+  const std::string beside = absl::StrCat("beside map '", path, "' lies '", journal, "', ");
+  switch (LookAtJournal(journal)) {
+    case JournalState::kNoFile:
+      return absl::FailedPreconditionError(absl::StrCat(
+          beside, "which is no file that can be read; no build makes such: remove it"));
+    case JournalState::kNamesAnother:
+      return absl::FailedPreconditionError(absl::StrCat(
+          beside, "which would have another file deleted; no build makes such: remove it"));
+    default:
+      return absl::FailedPreconditionError(absl::StrCat(
+          beside, "the unfinished write of a build that was killed. If it is this map's, complete ",
+          "the build with --resume, or undo the write with scanloc verify --recover; if the map ",
+          "was put here in the place of that build's, remove the journal"));
+  }
 }
 
 }  // namespace
+
+absl::StatusOr<Connection> OpenConnection(const std::string& path, Access access) {
+  if (absl::Status status = CheckIsFile(path); !status.ok()) return status;
+  const JournalState journal = LookAtJournal(JournalOf(path));
+  if (journal == JournalState::kNoFile || journal == JournalState::kNamesAnother) {
+    return JournalError(path);
+  }
+  absl::StatusOr<Connection> connection = Connection::Open(path, access, kBusyTimeout_ms);
+  if (!connection.ok()) return connection.status();
+  if (absl::Status status = CheckJournalMode(*connection); !status.ok()) return status;
+  return connection;
+}
 
 absl::Status CheckIsFile(const std::string& path) {
   std::error_code error;
@@ -117,42 +121,40 @@ absl::Status CheckFront(Connection& connection) {
   return absl::OkStatus();
 }
 
-absl::StatusOr<Connection> OpenForReading(const std::string& path, UnfinishedWrite unfinished) {
-  if (absl::Status status = CheckIsFile(path); !status.ok()) return status;
-  absl::StatusOr<Connection> connection = OpenConnection(path, Connection::Access::kReadOnly);
-  if (!connection.ok()) return connection.status();
-  absl::Status status = StartReading(*connection);
-  if (!status.ok() && connection->needs_rollback()) {
-    if (unfinished == UnfinishedWrite::kRefuse) return UnfinishedWriteError(path);
-    if (status = RollBackDeadWrite(path); !status.ok()) return status;
-    connection = OpenConnection(path, Connection::Access::kReadOnly);
+absl::StatusOr<Connection> OpenForReading(const std::string& path) {
+  // A build that ends just now may leave the look of one that was killed, for a moment.
+  constexpr int kTries = 3;
+  for (int i = 0; i < kTries; ++i) {
+    absl::StatusOr<Connection> connection = OpenConnection(path, Access::kRead);
     if (!connection.ok()) return connection.status();
-    status = StartReading(*connection);
+    absl::Status status = StartReading(*connection);
+    if (!status.ok() && connection->needs_rollback()) continue;
+    if (status.ok()) status = CheckFront(*connection);
+    if (!status.ok()) return status;
+    return connection;
   }
-  if (status.ok()) status = CheckFront(*connection);
-  if (!status.ok()) return status;
-  return connection;
+  return JournalError(path);
 }
 
-absl::StatusOr<Connection> OpenForWriting(const std::string& path) {
-  if (absl::Status status = CheckIsFile(path); !status.ok()) return status;
-  absl::StatusOr<Connection> connection = OpenConnection(path, Connection::Access::kReadWrite);
+absl::StatusOr<Connection> OpenForWriting(const std::string& path, Access access) {
+  absl::StatusOr<Connection> connection = OpenConnection(path, access);
   if (!connection.ok()) return connection.status();
   if (connection->is_read_only()) {
     return absl::PermissionDeniedError(
         absl::StrCat("cannot write map '", path, "'; check the rights to the file"));
   }
-  if (absl::Status status = connection->Execute(schema::kConfigureWriter); !status.ok()) {
-    return status;
-  }
-  return connection;
+  absl::Status status = connection->Execute(schema::kConfigureWriter);
+  if (status.ok()) return connection;
+  const JournalState journal = LookAtJournal(JournalOf(path));
+  const bool is_refused = access == Access::kWrite && journal == JournalState::kHot;
+  return absl::IsPermissionDenied(status) && is_refused ? JournalError(path) : status;
 }
 
 absl::Status CreateEmptyFile(const std::string& path) {
   const int file = open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
   if (file >= 0) {
     close(file);
-    return absl::OkStatus();
+    return SyncFolderOf(path);
   }
   const int error = errno;
   const std::string message =

@@ -16,10 +16,13 @@ namespace scanloc::mapdb {
 /// Refuses what is no scanloc map by the first bytes of the file.
 [[nodiscard]] absl::Status CheckFront(Connection& connection);
 
+/// Opens a file without looking into it: no map that is not one regular file in rollback-journal
+/// mode, and none beside which lies a journal that no build makes.
+[[nodiscard]] absl::StatusOr<Connection> OpenConnection(const std::string& path, Access access);
+
 /// Opens a map for reading in one transaction, so that all statements see the same commit. The
 /// errors of map_file.hpp.
-[[nodiscard]] absl::StatusOr<Connection> OpenForReading(
-    const std::string& path, UnfinishedWrite unfinished = UnfinishedWrite::kRollBack);
+[[nodiscard]] absl::StatusOr<Connection> OpenForReading(const std::string& path);
 
 /// Creates an empty file, and fails if there is one: nobody's file is written over, whatever the
 /// timing. AlreadyExists; NotFound if its folder does not exist; PermissionDenied,
@@ -27,6 +30,7 @@ namespace scanloc::mapdb {
 [[nodiscard]] absl::Status CreateEmptyFile(const std::string& path);
 
 /// Opens an existing file for writing, without looking into it yet and outside any transaction.
-[[nodiscard]] absl::StatusOr<Connection> OpenForWriting(const std::string& path);
+/// With Access::kRecover, the unfinished write of a killed build is undone by that.
+[[nodiscard]] absl::StatusOr<Connection> OpenForWriting(const std::string& path, Access access);
 
 }  // namespace scanloc::mapdb

@@ -14,6 +14,10 @@ namespace {
 // A row holds a context: at most two bytes for each of kMaxDescriptorSide² cells, mask and keys.
 constexpr int kMaxRowBytes = 4 << 20;
 constexpr int kMaxSqlBytes = 16 << 10;
+// What a slow disk reads in a second, and what even the smallest map may take.
+constexpr std::int64_t kSlowestBytesPerSecond = 1'000'000;
+constexpr std::chrono::seconds kLeastTime(60);
+constexpr int kOperationsBetweenLooks = 1000;
 constexpr absl::string_view kIsDamaged = "' is damaged: ";
 constexpr absl::string_view kDamageAdvice = "; restore it from a copy or build it again";
 
@@ -50,6 +54,10 @@ absl::Status SqliteError(sqlite3* database, int code, const std::string& path) {
       return absl::UnavailableError(
           absl::StrCat("map '", path,
                        "' is in use by another build; wait until that has ended, then try again"));
+    case SQLITE_INTERRUPT:
+      return absl::DeadlineExceededError(absl::StrCat(
+          "reading map '", path, "' takes longer than any sound map of its size; check the disk, ",
+          "and where the map comes from"));
     case SQLITE_FULL:
       return NoRoomError(path, what);
     case SQLITE_IOERR:
@@ -182,10 +190,10 @@ void Connection::Close::operator()(sqlite3* database) const { sqlite3_close_v2(d
 
 absl::StatusOr<Connection> Connection::Open(const std::string& path, Access access,
                                             int busy_timeout_ms) {
-  const int flags = (access == Access::kReadOnly ? SQLITE_OPEN_READONLY : SQLITE_OPEN_READWRITE) |
-                    SQLITE_OPEN_NOMUTEX | SQLITE_OPEN_EXRESCODE;
+  const int flags = (access == Access::kRead ? SQLITE_OPEN_READONLY : SQLITE_OPEN_READWRITE) |
+                    SQLITE_OPEN_NOMUTEX | SQLITE_OPEN_PRIVATECACHE | SQLITE_OPEN_EXRESCODE;
   sqlite3* database = nullptr;
-  const int code = sqlite3_open_v2(PlainPath(path).c_str(), &database, flags, nullptr);
+  const int code = sqlite3_open_v2(PlainPath(path).c_str(), &database, flags, FileLayer(access));
   Connection connection(database, path);
   if (code != SQLITE_OK) {
     return SqliteError(database, code, path);
@@ -194,6 +202,11 @@ absl::StatusOr<Connection> Connection::Open(const std::string& path, Access acce
     return status;
   }
   connection.SetBusyTimeout(busy_timeout_ms);
+  const absl::StatusOr<std::int64_t> file_bytes = connection.FileBytes();
+  if (!file_bytes.ok()) {
+    return file_bytes.status();
+  }
+  connection.LimitTime(kLeastTime + std::chrono::seconds(*file_bytes / kSlowestBytesPerSecond));
   return connection;
 }
 
@@ -224,35 +237,57 @@ absl::StatusOr<std::int64_t> Connection::QueryInt(std::string_view sql) {
   return *row ? statement->Int(0) : 0;
 }
 
+void Connection::LimitTime(std::optional<std::chrono::nanoseconds> limit) {
+  if (!limit.has_value()) {
+    sqlite3_progress_handler(database_.get(), 0, nullptr, nullptr);
+    return;
+  }
+  time_limit_ = std::make_unique<TimeLimit>(std::chrono::steady_clock::now() + *limit);
+  const auto is_over = [](void* time_limit) {
+    return std::chrono::steady_clock::now() > static_cast<TimeLimit*>(time_limit)->end ? 1 : 0;
+  };
+  sqlite3_progress_handler(database_.get(), kOperationsBetweenLooks, is_over, time_limit_.get());
+}
+
 void Connection::SetBusyTimeout(int milliseconds) {
   sqlite3_busy_timeout(database_.get(), milliseconds);
 }
 
 // Through SQLite's own handle: closing a second one would drop this process's locks on the file.
+absl::Status Connection::WithFile(const std::function<int(sqlite3_file&)>& use) {
+  sqlite3_file* file = nullptr;
+  int code = sqlite3_file_control(database_.get(), "main", SQLITE_FCNTL_FILE_POINTER, &file);
+  if (code == SQLITE_OK) {
+    code = file->pMethods == nullptr ? SQLITE_CANTOPEN : use(*file);
+  }
+  return code == SQLITE_OK ? absl::OkStatus() : SqliteError(database_.get(), code, path_);
+}
+
 absl::StatusOr<std::string> Connection::ReadFront(std::size_t num_bytes) {
   const absl::StatusOr<std::int64_t> size = FileBytes();
   if (!size.ok()) {
     return size.status();
   }
-  sqlite3_file* file = nullptr;
-  sqlite3_file_control(database_.get(), "main", SQLITE_FCNTL_FILE_POINTER, &file);
   std::string front(std::min<std::int64_t>(static_cast<std::int64_t>(num_bytes), *size), '\0');
-  const int code =
-      front.empty() ? SQLITE_OK
-                    : file->pMethods->xRead(file, front.data(), static_cast<int>(front.size()), 0);
-  return code == SQLITE_OK ? absl::StatusOr<std::string>(std::move(front))
-                           : SqliteError(database_.get(), code, path_);
+  if (front.empty()) {
+    return front;
+  }
+  absl::Status status = WithFile([&](sqlite3_file& file) {
+    return file.pMethods->xRead(&file, front.data(), static_cast<int>(front.size()), 0);
+  });
+  return status.ok() ? absl::StatusOr<std::string>(std::move(front)) : status;
 }
 
 absl::StatusOr<std::int64_t> Connection::FileBytes() {
-  sqlite3_file* file = nullptr;
-  int code = sqlite3_file_control(database_.get(), "main", SQLITE_FCNTL_FILE_POINTER, &file);
   sqlite3_int64 size = 0;
-  if (code == SQLITE_OK) {
-    code = file->pMethods == nullptr ? SQLITE_CANTOPEN : file->pMethods->xFileSize(file, &size);
-  }
-  return code == SQLITE_OK ? absl::StatusOr<std::int64_t>(size)
-                           : SqliteError(database_.get(), code, path_);
+  absl::Status status =
+      WithFile([&](sqlite3_file& file) { return file.pMethods->xFileSize(&file, &size); });
+  return status.ok() ? absl::StatusOr<std::int64_t>(size) : status;
+}
+
+absl::Status Connection::SyncFile() {
+  return WithFile(
+      [](sqlite3_file& file) { return file.pMethods->xSync(&file, SQLITE_SYNC_NORMAL); });
 }
 
 bool Connection::is_read_only() const { return sqlite3_db_readonly(database_.get(), "main") != 0; }

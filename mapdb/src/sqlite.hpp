@@ -1,8 +1,11 @@
 #pragma once
 
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -11,8 +14,10 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
+#include "file_layer.hpp"
 
 struct sqlite3;
+struct sqlite3_file;
 struct sqlite3_stmt;
 
 /// The only way to SQLite: owners that close, and results that are absl::Status.
@@ -57,10 +62,10 @@ class Statement {
 /// One open database file. Not thread-safe.
 class Connection {
  public:
-  enum class Access { kReadOnly, kReadWrite };
-
   /// Opens an existing file, hardened against a hostile schema and damage. Waits at most
-  /// busy_timeout_ms for locks. kReadWrite may give a connection that cannot write: is_read_only().
+  /// busy_timeout_ms for locks. Where the rights to write lack, it gives a connection that cannot:
+  /// is_read_only(). Statements run for as long as a sound file of this size could need and fail
+  /// with DeadlineExceeded after that.
   [[nodiscard]] static absl::StatusOr<Connection> Open(const std::string& path, Access access,
                                                        int busy_timeout_ms);
 
@@ -69,10 +74,14 @@ class Connection {
   /// The integer that a statement of one row and column gives.
   [[nodiscard]] absl::StatusOr<std::int64_t> QueryInt(std::string_view sql);
   void SetBusyTimeout(int milliseconds);
+  /// From now on; without a limit where there is none.
+  void LimitTime(std::optional<std::chrono::nanoseconds> limit);
 
   /// The first bytes of the file, read past SQLite's lock and cache; fewer if the file is shorter.
   [[nodiscard]] absl::StatusOr<std::string> ReadFront(std::size_t num_bytes);
   [[nodiscard]] absl::StatusOr<std::int64_t> FileBytes();
+  /// Makes durable what is in the file.
+  [[nodiscard]] absl::Status SyncFile();
 
   [[nodiscard]] bool is_read_only() const;
   /// The last failure was an unfinished write of a dead process that must be rolled back first.
@@ -83,9 +92,15 @@ class Connection {
   struct Close {
     void operator()(sqlite3* database) const;
   };
+  [[nodiscard]] absl::Status WithFile(const std::function<int(sqlite3_file&)>& use);
+
+  struct TimeLimit {
+    std::chrono::steady_clock::time_point end;
+  };
   Connection(sqlite3* database, std::string path) : path_(std::move(path)), database_(database) {}
 
   std::string path_;
+  std::unique_ptr<TimeLimit> time_limit_;  // SQLite holds its address
   std::unique_ptr<sqlite3, Close> database_;
 };
 

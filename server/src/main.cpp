@@ -169,9 +169,7 @@ int Run(CommandLine line) {
   RouteLibraryLogs();
   std::signal(SIGPIPE, SIG_IGN);
   BlockStopSignals();
-  const auto server = Server::Start(line.options, [](const std::string& path) {
-    return mapdb::LoadMap(path, mapdb::UnfinishedWrite::kRefuse);
-  });
+  const auto server = Server::Start(line.options, mapdb::LoadMap);
   if (!server.ok()) return Fail(kExitFailed, server.status());
   return RunUntilStopped(**server, std::chrono::duration<double>(line.options.drain_s));
 }

@@ -15,8 +15,7 @@ namespace {
 
 using test::KittiBytes;
 using test::TempDir;
-using ::testing::ElementsAre;
-using ::testing::HasSubstr;
+using ::testing::IsEmpty;
 
 class MulranDriveTest : public ::testing::Test {
  protected:
@@ -41,7 +40,7 @@ TEST_F(MulranDriveTest, IsReadAsPosesOfTheOuster) {
     SCOPED_TRACE(folder);
     const auto drive = OpenDrive({.scans_dir = dir_.File(folder), .poses_file = poses_});
     ASSERT_TRUE(drive.ok()) << drive.status();
-    EXPECT_THAT(drive->notes, ElementsAre(HasSubstr("mount of its Ouster")));
+    EXPECT_THAT(drive->notes, IsEmpty());
     ASSERT_EQ(drive->frames.size(), 2U);
     EXPECT_EQ(drive->frames[0].stamp_ns, 1567410201745204700);
     // The row 4.8 ms after the first scan and not that 5.2 ms before it. The mount is 1.7042 m
@@ -78,7 +77,8 @@ TEST_F(MulranDriveTest, LeavesOutScansWithoutAPoseAndSaysSo) {
   const auto drive = OpenDrive({.scans_dir = dir_.File("KAIST03"), .poses_file = poses_});
   ASSERT_TRUE(drive.ok()) << drive.status();
   EXPECT_EQ(drive->frames.size(), 2U);
-  EXPECT_THAT(drive->notes, ElementsAre(HasSubstr("mulran"), HasSubstr("1 of the 3 scans")));
+  ASSERT_EQ(drive->notes.size(), 1U);
+  EXPECT_THAT(drive->notes[0], ::testing::HasSubstr("1 of the 3 scans"));
 }
 
 }  // namespace

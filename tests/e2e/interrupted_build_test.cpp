@@ -44,7 +44,7 @@ TEST(InterruptedBuild, EndsInTheSameMapWhereverItWasKilled) {
     build.ReadLineWith(moment);
     build.Signal(SIGKILL);
     ASSERT_EQ(build.Wait(), -SIGKILL) << build.rest_of_stdout();
-    EXPECT_EQ(Scanloc({"verify", map}).status, 0) << "what was committed is sound";
+    EXPECT_EQ(Scanloc({"verify", map, "--recover"}).status, 0) << "what was committed is sound";
     MustScanloc(With(BuildLongArgs(drive, map), {"--resume", "--quiet"}));
     EXPECT_TRUE(IsComplete(map));
     EXPECT_EQ(ContentId(map), expected);

@@ -112,7 +112,7 @@ TEST_F(KilledAtAnyMoment, LeavesTheSessionsBeforeAsTheyWere) {
     SCOPED_TRACE(i);
     fs::copy_file(dir_.File("base"), map_);
     const int num_told = KillAtRandom({"--append"});
-    const ProcessResult verified = Scanloc({"verify", map_});
+    const ProcessResult verified = Scanloc({"verify", map_, "--recover"});
     ASSERT_EQ(verified.status, 0) << verified.err;
     const json info = Info(map_);
     EXPECT_EQ(info.at("sessions")[0], before.at("sessions")[0]);

@@ -73,7 +73,7 @@ std::string ContentId(const std::string& map) {
 
 int NumPlacesCommitted(const std::string& map) {
   if (!std::filesystem::exists(map)) return 0;
-  const ProcessResult verified = Scanloc({"verify", map});
+  const ProcessResult verified = Scanloc({"verify", map, "--recover"});
   // As which it is known for certain only once what was left unfinished has been undone.
   const bool is_empty = verified.err.find("stopped before the first commit") != std::string::npos;
   if (verified.status == 1 && is_empty) return 0;

@@ -14,6 +14,7 @@
 #include "absl/strings/match.h"
 #include "scanloc/mapdb/build_map.hpp"
 #include "scanloc/mapdb/map_file.hpp"
+#include "scanloc/mapdb/merge_maps.hpp"
 #include "support/child_process.hpp"
 #include "support/crashing_vfs.hpp"
 #include "support/small_maps.hpp"
@@ -50,24 +51,57 @@ class KilledBuild : public testing::Test {
                     progress);
   }
 
-  // The file is what some commit left, and resumed it becomes the whole map.
+  // Read, the file is what some commit left, or refused and left alone because a write has to be
+  // undone first; resumed it becomes the whole map.
   void ExpectResumes() {
-    const auto map = LoadMap(path_);
+    ExpectReadingLeavesEverythingAlone();
+    auto map = LoadMap(path_);
+    if (absl::IsFailedPrecondition(map.status())) {
+      ++num_refused_;
+      // To tell what commit it was, a copy is recovered.
+      const test::TempDir copy;
+      const std::string copied = copy.Write("copy", test::ReadFile(path_));
+      copy.Write("copy-journal", test::ReadFile(path_ + "-journal"));
+      EXPECT_TRUE(RecoverMap(copied).ok());
+      map = LoadMap(copied);
+      if (map.ok()) {
+        EXPECT_TRUE(Verify(copied)->empty());
+      }
+    }
     const bool is_before_first_commit =
         !std::filesystem::exists(path_) || absl::IsInvalidArgument(map.status());
     EXPECT_TRUE(map.ok() || is_before_first_commit) << map.status();
-    if (map.ok()) {
-      EXPECT_EQ(map->content_id, ReadInfo(path_)->content_id);
-      EXPECT_TRUE(Verify(path_)->empty());
-      num_places_found_.insert(map->places.size());
-    }
+    if (map.ok()) num_places_found_.insert(map->places.size());
     const auto resumed = Build();
     ASSERT_TRUE(resumed.ok()) << resumed.status();
     EXPECT_EQ(resumed->content_id, content_id_);
     EXPECT_FALSE(std::filesystem::exists(path_ + "-journal"));
   }
 
-  // Kills builds at later and later writes until a journal is left beside a changed file.
+  void ExpectReadingLeavesEverythingAlone() {
+    const auto bytes = [&](const std::string& path) {
+      return std::filesystem::exists(path) ? test::ReadFile(path) : "none";
+    };
+    const std::string map = bytes(path_);
+    const std::string journal = bytes(path_ + "-journal");
+    const auto loaded = LoadMap(path_);
+    EXPECT_EQ(loaded.ok(), ReadInfo(path_).ok());
+    const auto problems = Verify(path_);
+    EXPECT_EQ(loaded.ok(), problems.ok() && problems->empty());
+    (void)ReadPlaces(path_);
+    (void)MergeMaps(dir_.File("merged"), {path_});
+    std::filesystem::remove(dir_.File("merged"));
+    EXPECT_TRUE(bytes(path_) == map) << "the map was written";
+    EXPECT_TRUE(bytes(path_ + "-journal") == journal) << "the journal was written";
+  }
+
+  [[nodiscard]] bool IsSoundWithoutJournal() const {
+    const test::TempDir copy;
+    const auto problems = Verify(copy.Write("copy", test::ReadFile(path_)));
+    return problems.ok() && problems->empty();
+  }
+
+  // Kills builds at later and later writes until a journal is left beside a half-written file.
   void LeaveHotJournal() {
     int operation = 60;
     do {
@@ -78,7 +112,7 @@ class KilledBuild : public testing::Test {
                 }),
                 -SIGKILL);
       ++operation;
-    } while (!IsHotJournal(path_ + "-journal"));
+    } while (!IsHotJournal(path_ + "-journal") || IsSoundWithoutJournal());
   }
 
   void Remove() const {
@@ -90,6 +124,7 @@ class KilledBuild : public testing::Test {
   std::string path_ = dir_.File("a.scanloc");
   std::string content_id_;
   std::set<std::size_t> num_places_found_;
+  int num_refused_ = 0;
 };
 
 TEST_F(KilledBuild, ResumesWhateverScanItWasKilledAt) {
@@ -126,6 +161,7 @@ TEST_F(KilledBuild, ResumesWhateverWriteItWasKilledIn) {
     Remove();
   }
   EXPECT_GT(num_journals, 20);
+  EXPECT_GT(num_refused_, 10);
   EXPECT_EQ(num_places_found_, (std::set<std::size_t>{0, 3, 6, 8}));
 }
 
@@ -171,6 +207,7 @@ TEST_F(KilledBuild, ResumesAnAppendedSessionKilledInAnyWrite) {
     });
     is_killed = status == -SIGKILL;
     EXPECT_TRUE(is_killed || status == 0) << status;
+    ASSERT_TRUE(RecoverMap(path_).ok());
     const auto map = LoadMap(path_);
     ASSERT_TRUE(map.ok()) << map.status();
     EXPECT_GE(map->places.size(), kNumScans);
@@ -228,33 +265,42 @@ TEST_F(ReadOnlyMap, IsNotAppendedTo) {
             0);
 }
 
-TEST_F(KilledBuild, IsLeftAloneByWhoMayNotUndoItsWrite) {
+TEST_F(KilledBuild, IsReadOnlyAfterItsWriteWasUndoneInSoManyWords) {
   LeaveHotJournal();
-  const std::string map = test::ReadFile(path_);
-  const std::string journal = test::ReadFile(path_ + "-journal");
-  const absl::Status refused = LoadMap(path_, UnfinishedWrite::kRefuse).status();
-  EXPECT_TRUE(absl::IsFailedPrecondition(refused)) << refused;
-  EXPECT_TRUE(absl::StrContains(refused.message(), path_ + "-journal")) << refused;
-  EXPECT_EQ(test::ReadFile(path_), map);
-  EXPECT_EQ(test::ReadFile(path_ + "-journal"), journal);
+  for (const absl::Status& refused :
+       {LoadMap(path_).status(), ReadInfo(path_).status(), Verify(path_).status(),
+        ReadPlaces(path_).status(), MergeMaps(dir_.File("merged"), {path_}).status(),
+        MapBuilder::Append(path_, SmallPlan("two", 1)).status()}) {
+    EXPECT_TRUE(absl::IsFailedPrecondition(refused)) << refused;
+    EXPECT_TRUE(absl::StrContains(refused.message(), path_ + "-journal")) << refused;
+    EXPECT_TRUE(absl::StrContains(refused.message(), "--recover")) << refused;
+  }
+  ExpectReadingLeavesEverythingAlone();
+  EXPECT_EQ(RecoverMap(path_).value(), Recovery::kRolledBack);
+  EXPECT_EQ(RecoverMap(path_).value(), Recovery::kNothingToDo);
   EXPECT_TRUE(LoadMap(path_).ok());
-  EXPECT_TRUE(LoadMap(path_, UnfinishedWrite::kRefuse).ok());
+  EXPECT_TRUE(Verify(path_)->empty());
 }
 
 TEST_F(KilledBuild, HasNoPowerOverTheMapThatTakesItsPlace) {
-  LeaveHotJournal();
-  const std::string next = dir_.File("next");
-  ASSERT_TRUE(
-      BuildMap(SmallOptions(next, BuildMode::kCreate), SmallPlan("other", 5), SmallLoader()).ok());
-  const std::string map = test::ReadFile(next);
-  std::filesystem::rename(next, path_);
-  const absl::Status refused = LoadMap(path_, UnfinishedWrite::kRefuse).status();
-  EXPECT_TRUE(absl::IsFailedPrecondition(refused)) << refused;
-  EXPECT_EQ(test::ReadFile(path_), map);
-  std::filesystem::remove(path_ + "-journal");
-  const auto loaded = LoadMap(path_, UnfinishedWrite::kRefuse);
-  ASSERT_TRUE(loaded.ok()) << loaded.status();
-  EXPECT_EQ(loaded->places.size(), 5U);
+  // That of the same drive is the worst: its first places are those of the killed build's.
+  for (const std::string session : {"one", "other"}) {
+    SCOPED_TRACE(session);
+    LeaveHotJournal();
+    const std::string next = dir_.File("next");
+    ASSERT_TRUE(BuildMap(SmallOptions(next, BuildMode::kCreate), SmallPlan(session, kNumScans),
+                         SmallLoader())
+                    .ok());
+    const std::string map = test::ReadFile(next);
+    std::filesystem::rename(next, path_);
+    EXPECT_TRUE(absl::IsFailedPrecondition(LoadMap(path_).status()));
+    ExpectReadingLeavesEverythingAlone();
+    EXPECT_EQ(RecoverMap(path_).value(), Recovery::kJournalRemoved);
+    EXPECT_TRUE(test::ReadFile(path_) == map);
+    const auto loaded = LoadMap(path_);
+    ASSERT_TRUE(loaded.ok()) << loaded.status();
+    EXPECT_EQ(loaded->places.size(), kNumScans);
+  }
 }
 
 TEST_F(ReadOnlyMap, IsRefusedWithTheUnfinishedWriteOfAKilledBuild) {
@@ -264,15 +310,12 @@ TEST_F(ReadOnlyMap, IsRefusedWithTheUnfinishedWriteOfAKilledBuild) {
               BecomeNobody();
               const absl::Status status = LoadMap(path_).status();
               const bool is_clear = absl::StrContains(status.message(), "unfinished write");
-              return Report(absl::IsFailedPrecondition(status) && is_clear, status);
+              const absl::Status recovery = RecoverMap(path_).status();
+              return Report(absl::IsFailedPrecondition(status) && is_clear &&
+                                absl::IsPermissionDenied(recovery),
+                            recovery);
             }),
             0);
-  chmod(dir_.path().c_str(), 0755);
-  for (const auto& entry : std::filesystem::directory_iterator(dir_.path())) {
-    chmod(entry.path().c_str(), 0644);
-  }
-  EXPECT_TRUE(LoadMap(path_).ok());
-  EXPECT_FALSE(std::filesystem::exists(path_ + "-journal"));
 }
 
 TEST_F(KilledBuild, ResumesAfterTheDiskWasFull) {

@@ -4,8 +4,11 @@
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
+#include <chrono>
 #include <filesystem>
 
+#include "absl/strings/str_cat.h"
+#include "open_map.hpp"
 #include "scanloc/core/scan/descriptor.hpp"
 #include "support/map_equality.hpp"
 #include "support/small_maps.hpp"
@@ -222,6 +225,48 @@ TEST_F(AlteredMap, IsRefusedWithAViewInPlaceOfATable) {
       "ALTER TABLE meta RENAME TO hidden;"
       "CREATE VIEW meta AS SELECT key, value, checksum FROM hidden");
   ExpectDamaged(path_, "");
+}
+
+// A column that computes for hours when it is read.
+constexpr char kHostileColumn[] =
+    "value TEXT AS (replace(hex(zeroblob(999)), '0', hex(zeroblob(99))) LIKE '%0%0%0%0%0%0%1')";
+
+TEST_F(AlteredMap, IsRefusedBeforeAnythingInItIsExecuted) {
+  const TempDir copies;
+  for (const std::string name : {"meta", "META"}) {
+    for (const std::string version : {"2", "9"}) {
+      const std::string copy = copies.Write("copy.scanloc", test::ReadFile(path_));
+      Sql(copy,
+          absl::StrCat("DROP TABLE meta; CREATE TABLE ", name, " (key TEXT NOT NULL PRIMARY KEY, ",
+                       kHostileColumn, ", checksum INTEGER NOT NULL); INSERT INTO ", name,
+                       " (key, checksum) VALUES ('version', ", version, ")"));
+      ExpectDamaged(copy, "schema");
+      EXPECT_EQ(MapBuilder::Append(copy, test::SmallPlan("two", 1)).status().code(),
+                absl::StatusCode::kDataLoss);
+    }
+  }
+}
+
+TEST_F(AlteredMap, IsRefusedWithMoreTablesThanAnyVersionHas) {
+  std::string sql = "BEGIN;";
+  for (int i = 0; i < 200; ++i) absl::StrAppend(&sql, "CREATE TABLE more", i, " (id INTEGER);");
+  Alter(sql + "COMMIT");
+  ExpectDamaged(path_, "more than 100");
+}
+
+TEST_F(AlteredMap, NamesInItArePrintable) {
+  Alter("CREATE TABLE \"x\n\x1b[2J\u202e\" (id INTEGER)");
+  ExpectDamaged(path_, "'x\\n\\x1b[2J\\u202e'");
+}
+
+TEST_F(AlteredMap, IsReadWithinALimitOfTime) {
+  constexpr char kEndless[] =
+      "WITH RECURSIVE n (x) AS (SELECT 1 UNION ALL SELECT x + 1 FROM n) SELECT count(*) FROM n";
+  auto connection = OpenForReading(path_);
+  ASSERT_TRUE(connection.ok()) << connection.status();
+  connection->LimitTime(std::chrono::milliseconds(1));
+  const absl::Status status = connection->QueryInt(kEndless).status();
+  EXPECT_EQ(status.code(), absl::StatusCode::kDeadlineExceeded) << status;
 }
 
 TEST_F(AlteredMap, IsRefusedWithoutATable) {

@@ -13,18 +13,19 @@
 
 /// The map file (docs/map_format.md): one SQLite database, by convention named *.scanloc.
 ///
-/// Every function here opens the file read-only and may be called from any thread. A file that a
-/// killed build left with an unfinished write is rolled back to the last commit first, which needs
-/// the right to write it once, unless the caller wants such a file refused.
+/// Every function here but RecoverMap only reads: it writes and deletes nothing, whatever lies
+/// beside the file. May be called from any thread.
 ///
 /// Whatever was done to a file, a call gives either exactly what was written or one of
 ///   NotFound            no such file
 ///   InvalidArgument     a directory, not SQLite, or the database of another application
-///   FailedPrecondition  written by a newer version, or an unfinished write that may not be undone
+///   FailedPrecondition  written by a newer version; or a journal lies beside the file, in most
+///                       cases the unfinished write of a build that was killed: see RecoverMap
 ///   DataLoss            truncated or damaged: a checksum, the schema or an invariant does not hold
 ///   Unavailable         a build kept the file locked for longer than a few seconds
 ///   PermissionDenied    the rights to the file or its folder do not allow it
 ///   ResourceExhausted   over one of limits.hpp
+///   DeadlineExceeded    it takes longer to read than any sound map of its size on a slow disk
 namespace scanloc::mapdb {
 
 /// One drive in a map.
@@ -72,17 +73,9 @@ struct PlaceRecord {
   std::uint32_t num_voxels = 0;  ///< as in PlaceDescriptor
 };
 
-/// What to do about the unfinished write of a killed build beside the file.
-enum class UnfinishedWrite : std::uint8_t {
-  kRollBack,  ///< undo it
-  /// Touch nothing: it may belong to another map that lay at this path before.
-  kRefuse,
-};
-
 /// The whole map, ready for Localizer::Create. Every checksum is checked and the content id
 /// recomputed. An incomplete map gives what was committed.
-[[nodiscard]] absl::StatusOr<Map> LoadMap(const std::string& path,
-                                          UnfinishedWrite unfinished = UnfinishedWrite::kRollBack);
+[[nodiscard]] absl::StatusOr<Map> LoadMap(const std::string& path);
 
 /// What the file says of itself; does not read the contexts, so damage to them goes unseen.
 [[nodiscard]] absl::StatusOr<MapInfo> ReadInfo(const std::string& path);
@@ -99,5 +92,18 @@ inline constexpr std::size_t kMaxProblems = 100;
 /// heights of contexts, keys against cells, and the content id. At most kMaxProblems lines.
 /// An error only where there is nothing to check: no file, not a map, or a newer one.
 [[nodiscard]] absl::StatusOr<std::vector<std::string>> Verify(const std::string& path);
+
+enum class Recovery : std::uint8_t {
+  kNothingToDo,     ///< no unfinished write
+  kRolledBack,      ///< it was undone: the file is as its last commit left it
+  kJournalRemoved,  ///< the file is sound without that, and was left as it is
+};
+
+/// Ends the unfinished write that a killed build left beside the file: undoes it, unless the file is
+/// sound as it is, as one is that was put in the place of that build's. Reads the whole file then.
+///
+/// Unavailable: a build has the file. FailedPrecondition: the journal is none of a build.
+/// InvalidArgument: no map. PermissionDenied. A file that does not exist is NotFound.
+[[nodiscard]] absl::StatusOr<Recovery> RecoverMap(const std::string& path);
 
 }  // namespace scanloc::mapdb

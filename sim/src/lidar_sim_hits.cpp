@@ -1,9 +1,9 @@
-#include "lidar/lidar_sim_hits.hpp"
+#include "lidar_sim_hits.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "random.hpp"
+#include "town_random.hpp"
 
 namespace scanloc::sim {
 namespace {

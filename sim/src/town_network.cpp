@@ -1,4 +1,4 @@
-#include "town/town_network.hpp"
+#include "town_network.hpp"
 
 #include <algorithm>
 #include <cmath>

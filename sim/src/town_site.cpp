@@ -1,9 +1,9 @@
-#include "town/town_site.hpp"
+#include "town_site.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "town/town_cells.hpp"
+#include "town_cells.hpp"
 
 namespace scanloc::sim {
 namespace {
