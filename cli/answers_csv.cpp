@@ -61,6 +61,9 @@ absl::StatusOr<CsvAnswer> ReadAnswer(const CsvTable& table, std::size_t row) {
     if (!point.ok()) return point.status();
     answer.truth = *point;
   }
+  if (answer.truth && answer.answered && table.HasColumn("missed")) {
+    answer.is_right = table.Text(row, "missed").empty();
+  }
   return answer;
 }
 

@@ -17,6 +17,7 @@ struct CsvAnswer {
   std::optional<std::size_t> place;         ///< index in the map
   std::optional<Eigen::Vector2d> answered;  ///< x and y of T_map_query [m]
   std::optional<Eigen::Vector2d> truth;     ///< true_x and true_y [m], where the CSV has them
+  std::optional<bool> is_right;             ///< nothing is missed, where the CSV says what is
 };
 
 /// Reads the CSV's best answers (rank 1 where it has ranks), in its order.

@@ -17,6 +17,10 @@ namespace {
 
 constexpr double kMaxScan = 1e9;
 
+void WriteNotes(const std::vector<std::string>& notes) {
+  for (const std::string& note : notes) std::cerr << "scanloc: note: " << note << '\n';
+}
+
 }  // namespace
 
 void ScanSelection::Declare(CLI::App& app) {
@@ -53,8 +57,9 @@ absl::Status ScanSelection::CheckUsage() const {
 CLI::Option* PoseOptions::Declare(CLI::App& app, const char* flag, const char* what) {
   CLI::Option* poses = app.add_option(flag, drive_.poses_file, what)->type_name("FILE");
   app.add_option("--format", format_,
-                 "Format of the poses: auto, kitti (12 numbers a row), mulran (global_pose.csv), "
-                 "tum, nclt (groundtruth_*.csv), oxford (ins.csv) or naver (4x4 matrices)")
+                 "Format of the poses: auto, which says what it took, kitti (12 numbers a row), "
+                 "mulran (global_pose.csv), tum, nclt (groundtruth_*.csv), oxford (ins.csv), naver "
+                 "(4x4 matrices of the vehicle), matrix (of the sensor) or kitti360")
       ->check([](const std::string& name) {
         return absl::StrCat(dataset::ParsePoseFormat(name).status().message());
       })
@@ -69,8 +74,8 @@ CLI::Option* PoseOptions::Declare(CLI::App& app, const char* flag, const char* w
       ->needs(poses);
   app.add_option(
          "--times", drive_.times_file,
-         "When each scan was taken: a line a scan [s]; NAVER LABS: timestamps.txt beside the "
-         "poses, if this is not given")
+         "When each scan was taken: a line a scan [s, ms, us or ns, by its digits]; 4x4 matrices: "
+         "timestamps.txt beside the poses, if this is not given")
       ->type_name("FILE")
       ->needs(poses);
   return poses;
@@ -91,16 +96,17 @@ absl::StatusOr<dataset::Drive> PoseOptions::OpenDrive(const std::string& scans_d
   if (!format.ok()) return format.status();
   options.format = *format;
   absl::StatusOr<dataset::Drive> drive = dataset::OpenDrive(options);
-  if (drive.ok()) {
-    for (const std::string& note : drive->notes) std::cerr << "scanloc: note: " << note << '\n';
-  }
+  if (drive.ok()) WriteNotes(drive->notes);
   return drive;
 }
 
 absl::StatusOr<dataset::Trajectory> PoseOptions::ReadTrajectory() const {
   const absl::StatusOr<dataset::PoseFormat> format = dataset::ParsePoseFormat(format_);
   if (!format.ok()) return format.status();
-  return dataset::ReadTrajectory(drive_.poses_file, *format, drive_.calib_file);
+  absl::StatusOr<dataset::Trajectory> trajectory =
+      dataset::ReadTrajectory(drive_.poses_file, *format, drive_.calib_file);
+  if (trajectory.ok()) WriteNotes(trajectory->notes);
+  return trajectory;
 }
 
 std::string DefaultSessionName(const std::string& scans_dir) {

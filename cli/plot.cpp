@@ -58,12 +58,15 @@ void PlotCommand::Declare(CLI::App& app) {
                  "Folder of the scans, if the queries were only some of them")
       ->type_name("DIR")
       ->needs(poses);
-  app.add_option("--within-m", within_m_, "A place this near to the query is right [m]")
+  app.add_option(
+         "--within-m", within_m_,
+         "A place this near to the query is right, where the CSV does not say what is missed [m]")
       ->check(InRange(0.0, 1e6))
       ->capture_default_str();
   app.add_option("--title", title_, "Title [the map's name and the counts]");
   app.footer(
-      "Green: right. Red: wrong, with a line to the true position. Grey: not recognised.\n"
+      "Green: right, as locate --truth counts. Red: wrong, with a line to the true position. Grey: "
+      "not recognised.\n"
       "Examples:\n"
       "  scanloc locate town.scanloc --scans drive2 --truth drive2/poses.txt --csv answers.csv\n"
       "  scanloc plot town.scanloc --answers answers.csv --out answers.svg");
@@ -114,6 +117,8 @@ absl::StatusOr<std::vector<PicturedQuery>> PlotCommand::Judge(
       query.verdict = Verdict::kNotRecognized;
     } else if (!answer.truth.has_value()) {
       query.verdict = Verdict::kUnchecked;
+    } else if (answer.is_right.has_value()) {
+      query.verdict = *answer.is_right ? Verdict::kRight : Verdict::kWrong;
     } else {
       const double error_m = (places[*answer.place].position - *answer.truth).norm();
       query.verdict = error_m <= within_m_ ? Verdict::kRight : Verdict::kWrong;

@@ -3,8 +3,11 @@
 #include <chrono>
 #include <string>
 #include <thread>
+#include <vector>
 
+#include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "absl/strings/str_join.h"
 #include "cli/command.hpp"
 #include "cli/output.hpp"
 #include "cli/progress.hpp"
@@ -18,18 +21,28 @@ class SimulateCommand : public Command {
  public:
   [[nodiscard]] std::string name() const override { return "simulate"; }
   [[nodiscard]] std::string summary() const override {
-    return "Make a LiDAR drive through a made town, as KITTI folders";
+    return "Make a LiDAR drive through a made town or another world, as KITTI folders";
   }
   void Declare(CLI::App& app) override;
-  [[nodiscard]] absl::Status CheckUsage() const override { return Validate(options_); }
+  [[nodiscard]] absl::Status CheckUsage() const override { return Validate(Options()); }
   [[nodiscard]] absl::Status Run() override;
 
  private:
+  void DeclareWorld(CLI::App& app);
   void DeclareSession(CLI::App& app);
   void DeclareLidar(CLI::App& app);
 
+  [[nodiscard]] sim::SimulateOptions Options() const {
+    sim::SimulateOptions options = options_;
+    if (mount_deg_.size() == 3) {
+      options.session.mount_deg = Eigen::Map<const Eigen::Vector3d>(mount_deg_.data());
+    }
+    return options;
+  }
+
   std::string out_;
   sim::SimulateOptions options_;
+  std::vector<double> mount_deg_;
   int num_threads_ = 0;
   bool quiet_ = false;
 };
@@ -38,11 +51,7 @@ void SimulateCommand::Declare(CLI::App& app) {
   app.add_option("OUT", out_,
                  "Folder to make: velodyne/000000.bin ..., poses.txt (T_map_sensor) and times.txt")
       ->required();
-  app.add_option("--town-seed", options_.town.town_seed, "Another number, another town")
-      ->capture_default_str();
-  app.add_option("--length-m", options_.town.length_m,
-                 "Length of the route, part of what the town is [m]")
-      ->capture_default_str();
+  DeclareWorld(app);
   DeclareSession(app);
   DeclareLidar(app);
   AddThreadsOption(app, &num_threads_, "cast scans");
@@ -53,7 +62,37 @@ void SimulateCommand::Declare(CLI::App& app) {
       "Examples:\n"
       "  scanloc simulate monday --town-seed 7 --session-seed 1 --length-m 1000\n"
       "  scanloc simulate tuesday --town-seed 7 --session-seed 2 --length-m 1000 --reverse "
-      "--lane-shift-m 3.5");
+      "--lane-shift-m 3.5\n"
+      "  scanloc simulate robot --world office --floors 6 --sensor-height-m 0.3 --rays 16 "
+      "--spacing-m 1\n"
+      "  scanloc simulate lift --world warehouse --mount-deg 0,45,0 --to-m 300");
+}
+
+void SimulateCommand::DeclareWorld(CLI::App& app) {
+  const char* group = "The world";
+  app.add_option_function<std::string>(
+         "--world",
+         [this](const std::string& name) { options_.world.kind = *sim::ParseWorldKind(name); },
+         absl::StrCat("What is driven or walked through: ",
+                      absl::StrJoin(sim::WorldKindNames(), ", ")))
+      ->check([](const std::string& name) {
+        return absl::StrCat(sim::ParseWorldKind(name).status().message());
+      })
+      ->default_str("town")
+      ->group(group);
+  const auto add = [&](const char* flag, auto& field, const char* what) {
+    app.add_option(flag, field, what)->capture_default_str()->group(group);
+  };
+  add("--town-seed,--world-seed", options_.town.town_seed,
+      "Another number, another town or other world");
+  add("--length-m", options_.town.length_m,
+      "Length of the route: part of what a town, campus, forest or tunnel is; in other worlds the "
+      "route ends there at the latest [m]");
+  add("--floors", options_.world.num_floors, "Storeys of an office, decks of a garage");
+  add("--aisles", options_.world.num_aisles, "Aisles of a warehouse");
+  add("--changed-share", options_.world.changed_share,
+      "Share of furniture and stock that differs between any two sessions, in [0, 1]; not of "
+      "towns");
 }
 
 void SimulateCommand::DeclareSession(CLI::App& app) {
@@ -69,6 +108,16 @@ void SimulateCommand::DeclareSession(CLI::App& app) {
   add("--spacing-m", session.spacing_m, "Distance between scans [m]");
   add("--tilt-deg", session.tilt_deg, "Roll and pitch of each scan are random within ± this [deg]");
   add("--sensor-height-m", session.sensor_height_m, "Height of the sensor above ground [m]");
+  app.add_option("--mount-deg", mount_deg_,
+                 "Roll, pitch and yaw of the sensor on what carries it, with commas between [deg]")
+      ->delimiter(',')
+      ->expected(3)
+      ->group("The drive");
+  add("--from-m", session.from_m, "Drive the route from here on [m]");
+  add("--to-m", session.to_m, "Drive it up to here; 0: to its end [m]");
+  add("--odometry-noise", session.odometry_noise_percent,
+      "Write odometry.txt, too: the poses as reckoned on the way, wrong by about so many per cent "
+      "of it");
   add("--parked-share", session.parked_share, "Share of parking slots taken, in [0, 1]");
   add("--moving-per-km", session.moving_per_km, "Moving vehicles per km of street");
 }
@@ -97,7 +146,7 @@ absl::Status SimulateCommand::Run() {
   std::size_t num_scans = 0;
   {
     Progress progress("scans cast", quiet_);
-    absl::Status status = sim::Simulate(options_, out_, num_threads,
+    absl::Status status = sim::Simulate(Options(), out_, num_threads,
                                         [&](std::size_t num_done, std::size_t num_total) {
                                           num_scans = num_total;
                                           progress.Update(num_done, num_total);

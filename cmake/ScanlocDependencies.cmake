@@ -14,10 +14,16 @@ find_package(nanoflann REQUIRED)             # libnanoflann-dev
 find_package(nlohmann_json 3.11 REQUIRED)     # nlohmann-json3-dev
 pkg_check_modules(XXHASH REQUIRED IMPORTED_TARGET libxxhash)  # libxxhash-dev
 
-# PCL's CMake package demands VTK and Qt; its pkg-config files name only what is linked.
-pkg_check_modules(PCL_IO REQUIRED IMPORTED_TARGET pcl_io)      # libpcl-dev
-pkg_check_modules(PCL_FILTERS IMPORTED_TARGET pcl_filters)
+pkg_check_modules(LZF REQUIRED IMPORTED_TARGET liblzf)        # liblzf-dev
 
+# References to compare with; no program links PCL. Its CMake package demands VTK and Qt; its
+# pkg-config files name only what is linked.
+if(SCANLOC_BUILD_TESTS)
+  pkg_check_modules(PCL_IO REQUIRED IMPORTED_TARGET pcl_io)        # libpcl-dev
+endif()
+if(SCANLOC_BUILD_BENCH)
+  pkg_check_modules(PCL_FILTERS REQUIRED IMPORTED_TARGET pcl_filters)
+endif()
 if(SCANLOC_BUILD_TESTS)
   find_package(GTest 1.12 REQUIRED)    # libgtest-dev, libgmock-dev
 endif()

@@ -51,7 +51,8 @@ absl::StatusOr<Pose> ReadJsonCalib(const std::string& text) {
 absl::StatusOr<Pose> ReadTrRow(const std::string& calib_file) {
   std::optional<Pose> T_camera_sensor;
   absl::Status status =
-      ForEachRow(calib_file, BlankLines::kSkip, [&](const Tokens& row) -> absl::Status {
+      ForEachRow(calib_file, BlankLines::kSkip, [&](const TextRow& text_row) -> absl::Status {
+        const Tokens& row = text_row.values;
         if (row[0] != "Tr:") return absl::OkStatus();
         if (absl::Status num = CheckNumValues(row, 13); !num.ok()) return num;
         if (T_camera_sensor.has_value()) return BadText("a second Tr: row");

@@ -1,6 +1,7 @@
 #include "decimal_time.hpp"
 
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <limits>
 #include <string>
@@ -55,11 +56,29 @@ std::optional<Decimal> ParseDecimal(std::string_view text) {
 
 }  // namespace
 
-std::optional<std::int64_t> ParseSecondsAsNs(std::string_view text) {
+std::string_view TimeUnitName(TimeUnit unit) {
+  constexpr std::array<std::string_view, 4> kNames = {"s", "ms", "us", "ns"};
+  return kNames[static_cast<std::size_t>(unit)];
+}
+
+TimeUnit LikelyUnit(std::string_view text) {
+  const std::optional<Decimal> decimal = ParseDecimal(text);
+  if (!decimal) return TimeUnit::kSeconds;
+  const std::size_t num_zeros =
+      std::min(decimal->digits.find_first_not_of('0'), decimal->digits.size());
+  const int num_digits = decimal->point - static_cast<int>(num_zeros);
+  if (num_digits >= 18) return TimeUnit::kNanoseconds;
+  if (num_digits >= 15) return TimeUnit::kMicroseconds;
+  return num_digits >= 12 ? TimeUnit::kMilliseconds : TimeUnit::kSeconds;
+}
+
+std::optional<std::int64_t> ParseTimeAsNs(std::string_view text, TimeUnit unit) {
   const std::optional<Decimal> decimal = ParseDecimal(text);
   if (!decimal) return std::nullopt;
   constexpr std::int64_t kMax = std::numeric_limits<std::int64_t>::max();
-  const int num_digits = decimal->point + 9;  // of the nanoseconds
+  constexpr std::array<int, 4> kExponents = {9, 6, 3, 0};
+  // Of the nanoseconds.
+  const int num_digits = decimal->point + kExponents[static_cast<std::size_t>(unit)];
   const auto digit = [&](int i) {
     const bool given = i >= 0 && i < static_cast<int>(decimal->digits.size());
     return given ? decimal->digits[static_cast<std::size_t>(i)] - '0' : 0;

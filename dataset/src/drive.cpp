@@ -1,10 +1,8 @@
 #include "scanloc/dataset/drive.hpp"
 
 #include <algorithm>
-#include <cmath>
-#include <cstdlib>
 #include <filesystem>
-#include <iterator>
+#include <functional>
 #include <limits>
 #include <map>
 #include <optional>
@@ -12,9 +10,9 @@
 #include <system_error>
 #include <utility>
 
-#include "absl/strings/numbers.h"
+#include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
-#include "scan_list.hpp"
+#include "name_order.hpp"
 #include "text.hpp"
 
 namespace scanloc::dataset {
@@ -37,40 +35,45 @@ std::string FindKittiCalib(const std::vector<ScanFile>& scans) {
   return "";
 }
 
-// The poses; what the user should know of them is added to notes.
 absl::StatusOr<Trajectory> ReadPoses(const DriveOptions& options,
-                                     const std::vector<ScanFile>& scans,
-                                     std::vector<std::string>& notes) {
+                                     const std::vector<ScanFile>& scans) {
   absl::StatusOr<Trajectory> trajectory =
       ReadTrajectory(options.poses_file, options.format, options.calib_file);
-  if (!trajectory.ok()) return trajectory;
-  if (trajectory->num_left_out > 0) {
-    notes.push_back(absl::StrCat(trajectory->num_left_out, " rows of ", options.poses_file,
-                                 " are left out: they hold no good pose"));
+  if (!trajectory.ok() || !options.calib_file.empty()) return trajectory;
+  if (trajectory->format == PoseFormat::kMatrix && options.format == PoseFormat::kAuto &&
+      absl::EndsWithIgnoreCase(scans.front().name, ".npy")) {
+    return Bad(absl::StrCat(options.poses_file,
+                            ": 4x4 matrices beside .npy scans are NAVER LABS's, poses of the "
+                            "vehicle, but there is no calibration.json in the folders above; give "
+                            "it as --calib"));
   }
-  if (trajectory->format != PoseFormat::kKitti || !options.calib_file.empty() ||
-      !MovesLikeACamera(*trajectory)) {
-    return trajectory;
-  }
-  const std::string calib = FindKittiCalib(scans);
+  if (!MovesLikeACamera(*trajectory)) return trajectory;
+  const std::string calib =
+      trajectory->format == PoseFormat::kKitti ? FindKittiCalib(scans) : std::string();
   if (calib.empty()) {
-    notes.push_back(absl::StrCat("the poses of ", options.poses_file,
-                                 " move along their z, as those of a camera: if they are KITTI's, "
-                                 "give the calib.txt of the sequence as --calib"));
+    trajectory->notes.push_back(absl::StrCat(
+        "the poses of ", options.poses_file,
+        " move along their z, as those of a camera: if they are a camera's, give the mount of the "
+        "sensor as --calib (KITTI: the calib.txt of the sequence)"));
     return trajectory;
   }
-  notes.push_back(absl::StrCat("the poses of ", options.poses_file,
-                               " move along their z, as those of a camera: ", calib,
-                               " is used to make them poses of the sensor"));
-  return ReadTrajectory(options.poses_file, PoseFormat::kKitti, calib);
+  absl::StatusOr<Trajectory> of_sensor =
+      ReadTrajectory(options.poses_file, PoseFormat::kKitti, calib);
+  if (of_sensor.ok()) {
+    of_sensor->notes.push_back(absl::StrCat(options.poses_file,
+                                            ": the poses move along their z, as those of a "
+                                            "camera: ",
+                                            calib, " is used to make them poses of the sensor"));
+  }
+  return of_sensor;
 }
 
 // One stamp a scan, or none at all.
 absl::StatusOr<std::vector<std::int64_t>> StampsOfScans(const std::vector<ScanFile>& scans,
                                                         const DriveOptions& options,
-                                                        PoseFormat format) {
+                                                        PoseFormat format, const NameOrder& order) {
   std::string times_file = options.times_file;
-  if (times_file.empty() && format == PoseFormat::kNaver) {
+  if (times_file.empty() && (format == PoseFormat::kNaver || format == PoseFormat::kMatrix)) {
     const fs::path beside = fs::path(options.poses_file).replace_filename("timestamps.txt");
     std::error_code none;
     if (fs::is_regular_file(beside, none)) times_file = beside.string();
@@ -83,37 +86,27 @@ absl::StatusOr<std::vector<std::int64_t>> StampsOfScans(const std::vector<ScanFi
     }
     return stamps_ns;
   }
-  std::vector<std::int64_t> stamps_ns;
-  for (const ScanFile& scan : scans) {
-    const std::optional<std::int64_t> stamp_ns = StampOfName(scan.name);
-    if (!stamp_ns) return std::vector<std::int64_t>();
-    stamps_ns.push_back(*stamp_ns);
-  }
-  return stamps_ns;
+  return order.stamps_ns;
 }
 
-// Leading zeros aside, a longer number is the greater one.
-bool IsLowerNumber(std::string_view a, std::string_view b) {
-  const auto strip = [](std::string_view digits) {
-    return digits.substr(std::min(digits.find_first_not_of('0'), digits.size()));
-  };
-  const std::string_view x = strip(a);
-  const std::string_view y = strip(b);
-  return x.size() != y.size() ? x.size() < y.size() : x < y;
+Frame MakeFrame(const ScanFile& scan, const Pose& T_map_sensor, std::int64_t stamp_ns) {
+  return {.path = scan.path,
+          .name = scan.name,
+          .T_map_sensor = T_map_sensor,
+          .stamp_ns = stamp_ns,
+          .layout = scan.layout,
+          .partner_path = scan.partner_path};
 }
 
-// 10.bin sorts before 2.bin: pairing such scans by their order would give them wrong poses.
-absl::Status CheckNumbersSorted(const std::vector<ScanFile>& scans) {
-  for (std::size_t i = 1; i < scans.size(); ++i) {
-    const std::string_view last = Stem(scans[i - 1].name);
-    const std::string_view next = Stem(scans[i].name);
-    if (IsNumber(last) && IsNumber(next) && IsLowerNumber(next, last)) {
-      return Bad(absl::StrCat("scans are paired with poses in name order, but ", scans[i - 1].name,
-                              " sorts before ", scans[i].name,
-                              "; give their numbers leading zeros"));
-    }
-  }
-  return absl::OkStatus();
+// A row paired by its number has a time that follows the one before: else rows are missing, twice
+// there, or of two drives.
+absl::Status CheckTimesRise(const std::vector<std::int64_t>& stamps_ns, const std::string& file) {
+  const auto fall = std::adjacent_find(stamps_ns.begin(), stamps_ns.end(), std::greater<>());
+  if (fall == stamps_ns.end()) return absl::OkStatus();
+  return Bad(absl::StrCat(file, ": time ", fall - stamps_ns.begin() + 2, ", ", fall[1],
+                          " ns, is earlier than the one before it, ", fall[0],
+                          " ns, but scans are paired with poses in their order; sort the rows, or "
+                          "give the scans their own times with --times"));
 }
 
 absl::StatusOr<Drive> PairByIndex(const DriveOptions& options, const std::vector<ScanFile>& scans,
@@ -125,17 +118,18 @@ absl::StatusOr<Drive> PairByIndex(const DriveOptions& options, const std::vector
                             " poses; each scan needs the one in the row of its place in name "
                             "order"));
   }
-  if (absl::Status status = CheckNumbersSorted(scans); !status.ok()) return status;
+  for (const absl::Status& status :
+       {CheckTimesRise(trajectory.stamps_ns, options.poses_file),
+        CheckTimesRise(scan_stamps_ns,
+                       options.times_file.empty() ? options.scans_dir : options.times_file)}) {
+    if (!status.ok()) return status;
+  }
   const std::vector<std::int64_t>& stamps_ns =
       scan_stamps_ns.empty() ? trajectory.stamps_ns : scan_stamps_ns;
   Drive drive;
   for (std::size_t i = 0; i < scans.size(); ++i) {
-    drive.frames.push_back({.path = scans[i].path,
-                            .name = scans[i].name,
-                            .T_map_sensor = trajectory.T_map_sensor[i],
-                            .stamp_ns = stamps_ns.empty() ? 0 : stamps_ns[i],
-                            .layout = scans[i].layout,
-                            .partner_path = scans[i].partner_path});
+    drive.frames.push_back(
+        MakeFrame(scans[i], trajectory.T_map_sensor[i], stamps_ns.empty() ? 0 : stamps_ns[i]));
   }
   return drive;
 }
@@ -188,12 +182,7 @@ absl::StatusOr<Drive> PairByStamp(const DriveOptions& options, const std::vector
       ++drive.num_without_pose;
       continue;
     }
-    drive.frames.push_back({.path = scans[i].path,
-                            .name = scans[i].name,
-                            .T_map_sensor = trajectory.T_map_sensor[*pose],
-                            .stamp_ns = scan_stamps_ns[i],
-                            .layout = scans[i].layout,
-                            .partner_path = scans[i].partner_path});
+    drive.frames.push_back(MakeFrame(scans[i], trajectory.T_map_sensor[*pose], scan_stamps_ns[i]));
   }
   if (drive.frames.empty()) {
     return Bad(absl::StrCat(
@@ -204,6 +193,48 @@ absl::StatusOr<Drive> PairByStamp(const DriveOptions& options, const std::vector
   return drive;
 }
 
+// The numbers in the names of the scans are those of the poses.
+absl::StatusOr<Drive> PairByNumber(const DriveOptions& options, const std::vector<ScanFile>& scans,
+                                   const std::vector<std::int64_t>& scan_stamps_ns,
+                                   const std::vector<std::int64_t>& numbers,
+                                   const Trajectory& trajectory) {
+  std::map<std::int64_t, std::size_t> poses;
+  for (std::size_t i = 0; i < trajectory.frame_numbers.size(); ++i) {
+    if (!poses.emplace(trajectory.frame_numbers[i], i).second) {
+      return Bad(absl::StrCat(options.poses_file, ": frame ", trajectory.frame_numbers[i],
+                              " is there twice"));
+    }
+  }
+  Drive drive;
+  for (std::size_t i = 0; i < scans.size(); ++i) {
+    const auto pose = poses.find(numbers[i]);
+    if (pose == poses.end()) {
+      ++drive.num_without_pose;
+      continue;
+    }
+    drive.frames.push_back(MakeFrame(scans[i], trajectory.T_map_sensor[pose->second],
+                                     scan_stamps_ns.empty() ? 0 : scan_stamps_ns[i]));
+  }
+  if (drive.frames.empty()) {
+    return Bad(absl::StrCat("none of the numbers of the scans of ", options.scans_dir,
+                            " is that of a frame of ", options.poses_file, "; the first are ",
+                            numbers.front(), " and ", trajectory.frame_numbers.front()));
+  }
+  return drive;
+}
+
+absl::StatusOr<Drive> Pair(const DriveOptions& options, const std::vector<ScanFile>& scans,
+                           const std::vector<std::int64_t>& scan_stamps_ns,
+                           const std::vector<std::int64_t>& numbers, const Trajectory& trajectory) {
+  if (!trajectory.stamps_ns.empty() && !scan_stamps_ns.empty()) {
+    return PairByStamp(options, scans, scan_stamps_ns, trajectory);
+  }
+  if (!trajectory.frame_numbers.empty() && !numbers.empty()) {
+    return PairByNumber(options, scans, scan_stamps_ns, numbers, trajectory);
+  }
+  return PairByIndex(options, scans, scan_stamps_ns, trajectory);
+}
+
 }  // namespace
 
 absl::StatusOr<Drive> OpenDrive(const DriveOptions& options) {
@@ -211,21 +242,33 @@ absl::StatusOr<Drive> OpenDrive(const DriveOptions& options) {
   if (options.poses_file.empty()) return Bad("no file of poses is given");
   const absl::StatusOr<std::vector<ScanFile>> scans = ListScans(options.scans_dir);
   if (!scans.ok()) return scans.status();
-  std::vector<std::string> notes;
-  const absl::StatusOr<Trajectory> trajectory = ReadPoses(options, *scans, notes);
+  const absl::StatusOr<Trajectory> trajectory = ReadPoses(options, *scans);
   if (!trajectory.ok()) return trajectory.status();
+  std::vector<std::string> notes = trajectory->notes;
+  std::vector<std::string_view> names;
+  for (const ScanFile& scan : *scans) names.push_back(scan.name);
+  const NameOrder order = OrderNames(names);
   const absl::StatusOr<std::vector<std::int64_t>> scan_stamps_ns =
-      StampsOfScans(*scans, options, trajectory->format);
+      StampsOfScans(*scans, options, trajectory->format, order);
   if (!scan_stamps_ns.ok()) return scan_stamps_ns.status();
-  const bool both_have_stamps = !trajectory->stamps_ns.empty() && !scan_stamps_ns->empty();
-  absl::StatusOr<Drive> drive = both_have_stamps
-                                    ? PairByStamp(options, *scans, *scan_stamps_ns, *trajectory)
-                                    : PairByIndex(options, *scans, *scan_stamps_ns, *trajectory);
+  if (!order.doubt.empty() && order.stamps_ns.empty()) {
+    return Bad(
+        absl::StrCat(options.scans_dir, ": the order of the scans is not plain: ", order.doubt));
+  }
+  if (!order.note.empty() && *scan_stamps_ns == order.stamps_ns) notes.push_back(order.note);
+  if (!std::is_sorted(scan_stamps_ns->begin(), scan_stamps_ns->end())) {
+    notes.push_back(absl::StrCat("the times in ", options.times_file,
+                                 " do not rise: is its order that of the names of the scans?"));
+  }
+  absl::StatusOr<Drive> drive = Pair(options, *scans, *scan_stamps_ns, order.numbers, *trajectory);
   if (!drive.ok()) return drive;
   if (drive->num_without_pose > 0) {
-    notes.push_back(absl::StrCat(drive->num_without_pose, " of the ", scans->size(), " scans of ",
-                                 options.scans_dir, " are left out: no pose lies within ",
-                                 kMaxStampGap_ns / kNsPerMs, " ms of them"));
+    notes.push_back(absl::StrCat(
+        drive->num_without_pose, " of the ", scans->size(), " scans of ", options.scans_dir,
+        " are left out: ",
+        trajectory->frame_numbers.empty()
+            ? absl::StrCat("no pose lies within ", kMaxStampGap_ns / kNsPerMs, " ms of them")
+            : "no pose has their number"));
   }
   drive->notes = std::move(notes);
   return drive;

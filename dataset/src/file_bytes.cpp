@@ -43,6 +43,21 @@ absl::Status CheckSize(const std::string& path, const struct stat& info, std::in
   return absl::OkStatus();
 }
 
+// What a repository holds in place of a large file that was not fetched.
+absl::Status CheckNoPointer(const std::string& path, std::string_view bytes) {
+  constexpr std::string_view kLfs = "version https://git-lfs.github.com/spec/";
+  constexpr std::string_view kAnnex = "/annex/objects/";
+  if (bytes.substr(0, kLfs.size()) == kLfs) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        path, ": is a Git LFS pointer, not the file itself; fetch that with `git lfs pull`"));
+  }
+  if (bytes.substr(0, kAnnex.size()) == kAnnex) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        path, ": is a git-annex pointer, not the file itself; fetch that with `git annex get`"));
+  }
+  return absl::OkStatus();
+}
+
 }  // namespace
 
 absl::StatusOr<FileBytes> ReadFileBytes(const std::string& path, std::int64_t max_bytes) {
@@ -69,7 +84,9 @@ absl::StatusOr<FileBytes> ReadFileBytes(const std::string& path, std::int64_t ma
     }
     num_read += static_cast<std::size_t>(n);
   }
-  return FileBytes(std::move(data), size);
+  FileBytes bytes(std::move(data), size);
+  if (absl::Status status = CheckNoPointer(path, bytes.view()); !status.ok()) return status;
+  return bytes;
 }
 
 absl::Status Annotate(const absl::Status& status, std::string_view context) {

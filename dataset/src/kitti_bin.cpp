@@ -1,4 +1,5 @@
 #include <cmath>
+#include <cstring>
 
 #include "absl/strings/str_cat.h"
 #include "scan_decoders.hpp"
@@ -8,9 +9,52 @@ namespace scanloc::dataset {
 namespace {
 
 constexpr std::size_t kRecordBytes = 16;
+constexpr std::size_t kRecordWithRingBytes = 20;
 constexpr std::string_view kOtherLayouts =
-    "; scanloc reads float32 x y z intensity. Another layout, such as NCLT's velodyne_sync (packed "
-    "integers) or rows of five floats, must be converted first";
+    "; scanloc reads float32 x y z intensity, and with a ring number after it (nuScenes). Another "
+    "layout, such as NCLT's velodyne_sync (packed integers) or rows of three or six floats, must "
+    "be "
+    "converted first";
+
+float FloatAt(std::string_view bytes, std::size_t at) {
+  float value = 0.0F;
+  std::memcpy(&value, bytes.data() + at, sizeof(value));
+  return value;
+}
+
+// Rows of five floats, the last of which is the number of a ray.
+bool EndsInRings(std::string_view bytes) {
+  constexpr float kMaxRing = 255.0F;
+  if (bytes.empty() || bytes.size() % kRecordWithRingBytes != 0) return false;
+  bool differ = false;
+  const float first = FloatAt(bytes, kRecordBytes);
+  for (std::size_t at = kRecordBytes; at < bytes.size(); at += kRecordWithRingBytes) {
+    const float ring = FloatAt(bytes, at);
+    if (!(ring >= 0.0F && ring <= kMaxRing) || ring != std::floor(ring)) return false;
+    differ |= ring != first;
+  }
+  return differ;
+}
+
+// No LiDAR gives negative intensities, but for one value that says "unknown"; where rows have
+// another length, coordinates stand in their place.
+absl::Status CheckIntensities(std::string_view bytes) {
+  if (bytes.empty()) return absl::OkStatus();
+  std::size_t num_negative = 0;
+  bool differ = false;
+  const float first = FloatAt(bytes, 12);
+  for (std::size_t at = 12; at < bytes.size(); at += kRecordBytes) {
+    const float intensity = FloatAt(bytes, at);
+    num_negative += intensity < 0.0F ? 1 : 0;
+    differ |= intensity < 0.0F && intensity != first;
+  }
+  const std::size_t num_points = bytes.size() / kRecordBytes;
+  if (!differ || num_negative * 20 <= num_points) return absl::OkStatus();
+  return absl::InvalidArgumentError(absl::StrCat(
+      num_negative, " of its ", num_points,
+      " intensities are negative, as where rows of another length are read as rows of four floats",
+      ToAbsl(kOtherLayouts)));
+}
 
 // A format without a header can only be told by its values: those of other layouts, taken as
 // float32, are seldom NaN but mostly astronomically large or small.
@@ -56,19 +100,23 @@ absl::Status CheckPlausible(const Scan& scan, std::size_t num_points) {
 }  // namespace
 
 absl::StatusOr<Scan> DecodeKittiBin(std::string_view bytes) {
-  if (bytes.size() % kRecordBytes != 0) {
+  const std::size_t record_bytes = EndsInRings(bytes) ? kRecordWithRingBytes : kRecordBytes;
+  if (bytes.size() % record_bytes != 0) {
     return absl::InvalidArgumentError(
         absl::StrCat("its ", bytes.size(), " bytes are not a multiple of ", kRecordBytes,
                      ": truncated or not a KITTI scan", ToAbsl(kOtherLayouts)));
   }
-  const std::size_t num_points = bytes.size() / kRecordBytes;
+  const std::size_t num_points = bytes.size() / record_bytes;
   if (num_points > limits::kMaxPointsPerScan) {
     return absl::InvalidArgumentError(absl::StrCat(
         "holds ", num_points, " points; a scan has at most ", limits::kMaxPointsPerScan));
   }
-  const BinaryLayout layout{.xyz = {{{0, kRecordBytes}, {4, kRecordBytes}, {8, kRecordBytes}}}};
+  const BinaryLayout layout{.xyz = {{{0, record_bytes}, {4, record_bytes}, {8, record_bytes}}}};
   Scan scan = ReadBinary(layout, num_points, bytes);
   if (absl::Status status = CheckPlausible(scan, num_points); !status.ok()) return status;
+  if (record_bytes == kRecordBytes) {
+    if (absl::Status status = CheckIntensities(bytes); !status.ok()) return status;
+  }
   return scan;
 }
 

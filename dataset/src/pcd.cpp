@@ -1,4 +1,4 @@
-#include <pcl/io/lzf.h>
+#include <lzf.h>
 
 #include <algorithm>
 #include <array>
@@ -14,9 +14,9 @@
 namespace scanloc::dataset {
 namespace {
 
-// Of PCL only the decompressor is used. Its PCDReader believes what a file says: it writes out of
-// bounds on padded compressed fields, reads "abc" as 0, and unpacks fields that nobody asked for.
-// The tests compare with it, file by file.
+// Read here and not through PCL, whose PCDReader believes what a file says: it writes out of bounds
+// on padded compressed fields, reads "abc" as 0, and unpacks fields that nobody asked for. The
+// tests compare with it, file by file.
 
 constexpr std::array<std::string_view, 3> kAxes = {"x", "y", "z"};
 constexpr std::size_t kCompressedPrefixBytes = 8;  // compressed and uncompressed size
@@ -65,7 +65,7 @@ absl::StatusOr<std::vector<char>> Decompress(std::string_view body, std::size_t 
                      " compressed ones, but its points need ", num_bytes));
   }
   std::vector<char> bytes(num_bytes);
-  if (pcl::lzfDecompress(body.data(), num_compressed, bytes.data(), num_announced) != num_bytes) {
+  if (lzf_decompress(body.data(), num_compressed, bytes.data(), num_announced) != num_bytes) {
     return absl::InvalidArgumentError("its compressed points are damaged");
   }
   return bytes;

@@ -63,7 +63,7 @@ absl::Status ParsePerField(const Tokens& tokens, PcdHeader& header) {
       ok = ParseNumber(token, field.size) &&
            (field.size == 1 || field.size == 2 || field.size == 4 || field.size == 8);
     } else {
-      ok = ParseNumber(token, field.count) && field.count >= 1 && field.count <= kMaxRecordBytes;
+      ok = ParseNumber(token, field.count) && field.count <= kMaxRecordBytes;
     }
     if (!ok) {
       return Bad(absl::StrCat(ToAbsl(key), " ", Quote(token), " of field ", Quote(field.name),

@@ -14,10 +14,10 @@ namespace scanloc::dataset {
 struct PcdField {
   std::string name;  ///< "_" is padding
   std::uint32_t size = 4;
-  char type = 'F';  ///< I, U or F
-  std::uint32_t count = 1;
-  std::size_t offset = 0;  ///< of its first byte in a record
-  std::size_t column = 0;  ///< of its first element in a row of text
+  char type = 'F';          ///< I, U or F
+  std::uint32_t count = 1;  ///< 0: takes no room, as padding of some drivers
+  std::size_t offset = 0;   ///< of its first byte in a record
+  std::size_t column = 0;   ///< of its first element in a row of text
 };
 
 /// The header of a PCD file, checked: fields of known types, x y z present as F 4 or F 8, a record

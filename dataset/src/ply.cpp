@@ -108,7 +108,8 @@ absl::Status ParseProperty(const Tokens& tokens, PlyHeader& header) {
 absl::StatusOr<PlyHeader> ParseHeader(LineReader& lines) {
   PlyHeader header;
   Tokens tokens;
-  if (lines.Next() != "ply") return Bad("does not begin with a line \"ply\": not a PLY file");
+  SplitAtBlanks(lines.Next().value_or(""), tokens);
+  if (tokens != Tokens{"ply"}) return Bad("does not begin with a line \"ply\": not a PLY file");
   while (const std::optional<std::string_view> line = lines.Next()) {
     SplitAtBlanks(*line, tokens);
     const std::string_view key = tokens.empty() ? std::string_view("comment") : tokens[0];

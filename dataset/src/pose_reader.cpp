@@ -1,57 +1,27 @@
 #include "scanloc/dataset/pose_reader.hpp"
 
 #include <algorithm>
-#include <array>
-#include <filesystem>
 #include <limits>
 #include <new>
 #include <optional>
 #include <span>
-#include <system_error>
 #include <utility>
 
 #include "absl/strings/match.h"
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
-#include "dataset_frames.hpp"
 #include "decimal_time.hpp"
 #include "file_bytes.hpp"
+#include "matrix_rows.hpp"
+#include "pose_format.hpp"
+#include "pose_mount.hpp"
 #include "pose_rows.hpp"
 #include "published_poses.hpp"
+#include "quaternion_rows.hpp"
+#include "scan_list.hpp"
 
 namespace scanloc::dataset {
 namespace {
-
-struct FormatInfo {
-  PoseFormat format;
-  std::string_view name;
-  std::size_t num_values;  ///< in a row
-};
-// Of NAVER LABS's poses where numpy wrote each row of the matrix into a line of its own.
-constexpr std::size_t kRowOfMatrix = 4;
-
-constexpr std::array<FormatInfo, 7> kFormats = {{{PoseFormat::kAuto, "auto", 0},
-                                                 {PoseFormat::kKitti, "kitti", 12},
-                                                 {PoseFormat::kTum, "tum", 8},
-                                                 {PoseFormat::kMulran, "mulran", 13},
-                                                 {PoseFormat::kNclt, "nclt", 7},
-                                                 {PoseFormat::kOxford, "oxford", 15},
-                                                 {PoseFormat::kNaver, "naver", 16}}};
-
-const FormatInfo& Info(PoseFormat format) { return kFormats[static_cast<std::size_t>(format)]; }
-
-absl::StatusOr<Pose> ParseQuaternion(std::span<const std::string_view> tokens) {
-  const absl::StatusOr<std::array<double, 7>> values = ParseValues<7>(tokens);
-  if (!values.ok()) return values.status();
-  const auto& [tx, ty, tz, qx, qy, qz, qw] = *values;
-  return PoseFromQuaternion({tx, ty, tz}, Eigen::Quaterniond(qw, qx, qy, qz));
-}
-
-absl::StatusOr<std::int64_t> ParseSeconds(std::string_view token) {
-  const std::optional<std::int64_t> ns = ParseSecondsAsNs(token);
-  if (!ns) return BadText(absl::StrCat(Quote(token), " is not a time in seconds"));
-  return *ns;
-}
 
 absl::StatusOr<std::int64_t> ParseNanoseconds(std::string_view token) {
   std::int64_t ns = 0;
@@ -84,8 +54,6 @@ struct Row {
 
 Row ParseRow(PoseFormat format, std::span<const std::string_view> tokens) {
   switch (format) {
-    case PoseFormat::kTum:
-      return {ParseQuaternion(tokens.subspan(1)), ParseSeconds(tokens[0])};
     case PoseFormat::kMulran:
       return {ParseMatrix(tokens.subspan(1)), ParseNanoseconds(tokens[0])};
     case PoseFormat::kNclt:
@@ -97,16 +65,6 @@ Row ParseRow(PoseFormat format, std::span<const std::string_view> tokens) {
   }
 }
 
-absl::StatusOr<PoseFormat> DetectFormat(std::size_t num_values) {
-  if (num_values == kRowOfMatrix) return PoseFormat::kNaver;
-  for (const FormatInfo& info : kFormats) {
-    if (info.num_values == num_values && info.format != PoseFormat::kAuto) return info.format;
-  }
-  return BadText(absl::StrCat("cannot tell the format of the poses: the first row has ", num_values,
-                              " values; KITTI rows have 12, TUM rows 8, MulRan rows 13, NCLT "
-                              "rows 7, Oxford's 15, NAVER LABS's 16 or four times 4"));
-}
-
 // Poses of another body become poses of the sensor.
 void ApplyMount(const Pose& T_body_sensor, Trajectory& trajectory) {
   const Pose T_map_world =
@@ -114,50 +72,98 @@ void ApplyMount(const Pose& T_body_sensor, Trajectory& trajectory) {
   for (Pose& pose : trajectory.T_map_sensor) pose = T_map_world * pose * T_body_sensor;
 }
 
-// NAVER LABS: calibration.json stands above the sequences, ROOT/pangyo/train/lidars/poses.txt.
-absl::StatusOr<Pose> FindNaverMount(const std::string& poses_file) {
-  constexpr int kLevels = 4;
-  std::error_code error;
-  std::filesystem::path folder = std::filesystem::absolute(poses_file, error).parent_path();
-  for (int level = 0; level < kLevels && !error; ++level, folder = folder.parent_path()) {
-    const std::filesystem::path calib = folder / "calibration.json";
-    if (std::filesystem::is_regular_file(calib, error)) return ReadCalib(calib.string());
-    error.clear();
-  }
-  return BadText(absl::StrCat(poses_file,
-                              ": its rows are NAVER LABS's, poses of the vehicle, but there is no "
-                              "calibration.json in the folders above; give it as --calib"));
-}
-
-absl::StatusOr<Pose> FindMount(const std::string& poses_file, PoseFormat format,
-                               const std::string& calib_file) {
-  if (!calib_file.empty()) return ReadCalib(calib_file);
-  if (format == PoseFormat::kMulran) return MulranOuster();
-  if (format == PoseFormat::kNaver) return FindNaverMount(poses_file);
-  return Pose::Identity();
-}
-
 class TrajectoryReader {
  public:
-  explicit TrajectoryReader(PoseFormat format) { trajectory_.format = format; }
+  TrajectoryReader(PoseFormat format, bool has_naver_calib)
+      : is_guess_(format == PoseFormat::kAuto), has_naver_calib_(has_naver_calib) {
+    trajectory_.format = format;
+  }
 
-  absl::Status Append(const Tokens& row) {
-    if (row[0] == "timestamp" && !has_header_ &&
-        (format() == PoseFormat::kAuto || format() == PoseFormat::kOxford)) {
-      has_header_ = true;
-      trajectory_.format = PoseFormat::kOxford;
-      return CheckOxfordHeader(row);
+  // Only above the rows a comment can be a headline.
+  absl::Status AppendComment(const TextRow& comment) {
+    if (!MayBeQuaternions() || num_rows_ > 0) return absl::OkStatus();
+    if (const auto named = ReadHeadline(comment.values)) named_in_comment_ = named;
+    return absl::OkStatus();
+  }
+
+  absl::Status Append(const TextRow& row) {
+    if (num_rows_++ == 0 && IsHeadline(row.values)) return AppendHeadline(row);
+    if (quaternions_) return quaternions_->Append(row);
+    if (named_in_comment_ && named_in_comment_->num_values == row.values.size()) {
+      has_headline_ = true;
+      return StartQuaternions(std::exchange(named_in_comment_, std::nullopt), row);
     }
+    named_in_comment_.reset();
     if (format() == PoseFormat::kAuto) {
-      const absl::StatusOr<PoseFormat> detected = DetectFormat(row.size());
+      const absl::StatusOr<PoseFormat> detected = DetectFormat(row, has_naver_calib_);
       if (!detected.ok()) return detected.status();
       trajectory_.format = *detected;
+      if (*detected == PoseFormat::kTum) return StartQuaternions(std::nullopt, row);
     }
-    if (format() == PoseFormat::kOxford && !has_header_) {
-      return BadText("ins.csv begins with a header; this is none");
+    switch (format()) {
+      case PoseFormat::kTum:
+        return StartQuaternions(TumColumns(), row);
+      case PoseFormat::kNaver:
+      case PoseFormat::kMatrix:
+        return matrices_.Append(row.values, trajectory_);
+      case PoseFormat::kKitti360:
+        return AppendNumbered(row.values);
+      default:
+        return AppendRow(row.values);
     }
-    if (format() == PoseFormat::kNaver) return AppendNaver(row);
-    if (absl::Status num = CheckNumValues(row, Info(format()).num_values); !num.ok()) return num;
+  }
+
+  absl::StatusOr<Trajectory> Finish(const std::string& file) {
+    if (quaternions_) {
+      absl::StatusOr<Trajectory> read = quaternions_->Finish(file);
+      if (!read.ok()) return read;
+      read->notes[0] = absl::StrCat(read->notes[0], has_headline_ ? ", as the headline says" : "");
+      trajectory_ = *std::move(read);
+    }
+    if (absl::Status status = matrices_.Finish(trajectory_); !status.ok()) {
+      return Annotate(status, file);
+    }
+    if (!trajectory_.T_map_sensor.empty()) return std::move(trajectory_);
+    if (trajectory_.num_left_out == 0) return BadText(absl::StrCat(file, ": holds no pose"));
+    return BadText(absl::StrCat(
+        file, ": holds no pose that can be used: none of its ", trajectory_.num_left_out, " rows ",
+        format() == PoseFormat::kOxford ? "has the ins_status INS_SOLUTION_GOOD"
+                                        : "is without NaN"));
+  }
+
+  // Whether a user should be told how the file was read: twelve values can only be KITTI's.
+  [[nodiscard]] bool is_guess() const {
+    return (is_guess_ && format() != PoseFormat::kKitti) || has_headline_;
+  }
+
+ private:
+  [[nodiscard]] PoseFormat format() const { return trajectory_.format; }
+  [[nodiscard]] bool MayBeQuaternions() const {
+    return format() == PoseFormat::kAuto || format() == PoseFormat::kTum;
+  }
+
+  absl::Status AppendHeadline(const TextRow& row) {
+    has_headline_ = true;
+    const Tokens& names = row.values;
+    const bool is_oxford = std::find(names.begin(), names.end(), "ins_status") != names.end();
+    if (format() == PoseFormat::kOxford || (format() == PoseFormat::kAuto && is_oxford)) {
+      trajectory_.format = PoseFormat::kOxford;
+      return CheckOxfordHeader(names);
+    }
+    const std::optional<PoseColumns> named = ReadHeadline(names);
+    if (MayBeQuaternions() && named) quaternions_.emplace(named);
+    return absl::OkStatus();
+  }
+
+  absl::Status StartQuaternions(std::optional<PoseColumns> columns, const TextRow& row) {
+    return quaternions_.emplace(std::move(columns)).Append(row);
+  }
+
+  absl::Status AppendRow(const Tokens& row) {
+    if (format() == PoseFormat::kOxford && !has_headline_) {
+      return BadText("ins.csv begins with a headline; this is none");
+    }
+    if (absl::Status num = CheckNumValues(row, NumValues(format())); !num.ok()) return num;
     if ((format() == PoseFormat::kNclt && HoldsNan(row)) ||
         (format() == PoseFormat::kOxford && !IsGoodOxfordSolution(row))) {
       ++trajectory_.num_left_out;
@@ -165,19 +171,6 @@ class TrajectoryReader {
     }
     return AppendPose(ParseRow(format(), row));
   }
-
-  absl::StatusOr<Trajectory> Finish() {
-    if (num_values_ != 0) return BadText("ends within a matrix; NAVER LABS's have 16 values");
-    if (!trajectory_.T_map_sensor.empty()) return std::move(trajectory_);
-    if (trajectory_.num_left_out == 0) return BadText("holds no pose");
-    return BadText(absl::StrCat(
-        "holds no pose that can be used: none of its ", trajectory_.num_left_out, " rows ",
-        format() == PoseFormat::kOxford ? "has the ins_status INS_SOLUTION_GOOD"
-                                        : "is without NaN"));
-  }
-
- private:
-  [[nodiscard]] PoseFormat format() const { return trajectory_.format; }
 
   absl::Status AppendPose(const Row& row) {
     if (row.stamp_ns.has_value()) {
@@ -189,52 +182,60 @@ class TrajectoryReader {
     return absl::OkStatus();
   }
 
-  // A matrix in one line of 16 values, or in four of 4.
-  absl::Status AppendNaver(const Tokens& row) {
-    constexpr std::size_t kMatrix = 16;
-    const bool fits = row.size() == kRowOfMatrix || (row.size() == kMatrix && num_values_ == 0);
-    if (!fits) return CheckNumValues(row, num_values_ == 0 ? kMatrix : kRowOfMatrix);
-    for (const std::string_view token : row) {
-      const auto value = ParseValues<1>(std::span(&token, 1));
-      if (!value.ok()) return value.status();
-      matrix_(static_cast<Eigen::Index>(num_values_ / 4),
-              static_cast<Eigen::Index>(num_values_ % 4)) = value->front();
-      ++num_values_;
+  // KITTI-360: the number of a frame, and [R t] in 12 values or a 4x4 matrix in 16.
+  absl::Status AppendNumbered(const Tokens& row) {
+    std::int64_t number = 0;
+    if (!IsNumber(row[0]) || !absl::SimpleAtoi(ToAbsl(row[0]), &number)) {
+      return BadText(absl::StrCat(Quote(row[0]), " is not the number of a frame"));
     }
-    if (num_values_ < kMatrix) return absl::OkStatus();
-    num_values_ = 0;
-    return AppendPose({PoseFromHomogeneous(matrix_), std::nullopt});
+    if (row.size() != 13) {
+      if (absl::Status num = CheckNumValues(row, 17); !num.ok()) return num;
+    }
+    trajectory_.frame_numbers.push_back(number);
+    return AppendPose({ParseMatrix(std::span(row).subspan(1, 12)), std::nullopt});
   }
 
+  bool is_guess_;
+  bool has_naver_calib_;
   Trajectory trajectory_;
-  bool has_header_ = false;
-  Eigen::Matrix4d matrix_ = Eigen::Matrix4d::Zero();
-  std::size_t num_values_ = 0;  // of matrix_, read so far
+  std::size_t num_rows_ = 0;
+  bool has_headline_ = false;
+  std::optional<PoseColumns> named_in_comment_;
+  std::optional<QuaternionRows> quaternions_;
+  MatrixRows matrices_;
 };
 
 }  // namespace
 
-absl::StatusOr<PoseFormat> ParsePoseFormat(std::string_view name) {
-  for (const FormatInfo& info : kFormats) {
-    if (info.name == name) return info.format;
-  }
-  return BadText(absl::StrCat("pose format ", Quote(name),
-                              " is not auto, kitti, tum, mulran, nclt, oxford or naver"));
-}
-
-std::string_view PoseFormatName(PoseFormat format) { return Info(format).name; }
-
 absl::StatusOr<Trajectory> ReadTrajectory(const std::string& poses_file, PoseFormat format,
                                           const std::string& calib_file) try {
-  TrajectoryReader reader(format);
-  absl::Status status = ForEachRow(poses_file, BlankLines::kOnlyAtEnd,
-                                   [&](const Tokens& row) { return reader.Append(row); });
+  const std::string naver_calib = FindNaverCalib(poses_file);
+  TrajectoryReader reader(format, !naver_calib.empty());
+  absl::Status status = ForEachRow(
+      poses_file, BlankLines::kOnlyAtEnd, [&](const TextRow& row) { return reader.Append(row); },
+      [&](const TextRow& comment) { return reader.AppendComment(comment); });
   if (!status.ok()) return status;
-  absl::StatusOr<Trajectory> trajectory = reader.Finish();
-  if (!trajectory.ok()) return Annotate(trajectory.status(), poses_file);
-  const absl::StatusOr<Pose> T_body_sensor = FindMount(poses_file, trajectory->format, calib_file);
-  if (!T_body_sensor.ok()) return T_body_sensor.status();
-  if (T_body_sensor->matrix() != Pose::Identity().matrix()) ApplyMount(*T_body_sensor, *trajectory);
+  absl::StatusOr<Trajectory> trajectory = reader.Finish(poses_file);
+  if (!trajectory.ok()) return trajectory;
+  const absl::StatusOr<PoseMount> mount = FindMount(trajectory->format, calib_file, naver_calib);
+  if (!mount.ok()) {
+    return calib_file.empty() && naver_calib.empty() ? Annotate(mount.status(), poses_file)
+                                                     : mount.status();
+  }
+  const bool is_applied = mount->T_body_sensor.matrix() != Pose::Identity().matrix();
+  if (is_applied) ApplyMount(mount->T_body_sensor, *trajectory);
+  const std::string columns =
+      trajectory->notes.empty() ? "" : absl::StrCat(" (", trajectory->notes[0], ")");
+  trajectory->notes.clear();
+  if (reader.is_guess() || mount->is_of_format) {
+    trajectory->notes.push_back(absl::StrCat(poses_file, " is read as ",
+                                             ToAbsl(PoseFormatName(trajectory->format)), columns,
+                                             ": ", mount->note));
+  }
+  if (trajectory->num_left_out > 0) {
+    trajectory->notes.push_back(absl::StrCat(trajectory->num_left_out, " rows of ", poses_file,
+                                             " are left out: they hold no good pose"));
+  }
   return trajectory;
 } catch (const std::bad_alloc&) {
   return absl::ResourceExhaustedError(absl::StrCat(poses_file, ": out of memory"));
@@ -253,11 +254,16 @@ bool MovesLikeACamera(const Trajectory& trajectory) {
 
 absl::StatusOr<std::vector<std::int64_t>> ReadTimes(const std::string& times_file) try {
   std::vector<std::int64_t> stamps_ns;
+  TimeUnit unit = TimeUnit::kSeconds;
   absl::Status status =
-      ForEachRow(times_file, BlankLines::kOnlyAtEnd, [&](const Tokens& row) -> absl::Status {
-        if (absl::Status num = CheckNumValues(row, 1); !num.ok()) return num;
-        const absl::StatusOr<std::int64_t> ns = ParseSeconds(row[0]);
-        if (!ns.ok()) return ns.status();
+      ForEachRow(times_file, BlankLines::kOnlyAtEnd, [&](const TextRow& row) -> absl::Status {
+        if (absl::Status num = CheckNumValues(row.values, 1); !num.ok()) return num;
+        if (stamps_ns.empty()) unit = LikelyUnit(row.values[0]);
+        const std::optional<std::int64_t> ns = ParseTimeAsNs(row.values[0], unit);
+        if (!ns) {
+          return BadText(
+              absl::StrCat(Quote(row.values[0]), " is not a time in ", ToAbsl(TimeUnitName(unit))));
+        }
         stamps_ns.push_back(*ns);
         return absl::OkStatus();
       });

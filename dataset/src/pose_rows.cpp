@@ -1,5 +1,6 @@
 #include "pose_rows.hpp"
 
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 
@@ -12,9 +13,7 @@ namespace {
 
 constexpr std::int64_t kMaxTextFileBytes = 512LL << 20;
 
-// The values of a row: between commas if it has any, else between blanks.
-void SplitRow(std::string_view row, Tokens& tokens) {
-  if (row.find(',') == std::string_view::npos) return SplitAtBlanks(row, tokens);
+void SplitAtCommas(std::string_view row, Tokens& tokens) {
   tokens.clear();
   Tokens words;
   for (bool more = true; more;) {
@@ -25,35 +24,46 @@ void SplitRow(std::string_view row, Tokens& tokens) {
     more = comma != std::string_view::npos && tokens.size() < kMaxTokens;
     if (more) row.remove_prefix(comma + 1);
   }
+  const bool ends_with_comma = tokens.back().find_first_not_of(" \t\r") == std::string_view::npos;
+  if (ends_with_comma) tokens.pop_back();
+}
+
+void SplitRow(std::string_view line, TextRow& row) {
+  row.has_commas = line.find(',') != std::string_view::npos;
+  row.has_commas ? SplitAtCommas(line, row.values) : SplitAtBlanks(line, row.values);
 }
 
 }  // namespace
 
-absl::Status ForEachRow(const std::string& file, BlankLines blank_lines, const RowHandler& handle) {
+absl::Status ForEachRow(const std::string& file, BlankLines blank_lines, const RowHandler& handle,
+                        const RowHandler& handle_comment) {
   const absl::StatusOr<FileBytes> bytes = ReadFileBytes(file, kMaxTextFileBytes);
   if (!bytes.ok()) return bytes.status();
   LineReader lines(bytes->view());
-  Tokens tokens;
+  TextRow row;
   std::size_t first_blank_line = 0;
   std::size_t num_rows = 0;
-  while (const std::optional<std::string_view> line = lines.Next()) {
-    SplitRow(*line, tokens);
-    if (!tokens.empty() && !tokens[0].empty() && tokens[0][0] == '#') continue;
-    if (tokens.empty()) {
-      if (first_blank_line == 0 && blank_lines == BlankLines::kOnlyAtEnd) {
-        first_blank_line = lines.line_number();
+  while (std::optional<std::string_view> line = lines.Next()) {
+    const std::size_t begin = std::min(line->find_first_not_of(" \t"), line->size());
+    const bool is_comment = line->substr(begin, 1) == "#";
+    if (is_comment && !handle_comment) continue;
+    SplitRow(is_comment ? line->substr(begin + 1) : *line, row);
+    row.line = lines.line_number();
+    if (row.values.empty()) {
+      if (first_blank_line == 0 && blank_lines == BlankLines::kOnlyAtEnd && !is_comment) {
+        first_blank_line = row.line;
       }
       continue;
     }
-    if (first_blank_line != 0) {
+    if (first_blank_line != 0 && !is_comment) {
       // Rows are paired by their number: a row that went missing must not shift the others.
       return BadText(absl::StrCat(file, ":", first_blank_line, ": blank line between rows"));
     }
-    if (static_cast<std::int64_t>(++num_rows) > limits::kMaxPlaces) {
+    if (!is_comment && static_cast<std::int64_t>(++num_rows) > limits::kMaxPlaces) {
       return BadText(absl::StrCat(file, ": more than ", limits::kMaxPlaces, " rows"));
     }
-    if (absl::Status status = handle(tokens); !status.ok()) {
-      return Annotate(status, absl::StrCat(file, ":", lines.line_number()));
+    if (absl::Status status = (is_comment ? handle_comment : handle)(row); !status.ok()) {
+      return Annotate(status, absl::StrCat(file, ":", row.line));
     }
   }
   if (num_rows == 0) return BadText(absl::StrCat(file, ": holds no row"));

@@ -19,7 +19,14 @@
 namespace scanloc::dataset {
 
 using Tokens = std::vector<std::string_view>;
-using RowHandler = std::function<absl::Status(const Tokens& row)>;
+
+/// A row of a text file.
+struct TextRow {
+  Tokens values;
+  bool has_commas = false;  ///< the values stand between commas
+  std::size_t line = 0;     ///< its number in the file
+};
+using RowHandler = std::function<absl::Status(const TextRow& row)>;
 
 enum class BlankLines { kSkip, kOnlyAtEnd };
 
@@ -27,10 +34,12 @@ enum class BlankLines { kSkip, kOnlyAtEnd };
   return absl::InvalidArgumentError(ToAbsl(reason));
 }
 
-/// Calls `handle` for each row of a file that is no comment; a status it returns gets file and
-/// line. The values of a row stand between commas if it has any, else between blanks.
+/// Calls `handle` for each row of a file that is no comment, and `handle_comment`, if there is one,
+/// for those that are, without their "#"; a status that they return gets file and line. The values
+/// of a row stand between commas if it has any, else between blanks; a comma at its end is ignored.
 [[nodiscard]] absl::Status ForEachRow(const std::string& file, BlankLines blank_lines,
-                                      const RowHandler& handle);
+                                      const RowHandler& handle,
+                                      const RowHandler& handle_comment = nullptr);
 
 /// InvalidArgument if the row has another number of values.
 [[nodiscard]] absl::Status CheckNumValues(const Tokens& row, std::size_t expected);

@@ -15,7 +15,7 @@
 
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
-#include "decimal_time.hpp"
+#include "name_order.hpp"
 #include "scanloc/dataset/drive.hpp"
 #include "text.hpp"
 
@@ -50,9 +50,11 @@ absl::StatusOr<std::vector<ScanFile>> ListFolder(const fs::path& folder) {
   if (error) {
     return absl::ErrnoToStatus(error.value(), absl::StrCat(folder.string(), ": cannot be listed"));
   }
-  std::sort(scans.begin(), scans.end(),
-            [](const ScanFile& a, const ScanFile& b) { return a.name < b.name; });
-  return scans;
+  std::vector<std::string_view> names;
+  for (const ScanFile& scan : scans) names.push_back(scan.name);
+  std::vector<ScanFile> ordered;
+  for (const std::size_t i : OrderNames(names).order) ordered.push_back(scans[i]);
+  return ordered;
 }
 
 /// Left and right scans of Oxford Radar RobotCar, each with its partner.
@@ -104,11 +106,6 @@ bool IsNumber(std::string_view text) {
 
 std::optional<std::int64_t> StampOfName(std::string_view name) {
   const std::string_view stem = Stem(name);
-  const std::size_t point = stem.find('.');
-  if (point != std::string_view::npos) {
-    const bool is_decimal = IsNumber(stem.substr(0, point)) && IsNumber(stem.substr(point + 1));
-    return is_decimal ? ParseSecondsAsNs(stem) : std::nullopt;
-  }
   std::int64_t value = 0;
   if (!IsNumber(stem) || !absl::SimpleAtoi(ToAbsl(stem), &value)) {
     return std::nullopt;

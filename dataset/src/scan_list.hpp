@@ -13,8 +13,7 @@ namespace scanloc::dataset {
 /// Whether a text is digits only.
 [[nodiscard]] bool IsNumber(std::string_view text);
 
-/// When a scan was taken, if its name gives it: 19 digits [ns], 16 digits [µs] or seconds with a
-/// decimal point.
+/// When a scan was taken, if its name gives it: 19 digits [ns] or 16 digits [µs].
 [[nodiscard]] std::optional<std::int64_t> StampOfName(std::string_view name);
 
 }  // namespace scanloc::dataset

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <functional>
 #include <new>
 
@@ -29,14 +30,31 @@ const Format* FindFormat(std::string_view path) {
   return format == kFormats.end() ? nullptr : format;
 }
 
-// Points far from the origin would all be skipped later, and the scan pass as an empty one.
-absl::Status CheckNearSensor(const Scan& scan) {
-  const auto num_beyond = static_cast<std::size_t>(
-      std::count_if(scan.points.begin(), scan.points.end(), IsBeyondLimit));
-  if (num_beyond <= scan.points.size() / 2) return absl::OkStatus();
+// Points in another unit or frame would all be skipped later, and the scan pass as an empty one.
+absl::Status CheckMetres(const Scan& scan) {
+  constexpr std::size_t kFew = 100;  // fewer may stand anywhere
+  constexpr float kNear_m = 1.0F;
+  constexpr float kFar_m = 80.0F;
+  const std::size_t num_points = scan.points.size();
+  std::size_t num_beyond = 0, num_near = 0, num_far = 0;
+  for (const Point& p : scan.points) {
+    const float range_m = std::hypot(p.x, p.y, p.z);
+    num_beyond += IsBeyondLimit(p) ? 1 : 0;
+    num_near += range_m < kNear_m ? 1 : 0;
+    num_far += range_m > kFar_m ? 1 : 0;
+  }
+  if (num_beyond > num_points / 2) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        num_beyond, " of its ", num_points, " points lie beyond ", limits::kMaxCoordinate_m,
+        " m of the origin; a scan must be in the sensor frame, in metres"));
+  }
+  if (num_points < kFew || (num_far < num_points && num_near < num_points)) {
+    return absl::OkStatus();
+  }
   return absl::InvalidArgumentError(absl::StrCat(
-      num_beyond, " of its ", scan.points.size(), " points lie beyond ", limits::kMaxCoordinate_m,
-      " m of the origin; a scan must be in the sensor frame, in metres"));
+      "0 of its ", num_points, " points lie ",
+      num_far == num_points ? absl::StrCat("within ", kFar_m) : absl::StrCat("beyond ", kNear_m),
+      " m of the sensor: are these metres, in the sensor frame?"));
 }
 
 }  // namespace
@@ -52,7 +70,7 @@ absl::StatusOr<Scan> ReadAs(const std::string& path, const Decode& decode) try {
   if (!bytes.ok()) return bytes.status();
   absl::StatusOr<Scan> scan = decode(bytes->view());
   if (!scan.ok()) return Annotate(scan.status(), path);
-  if (absl::Status status = CheckNearSensor(*scan); !status.ok()) return Annotate(status, path);
+  if (absl::Status status = CheckMetres(*scan); !status.ok()) return Annotate(status, path);
   return scan;
 } catch (const std::bad_alloc&) {
   return absl::ResourceExhaustedError(absl::StrCat(path, ": out of memory"));

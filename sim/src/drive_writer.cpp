@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "poses.hpp"
 #include "sim_text.hpp"
 
 namespace scanloc::sim {
@@ -48,10 +49,15 @@ absl::Status WriteFile(const fs::path& path, std::string_view text) {
   return WriteFile(path, text.data(), text.size());
 }
 
-std::string PoseRows(const SimulatedDrive& drive) {
+std::vector<Pose> PosesOf(const SimulatedDrive& drive) {
+  std::vector<Pose> poses;
+  for (std::size_t i = 0; i < drive.size(); ++i) poses.push_back(drive.T_map_sensor(i));
+  return poses;
+}
+
+std::string PoseRows(const std::vector<Pose>& poses) {
   std::string text;
-  for (std::size_t i = 0; i < drive.size(); ++i) {
-    const Pose& pose = drive.T_map_sensor(i);
+  for (const Pose& pose : poses) {
     for (int row = 0; row < 3; ++row) {
       for (int column = 0; column < 4; ++column) {
         text += NumberText(pose.matrix()(row, column));
@@ -147,7 +153,14 @@ absl::Status WriteDrive(const SimulatedDrive& drive, const fs::path& out, int nu
   if (auto s = WriteFile(out / "simulation.txt", Describe(drive.options())); !s.ok()) return s;
   if (auto s = WriteFile(out / "times.txt", TimeRows(drive)); !s.ok()) return s;
   if (auto s = ScanWriter(drive, scans, progress).Run(num_threads); !s.ok()) return s;
-  return WriteFile(out / "poses.txt", PoseRows(drive));
+  const std::vector<Pose> poses = PosesOf(drive);
+  const SessionOptions& session = drive.options().session;
+  if (session.odometry_noise_percent > 0.0) {
+    const std::vector<Pose> reckoned =
+        Reckon(poses, session.odometry_noise_percent, session.session_seed);
+    if (auto s = WriteFile(out / "odometry.txt", PoseRows(reckoned)); !s.ok()) return s;
+  }
+  return WriteFile(out / "poses.txt", PoseRows(poses));
 }
 
 absl::Status Simulate(const SimulateOptions& options, const fs::path& out, int num_threads,

@@ -151,12 +151,74 @@ TEST(OpenDrive, RefusesADifferentNumberOfTimes) {
               AllOf(HasSubstr("3 times"), HasSubstr("2 scans")));
 }
 
-TEST(OpenDrive, RefusesNumbersThatDoNotSortByName) {
+TEST(OpenDrive, OrdersNumbersInNamesAsNumbers) {
   const TempDir dir;
-  for (const char* name : {"8.bin", "9.bin", "10.bin"}) WriteScan(dir, name);
+  for (const char* name : {"run7_10.bin", "run7_9.bin", "run7_8.bin"}) WriteScan(dir, name);
   const auto drive = OpenDrive(Options(dir, KittiRows(3)));
-  EXPECT_EQ(drive.status().code(), absl::StatusCode::kInvalidArgument);
-  EXPECT_THAT(std::string(drive.status().message()), HasSubstr("10.bin sorts before 8.bin"));
+  ASSERT_TRUE(drive.ok()) << drive.status();
+  EXPECT_THAT(Pairs(*drive), ElementsAre(std::pair("run7_8.bin", 0.0), std::pair("run7_9.bin", 1.0),
+                                         std::pair("run7_10.bin", 2.0)));
+}
+
+TEST(OpenDrive, RefusesNamesThatCanBeOrderedInTwoWays) {
+  for (const std::vector<std::string>& names :
+       {std::vector<std::string>{"scan9.bin", "scan10.bin", "scan11b.bin"},
+        std::vector<std::string>{"7.25.bin", "7.5.bin", "8.125.bin"}}) {
+    const TempDir dir;
+    for (const std::string& name : names) WriteScan(dir, name);
+    for (const std::string& poses :
+         {KittiRows(3), TumRow("7", 1) + TumRow("8", 2) + TumRow("9", 3)}) {
+      const auto drive = OpenDrive(Options(dir, poses));
+      EXPECT_EQ(drive.status().code(), absl::StatusCode::kInvalidArgument) << names[0];
+      EXPECT_THAT(std::string(drive.status().message()), HasSubstr("order of the scans"));
+    }
+  }
+}
+
+TEST(OpenDrive, PairsScansNamedInSecondsAndWholeNanosecondsWithTheNearestPose) {
+  const TempDir dir;
+  // .05 and .95 s after a full second.
+  for (const char* name : {"1741286117_950000000.bin", "1741286118_50000000.bin"}) {
+    WriteScan(dir, name);
+  }
+  const auto drive = OpenDrive(Options(
+      dir, TumRow("1741286118.05", 2) + TumRow("1741286117.95", 1) + TumRow("1741286118.5", 3)));
+  ASSERT_TRUE(drive.ok()) << drive.status();
+  EXPECT_THAT(Pairs(*drive), ElementsAre(std::pair("1741286117_950000000.bin", 1.0),
+                                         std::pair("1741286118_50000000.bin", 2.0)));
+  EXPECT_THAT(drive->notes, ::testing::Contains(HasSubstr("whole nanoseconds")));
+}
+
+TEST(OpenDrive, PairsFramesByTheirNumbers) {
+  const TempDir dir;
+  for (const char* name : {"0000000007.bin", "0000000008.bin", "0000000012.bin"}) {
+    WriteScan(dir, name);
+  }
+  const auto drive = OpenDrive(Options(dir, "12 " + KittiRow(5) + "7 " + KittiRow(3)));
+  ASSERT_TRUE(drive.ok()) << drive.status();
+  EXPECT_THAT(Pairs(*drive),
+              ElementsAre(std::pair("0000000007.bin", 3.0), std::pair("0000000012.bin", 5.0)));
+  EXPECT_EQ(drive->num_without_pose, 1U);
+  EXPECT_FALSE(OpenDrive(Options(dir, "7 " + KittiRow(5) + "7 " + KittiRow(3))).ok());
+  EXPECT_FALSE(OpenDrive(Options(dir, "1 " + KittiRow(5))).ok());
+}
+
+TEST(OpenDrive, RefusesTimesThatFallWhereRowsArePairedInOrder) {
+  const TempDir dir;
+  for (const char* name : {"0.bin", "1.bin", "2.bin"}) WriteScan(dir, name);
+  DriveOptions options = Options(dir, TumRow("5", 1) + TumRow("6", 2) + TumRow("4", 0));
+  EXPECT_THAT(std::string(OpenDrive(options).status().message()), HasSubstr("poses.txt: time 3"));
+  options = Options(dir, KittiRows(3));
+  options.times_file = dir.Write("times.txt", "5\n4\n6\n");
+  EXPECT_THAT(std::string(OpenDrive(options).status().message()), HasSubstr("times.txt: time 2"));
+  // Where stamps pair them, the order of the rows does not matter, but that of the times is told.
+  options = Options(dir, TumRow("6", 6) + TumRow("5", 5) + TumRow("4", 4));
+  options.times_file = dir.File("times.txt");
+  const auto drive = OpenDrive(options);
+  ASSERT_TRUE(drive.ok()) << drive.status();
+  EXPECT_THAT(Pairs(*drive), ElementsAre(std::pair("0.bin", 5.0), std::pair("1.bin", 4.0),
+                                         std::pair("2.bin", 6.0)));
+  EXPECT_THAT(drive->notes, ::testing::Contains(HasSubstr("do not rise")));
 }
 
 TEST(OpenDrive, PassesOnWhatIsWrongWithItsFiles) {

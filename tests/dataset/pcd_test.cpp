@@ -146,6 +146,16 @@ TEST(Pcd, SkipsPaddingAndOtherFieldsOfBinaryRecords) {
   EXPECT_EQ(scan->points, (PointCloud{{1, 2, 3}, {-4, -5, -6}}));
 }
 
+TEST(Pcd, SkipsFieldsOfNoElements) {
+  std::string content =
+      absl::StrCat("FIELDS x _ y z _\nSIZE 4 1 4 4 8\nTYPE F U F F U\nCOUNT 1 0 1 1 0\n",
+                   Counts(1, 1, 1), "DATA ");
+  EXPECT_EQ(ReadPcd(content + "ascii\n1 2 3\n")->points, (PointCloud{{1, 2, 3}}));
+  content += "binary\n";
+  for (const float value : {1.0F, 2.0F, 3.0F}) AppendBytes(content, value);
+  EXPECT_EQ(ReadPcd(content)->points, (PointCloud{{1, 2, 3}}));
+}
+
 TEST(Pcd, ReadsTextWithWindowsLineEndsTabsNanAndBlankLines) {
   const std::string rows = " 1\t2   3\r\n\r\nnan 0 0\r\n4 5e0 +6\r\n0 -inf 0\r\n";
   const absl::StatusOr<Scan> scan =
@@ -205,7 +215,7 @@ TEST(Pcd, RefusesBadHeadersWithTheReason) {
       BadPcd{Header("FIELDS x y z\nTYPE F F X\n", Counts(2, 1, 2)), "TYPE \"X\""},
       BadPcd{Header("FIELDS x y z\nTYPE F F I\n", Counts(2, 1, 2)), "field z has TYPE I"},
       BadPcd{Header("FIELDS x y z\nCOUNT 1 1 2\n", Counts(2, 1, 2)), "COUNT 2"},
-      BadPcd{Header("FIELDS x y z\nCOUNT 1 1 0\n", Counts(2, 1, 2)), "COUNT \"0\""},
+      BadPcd{Header("FIELDS x y z\nCOUNT 1 1 0\n", Counts(2, 1, 2)), "COUNT 0"},
       BadPcd{Header("FIELDS x y z a b\nSIZE 4 4 4 8 8\nCOUNT 1 1 1 65536 65536\n", Counts(2, 1, 2)),
              "more than 65536 bytes"},
       BadPcd{Header(kXyz, ""), "neither POINTS nor WIDTH"},

@@ -71,7 +71,7 @@ TEST(Ply, ReadsBothByteOrdersAndMixedTypes) {
 
 TEST(Ply, ReadsTextWithNanAndIgnoresLaterElements) {
   const std::string content =
-      "ply\r\nformat ascii 1.0\r\nobj_info num_cols 1000000000\r\nelement vertex 3\r\n"
+      "ply \r\nformat ascii 1.0 \r\nobj_info num_cols 1000000000\r\nelement vertex 3\r\n"
       "property float x\r\nproperty float y\r\nproperty float z\r\nproperty uchar blue\r\n"
       "element face 1\r\nproperty list uchar int vertex_indices\r\nend_header\r\n"
       "1 2 3 255\r\nnan nan nan 0\r\n4 5 6 0\r\n3 0 1 2\r\n";

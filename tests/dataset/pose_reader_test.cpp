@@ -174,9 +174,9 @@ TEST(PoseReader, SaysThatAFileIsMissing) {
 }
 
 TEST(PoseReader, NamesFormatsBothWays) {
-  for (const PoseFormat format :
-       {PoseFormat::kAuto, PoseFormat::kKitti, PoseFormat::kTum, PoseFormat::kMulran,
-        PoseFormat::kNclt, PoseFormat::kOxford, PoseFormat::kNaver}) {
+  for (const PoseFormat format : {PoseFormat::kAuto, PoseFormat::kKitti, PoseFormat::kTum,
+                                  PoseFormat::kMulran, PoseFormat::kNclt, PoseFormat::kOxford,
+                                  PoseFormat::kNaver, PoseFormat::kMatrix, PoseFormat::kKitti360}) {
     const absl::StatusOr<PoseFormat> parsed = ParsePoseFormat(PoseFormatName(format));
     ASSERT_TRUE(parsed.ok());
     EXPECT_EQ(*parsed, format);

@@ -228,8 +228,9 @@ TEST_F(OxfordDriveTest, LeavesOutRowsThatTheInsDoesNotVouchFor) {
       Open(kInsHeader + bad + InsRow("1547120789640000", 100.0, 50.0, -7.0, 0.0) + bad);
   ASSERT_TRUE(drive.ok()) << drive.status();
   EXPECT_LT(drive->frames.at(0).T_map_sensor.translation().x(), 110.0);
-  ASSERT_EQ(drive->notes.size(), 1U);
-  EXPECT_NE(drive->notes[0].find("2 rows"), std::string::npos) << drive->notes[0];
+  ASSERT_EQ(drive->notes.size(), 2U);
+  EXPECT_NE(drive->notes[0].find("negated"), std::string::npos) << drive->notes[0];
+  EXPECT_NE(drive->notes[1].find("2 rows"), std::string::npos) << drive->notes[1];
 
   const auto none = Open(kInsHeader + bad);
   EXPECT_EQ(none.status().code(), absl::StatusCode::kInvalidArgument);

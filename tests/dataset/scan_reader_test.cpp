@@ -35,6 +35,70 @@ TEST(ScanReader, ReadsKittiBin) {
   EXPECT_EQ(scan->num_not_finite, 0U);
 }
 
+// Rows of num_floats: x y z, an intensity, and what follows as `last` says for each row.
+std::string FloatRows(std::size_t num_points, std::size_t num_floats, float (*last)(std::size_t)) {
+  std::string bytes;
+  for (std::size_t i = 0; i < num_points; ++i) {
+    const Point p = SomePoints(num_points)[i];
+    for (std::size_t k = 0; k < num_floats; ++k) {
+      const float values[] = {p.x, p.y, p.z, 0.5F};
+      test::AppendBytes(bytes, k < 4 ? values[k] : last(i));
+    }
+  }
+  return bytes;
+}
+
+TEST(ScanReader, ReadsRowsOfFiveFloatsThatEndInARing) {
+  const TempDir dir;
+  const std::string bytes = FloatRows(64, 5, [](std::size_t i) { return float(i % 32); });
+  for (const char* name : {"0.pcd.bin", "0.bin"}) {
+    const absl::StatusOr<Scan> scan = ReadScan(dir.Write(name, bytes));
+    ASSERT_TRUE(scan.ok()) << scan.status();
+    EXPECT_EQ(scan->points, SomePoints(64));
+  }
+}
+
+TEST(ScanReader, RefusesRowsOfAnotherNumberOfFloats) {
+  const TempDir dir;
+  for (const std::size_t num_floats : {3, 5, 6, 7}) {
+    const std::string bytes =
+        FloatRows(160, num_floats, [](std::size_t i) { return 0.001F * static_cast<float>(i); });
+    const absl::StatusOr<Scan> scan = ReadScan(dir.Write("0.bin", bytes));
+    EXPECT_THAT(std::string(scan.status().message()), HasSubstr("intensities are negative"))
+        << num_floats;
+  }
+}
+
+TEST(ScanReader, NamesPointersThatStandForAFile) {
+  const TempDir dir;
+  for (const char* name : {"0.bin", "0.pcd", "0.ply", "0.npy"}) {
+    EXPECT_THAT(std::string(ReadScan(dir.Write(name,
+                                               "version https://git-lfs.github.com/spec/v1\n"
+                                               "oid sha256:00\nsize 1\n"))
+                                .status()
+                                .message()),
+                AllOf(HasSubstr(name), HasSubstr("Git LFS pointer")));
+    EXPECT_THAT(
+        std::string(
+            ReadScan(dir.Write(name, "/annex/objects/SHA256E-s1--00\n")).status().message()),
+        HasSubstr("git-annex pointer"));
+  }
+}
+
+TEST(ScanReader, AsksWhetherPointsAreMetresWhereNoneIsInReach) {
+  const TempDir dir;
+  PointCloud centimetres, kilometres;
+  for (const Point& p : SomePoints(200)) {
+    centimetres.push_back({200.0F + p.x, p.y, p.z});
+    kilometres.push_back({0.001F * p.x, 0.001F * p.y, 0.001F * p.z});
+  }
+  EXPECT_THAT(
+      std::string(ReadScan(dir.Write("cm.bin", KittiBytes(centimetres))).status().message()),
+      HasSubstr("0 of its 200 points lie within 80 m of the sensor: are these metres"));
+  EXPECT_THAT(std::string(ReadScan(dir.Write("km.bin", KittiBytes(kilometres))).status().message()),
+              HasSubstr("0 of its 200 points lie beyond 1 m"));
+}
+
 TEST(ScanReader, DropsAndCountsPointsThatAreNotFinite) {
   const TempDir dir;
   const PointCloud points = {{1, 2, 3},     {kNaN, 0, 0}, {4, 5, 6},   {0, kInf, 0},

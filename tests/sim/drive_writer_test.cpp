@@ -42,6 +42,44 @@ std::vector<std::pair<std::string, std::string>> ReadTree(const fs::path& folder
   return files;
 }
 
+/// Rows of poses.txt or odometry.txt, 12 numbers each.
+std::vector<std::vector<double>> ReadRows(const fs::path& path) {
+  std::istringstream text(ReadFile(path));
+  std::vector<std::vector<double>> rows;
+  for (double number = 0.0; text >> number;) {
+    if (rows.empty() || rows.back().size() == 12) rows.emplace_back();
+    rows.back().push_back(number);
+  }
+  return rows;
+}
+
+TEST(DriveWriter, WritesOdometryThatDriftsByAboutThatMuch) {
+  const TempDir dir;
+  SimulateOptions options = Small();
+  options.world.kind = WorldKind::kTunnel;
+  options.town.length_m = 200.0;
+  ASSERT_TRUE(Simulate(options, dir.path() / "plain", 1).ok());
+  EXPECT_FALSE(fs::exists(dir.path() / "plain" / "odometry.txt"));
+  double worst_m = 0.0;
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    const fs::path out = dir.path() / std::to_string(seed);
+    options.session.session_seed = seed;
+    options.session.odometry_noise_percent = 2.0;
+    ASSERT_TRUE(Simulate(options, out, 1).ok());
+    const auto reckoned = ReadRows(out / "odometry.txt");
+    const auto poses = ReadRows(out / "poses.txt");
+    ASSERT_EQ(reckoned.size(), poses.size());
+    EXPECT_EQ(reckoned[0], (std::vector<double>{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0}));
+    const auto travelled = [](const auto& rows) {
+      return std::hypot(rows.back()[3] - rows[0][3], rows.back()[7] - rows[0][7],
+                        rows.back()[11] - rows[0][11]);
+    };
+    worst_m = std::max(worst_m, std::abs(travelled(reckoned) - travelled(poses)));
+  }
+  EXPECT_GT(worst_m, 0.5);
+  EXPECT_LT(worst_m, 20.0);
+}
+
 TEST(DriveWriter, WritesEveryScanAndPoseOfTheDrive) {
   const TempDir dir;
   const fs::path out = dir.path() / "drive";

@@ -13,8 +13,8 @@
 
 namespace scanloc::dataset {
 
-/// The scan files (.bin, .npy, .pcd, .ply; hidden files left out) of a folder, by name in byte
-/// order.
+/// The scan files (.bin, .npy, .pcd, .ply; hidden files left out) of a folder, by name: the numbers
+/// in names count as numbers, what stands between by its bytes.
 ///
 /// If the folder holds none of them, the files of the first of these folders in it that holds some
 /// are listed: `velodyne` (a KITTI sequence), `Scans`, `Ouster`, `sensor_data/Ouster` (MulRan),
@@ -51,7 +51,7 @@ struct Frame {
 /// A recorded drive, in the name order of its scans.
 struct Drive {
   std::vector<Frame> frames;
-  /// Scans left out because no pose lies within kMaxStampGap_ns; only where stamps pair them.
+  /// Scans left out because no pose has their number or lies within kMaxStampGap_ns.
   std::size_t num_without_pose = 0;
   /// What a user should know of how the drive was read: sentences without an end.
   std::vector<std::string> notes;
@@ -64,17 +64,19 @@ inline constexpr std::int64_t kMaxStampGap_ns = 100'000'000;
 /// Opens a drive: lists its scans and pairs each with a pose.
 ///
 /// The i-th scan by name has the i-th pose, and their numbers must agree. Where both have stamps,
-/// each scan has the pose nearest in time instead. Poses have stamps in all formats but kKitti and
-/// kNaver; scans have those of times_file (kNaver: else of timestamps.txt beside the poses), else
-/// those that all their names give: 19 digits [ns], 16 digits [µs] or seconds with a decimal point.
+/// each scan has the pose nearest in time instead; where poses have the numbers of frames and scans
+/// a number each, that decides. Poses have stamps as Trajectory says; scans have those of
+/// times_file (4x4 matrices: else of timestamps.txt beside the poses), else those that all their
+/// names give: 19 digits [ns], 16 digits [µs], seconds with a decimal point, or seconds and whole
+/// nanoseconds after "_", "-" or a point.
 ///
 /// KITTI's poses without calib_file are those of a camera if MovesLikeACamera says so: then the
 /// calib.txt in the folder of the scans or the one above is used, and a note says so, or that there
 /// is none.
 ///
 /// Errors as of ListScans, ReadTrajectory and ReadTimes. InvalidArgument too: numbers of scans,
-/// poses or times that differ (both are named); numbered scans whose names do not sort by number;
-/// or not one scan within kMaxStampGap_ns of a pose.
+/// poses or times that differ (both are named); names that can be ordered in two ways; times that
+/// fall where scans and poses are paired in order; or not one scan that has a pose.
 [[nodiscard]] absl::StatusOr<Drive> OpenDrive(const DriveOptions& options);
 
 /// The indices of the frames to keep for equidistant places (paper, Sec. VI): the first, and then

@@ -39,7 +39,8 @@ struct ScanFile {
 [[nodiscard]] bool IsScanFile(std::string_view path);
 
 /// Reads one scan, by its extension:
-///   .bin  KITTI: float32 x y z intensity, little endian, without a header;
+///   .bin  KITTI: float32 x y z intensity, little endian, without a header; nuScenes: and the
+///         number of a ray, a whole number up to 255, after it;
 ///   .pcd  ascii, binary or binary_compressed, with fields x y z of type F;
 ///   .ply  ascii, binary_little_endian or binary_big_endian, with float or double x y z;
 ///   .npy  NAVER LABS: a NumPy array of a row a point, whose first three columns are x y z in

@@ -17,6 +17,7 @@ using DriveProgress = std::function<void(std::size_t num_done, std::size_t num_t
 ///   OUT/velodyne/000000.bin ...  float32 x y z intensity, intensity 0
 ///   OUT/times.txt                seconds, a line per scan
 ///   OUT/simulation.txt           the options
+///   OUT/odometry.txt             the same poses as reckoned on the way; if asked for
 ///   OUT/poses.txt                T_map_sensor, 12 numbers a line (3×4, row-major); written last
 ///
 /// num_threads in [1, 256]. AlreadyExists if `out` is a file or a folder that is not empty;

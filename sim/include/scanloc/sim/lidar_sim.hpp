@@ -34,7 +34,8 @@ struct LidarOptions {
 /// point; a solid around the sensor itself is transparent.
 ///
 /// The same arguments give the same bits on any machine. Requires Validate(options).ok() and a
-/// sensor that stands above the ground and is tilted less than 35°.
+/// sensor that stands above the ground. Casting is quick as long as the steepest ray and the tilt
+/// together stay below 88°.
 [[nodiscard]] PointCloud CastScan(const LidarOptions& options, const Ground& ground,
                                   std::span<const Solid> solids, const Pose& T_map_sensor,
                                   std::uint64_t noise_seed);

@@ -1,9 +1,9 @@
-#include "lidar_sim_hits.hpp"
+#include "lidar/lidar_sim_hits.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "town_random.hpp"
+#include "random.hpp"
 
 namespace scanloc::sim {
 namespace {

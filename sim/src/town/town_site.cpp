@@ -1,9 +1,9 @@
-#include "town_site.hpp"
+#include "town/town_site.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "town_cells.hpp"
+#include "town/town_cells.hpp"
 
 namespace scanloc::sim {
 namespace {

@@ -3,8 +3,8 @@
 #include <array>
 
 #include "sim_text.hpp"
-#include "town_builder.hpp"
-#include "town_network.hpp"
+#include "town/town_builder.hpp"
+#include "town/town_network.hpp"
 
 namespace scanloc::sim {
 namespace {

@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
-#include "lidar_sim_hits.hpp"
+#include "lidar/lidar_sim_hits.hpp"
+#include "random.hpp"
 #include "sim_text.hpp"
-#include "town_random.hpp"
 
 namespace scanloc::sim {
 namespace {
@@ -27,8 +27,12 @@ struct Candidate {
 Candidate MakeCandidate(const SeenSolid& seen, std::size_t index) {
   constexpr float kSlack = 1e-3F;  // rounding to float must not lose a hit
   const double near = std::max(seen.near_m, 1e-2);
-  const double high = seen.z_high / (seen.z_high > 0.0 ? near : seen.far_m);
-  const double low = seen.z_low / (seen.z_low < 0.0 ? near : seen.far_m);
+  double high = seen.z_high / (seen.z_high > 0.0 ? near : seen.far_m);
+  double low = seen.z_low / (seen.z_low < 0.0 ? near : seen.far_m);
+  // Right above or below, it is hit by beams of any steepness.
+  constexpr double kAny = std::numeric_limits<float>::infinity();
+  if (seen.near_m < near && seen.z_high > 0.0) high = kAny;
+  if (seen.near_m < near && seen.z_low < 0.0) low = -kAny;
   return {static_cast<float>(seen.near_m) - kSlack, static_cast<float>(low) - kSlack,
           static_cast<float>(high) + kSlack, static_cast<std::uint32_t>(index)};
 }
@@ -91,6 +95,13 @@ class Turn {
 };
 
 void Turn::MeasureHeadings() {
+  const double tilt_rad = std::acos(std::clamp(rotation_(2, 2), -1.0, 1.0));
+  const double steepest_deg =
+      std::max(std::abs(options_.min_elevation_deg), std::abs(options_.max_elevation_deg));
+  if (tilt_rad + Radians(steepest_deg) > Radians(88.0)) {
+    slack_rad_ = kPi;  // a beam of an azimuth may have any heading
+    return;
+  }
   heading_rad_ = std::atan2(rotation_(1, 0), rotation_(0, 0));
   // The heading of a tilted azimuth's beams changes monotonically with the elevation, so that the
   // outermost rays bound it.
@@ -142,6 +153,8 @@ std::vector<SeenSolid> NearestFirst(std::span<const Solid> solids, const Eigen::
   std::vector<SeenSolid> seen;
   seen.reserve(solids.size());
   for (std::size_t i = 0; i < solids.size(); ++i) {
+    const double reach_m = max_range_m + solids[i].half_length_m + solids[i].half_width_m;
+    if ((solids[i].center - sensor.head<2>()).squaredNorm() > reach_m * reach_m) continue;
     SeenSolid solid = See(solids[i], i, sensor);
     if (solid.near_m <= max_range_m) seen.push_back(solid);
   }

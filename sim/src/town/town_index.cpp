@@ -1,8 +1,8 @@
-#include "town_index.hpp"
+#include "town/town_index.hpp"
 
 #include <algorithm>
 
-#include "town_cells.hpp"
+#include "town/town_cells.hpp"
 
 namespace scanloc::sim {
 namespace {

@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "town_builder.hpp"
+#include "town/town_builder.hpp"
 
 namespace scanloc::sim {
 namespace {

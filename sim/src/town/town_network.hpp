@@ -3,8 +3,8 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "random.hpp"
 #include "scanloc/sim/town.hpp"
-#include "town_random.hpp"
 
 namespace scanloc::sim {
 

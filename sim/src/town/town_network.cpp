@@ -1,4 +1,4 @@
-#include "town_network.hpp"
+#include "town/town_network.hpp"
 
 #include <algorithm>
 #include <cmath>

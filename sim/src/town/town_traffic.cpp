@@ -1,10 +1,10 @@
-#include "town_traffic.hpp"
+#include "town/town_traffic.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "town_random.hpp"
-#include "town_site.hpp"
+#include "random.hpp"
+#include "town/town_site.hpp"
 
 namespace scanloc::sim {
 namespace {

@@ -2,10 +2,10 @@
 
 #include <vector>
 
+#include "random.hpp"
 #include "scanloc/sim/town.hpp"
-#include "town_network.hpp"
-#include "town_random.hpp"
-#include "town_site.hpp"
+#include "town/town_network.hpp"
+#include "town/town_site.hpp"
 
 namespace scanloc::sim {
 

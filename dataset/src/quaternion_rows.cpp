@@ -1,0 +1,145 @@
+#include "quaternion_rows.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <string>
+#include <utility>
+
+#include "absl/strings/numbers.h"
+#include "absl/strings/str_cat.h"
+#include "file_bytes.hpp"
+#include "pose_format.hpp"
+
+namespace scanloc::dataset {
+namespace {
+
+constexpr std::size_t kNumTrailing = 7;  // position and quaternion
+constexpr std::size_t kMaxDigits = 18;   // of whole seconds and nanoseconds
+
+// Stamps before seven values in the order that they have in the row.
+PoseColumns ColumnsOf(std::size_t num_values) {
+  const std::size_t num_stamp = num_values - kNumTrailing;
+  PoseColumns columns{.num_values = num_values};
+  columns.stamp.resize(num_stamp);
+  std::iota(columns.stamp.begin(), columns.stamp.end(), 0);
+  std::iota(columns.xyz.begin(), columns.xyz.end(), num_stamp);
+  std::iota(columns.quaternion.begin(), columns.quaternion.end(), num_stamp + 3);
+  return columns;
+}
+
+}  // namespace
+
+PoseColumns TumColumns() { return ColumnsOf(8); }
+
+const std::array<QuaternionRows::Order, 4> QuaternionRows::kOrders = {
+    {{{0, 1, 2, 3, 4, 5, 6}, "tx ty tz qx qy qz qw"},
+     {{0, 1, 2, 4, 5, 6, 3}, "tx ty tz qw qx qy qz"},
+     {{4, 5, 6, 0, 1, 2, 3}, "qx qy qz qw tx ty tz"},
+     {{4, 5, 6, 1, 2, 3, 0}, "qw qx qy qz tx ty tz"}}};
+
+absl::Status QuaternionRows::AppendStamp(const TextRow& row) {
+  const std::vector<std::size_t>& at = columns_->stamp;
+  if (at.empty()) return absl::OkStatus();
+  const std::string_view token = row.values[at[0]];
+  if (rows_.empty() && at.size() == 1) unit_ = LikelyUnit(token);
+  const std::optional<std::int64_t> ns = ParseTimeAsNs(token, unit_);
+  if (!ns) {
+    return BadText(absl::StrCat(Quote(token), " is not a time in ", ToAbsl(TimeUnitName(unit_))));
+  }
+  std::int64_t rest_ns = 0;
+  if (at.size() == 2 &&
+      (!IsWhole(token, 1, kMaxDigits) || !IsWhole(row.values[at[1]], 1, kMaxDigits) ||
+       !absl::SimpleAtoi(ToAbsl(row.values[at[1]]), &rest_ns))) {
+    return BadText(absl::StrCat(Quote(token), " and ", Quote(row.values[at[1]]),
+                                " are not whole seconds and nanoseconds"));
+  }
+  if (*ns > std::numeric_limits<std::int64_t>::max() - rest_ns) {
+    return BadText(absl::StrCat(Quote(token), " is no time in seconds that is read"));
+  }
+  stamps_ns_.push_back(*ns + rest_ns);
+  return absl::OkStatus();
+}
+
+absl::Status QuaternionRows::Append(const TextRow& row) {
+  if (!columns_) columns_ = given_ ? *given_ : ColumnsOf(row.values.size());
+  if (absl::Status num = CheckNumValues(row.values, columns_->num_values); !num.ok()) return num;
+  if (absl::Status status = AppendStamp(row); !status.ok()) return status;
+  Row parsed{.values = {}, .line = row.line};
+  for (std::size_t i = 0; i < kNumTrailing; ++i) {
+    const std::size_t column = i < 3 ? columns_->xyz[i] : columns_->quaternion[i - 3];
+    const auto value = ParseValues<1>(std::span(&row.values[column], 1));
+    if (!value.ok()) return value.status();
+    parsed.values[i] = value->front();
+  }
+  rows_.push_back(parsed);
+  return absl::OkStatus();
+}
+
+bool QuaternionRows::HasUnitQuaternions(const Order& order) const {
+  constexpr double kRounding = 1e-2;  // as PoseFromQuaternion takes it
+  return std::all_of(rows_.begin(), rows_.end(), [&](const Row& row) {
+    double squares = 0.0;
+    for (std::size_t i = 3; i < kNumTrailing; ++i) {
+      squares += row.values[order.at[i]] * row.values[order.at[i]];
+    }
+    return std::abs(std::sqrt(squares) - 1.0) <= kRounding;
+  });
+}
+
+// Whether nearly all poses tilt z by less than 45 degrees.
+bool QuaternionRows::StandsUpright(const Order& order) const {
+  constexpr double kCos45 = 0.7071;
+  const auto num_upright = std::count_if(rows_.begin(), rows_.end(), [&](const Row& row) {
+    const double x = row.values[order.at[3]];
+    const double y = row.values[order.at[4]];
+    return 1.0 - 2.0 * (x * x + y * y) > kCos45;
+  });
+  return static_cast<std::size_t>(num_upright) * 20 >= rows_.size() * 19;
+}
+
+absl::StatusOr<QuaternionRows::Order> QuaternionRows::TellOrder() const {
+  if (given_) return kOrders[0];
+  const bool is_tum = columns_->num_values == TumColumns().num_values;
+  const std::size_t first = HasUnitQuaternions(kOrders[0])   ? 0
+                            : HasUnitQuaternions(kOrders[2]) ? 2
+                            : is_tum                         ? 0
+                                                             : kOrders.size();
+  if (first < kOrders.size()) {
+    if (StandsUpright(kOrders[first])) return kOrders[first];
+    if (StandsUpright(kOrders[first + 1])) return kOrders[first + 1];
+    if (is_tum && first == 0) return kOrders[0];
+  }
+  return BadText(absl::StrCat(
+      "cannot tell the format of the poses: rows of ", columns_->num_values, " values hold ",
+      first < kOrders.size() ? "a quaternion, but neither with w first nor with w last does the "
+                               "sensor stand upright"
+                             : "no quaternion of length 1, and the stamps are not NCLT's, of 16 "
+                               "digits between commas",
+      "; write a headline that names the columns, such as \"x,y,z,qx,qy,qz,qw\""));
+}
+
+absl::StatusOr<Trajectory> QuaternionRows::Finish(std::string_view file) {
+  const absl::StatusOr<Order> order = TellOrder();
+  if (!order.ok()) return Annotate(order.status(), file);
+  Trajectory trajectory{.format = PoseFormat::kTum, .stamps_ns = std::move(stamps_ns_)};
+  for (const Row& row : rows_) {
+    const auto value = [&](std::size_t i) { return row.values[order->at[i]]; };
+    const absl::StatusOr<Pose> pose = PoseFromQuaternion(
+        {value(0), value(1), value(2)}, Eigen::Quaterniond(value(6), value(3), value(4), value(5)));
+    if (!pose.ok()) {
+      return Annotate(pose.status(), absl::StrCat(ToAbsl(file), ":", row.line));
+    }
+    trajectory.T_map_sensor.push_back(*pose);
+  }
+  const std::size_t num_stamp = columns_->stamp.size();
+  std::string text = num_stamp == 0   ? "no stamp"
+                     : num_stamp == 1 ? absl::StrCat("stamp [", ToAbsl(TimeUnitName(unit_)), "]")
+                                      : "stamp [s] and [ns]";
+  if (!given_) absl::StrAppend(&text, ", ", ToAbsl(order->text));
+  trajectory.notes.push_back(std::move(text));
+  return trajectory;
+}
+
+}  // namespace scanloc::dataset
