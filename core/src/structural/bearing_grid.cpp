@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "scan/simd.hpp"
 #include "scanloc/core/scan/pose.hpp"
 
 namespace scanloc {
@@ -34,19 +35,20 @@ BearingGrid BearingGrid::Widened() const {
   return wide;
 }
 
-int BearingGrid::Agreement(const BearingGrid& query, int turn) const {
-  int sum = 0;
+SCANLOC_SIMD BearingGrid::Agreement BearingGrid::AgreementByTurn(const BearingGrid& query) const {
+  Agreement agreement{};
   for (std::size_t i = 0; i < rings_.size(); ++i) {
-    sum += std::popcount(rings_[i] & std::rotl(query.rings_[i], turn));
+    if (rings_[i] == 0 || query.rings_[i] == 0) continue;
+    for (int turn = 0; turn < kNumSectors; ++turn) {
+      agreement[static_cast<std::size_t>(turn)] +=
+          std::popcount(rings_[i] & std::rotl(query.rings_[i], turn));
+    }
   }
-  return sum;
+  return agreement;
 }
 
 std::vector<double> BearingGrid::BestHeadings(const BearingGrid& query, int max_headings) const {
-  std::array<int, kNumSectors> agreement{};
-  for (int turn = 0; turn < kNumSectors; ++turn) {
-    agreement[static_cast<std::size_t>(turn)] = Agreement(query, turn);
-  }
+  Agreement agreement = AgreementByTurn(query);
   std::vector<double> headings;
   while (static_cast<int>(headings.size()) < max_headings) {
     const auto best = std::max_element(agreement.begin(), agreement.end());

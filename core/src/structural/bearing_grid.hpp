@@ -23,8 +23,10 @@ class BearingGrid {
   /// The same with every thing one sector wider to either side.
   [[nodiscard]] BearingGrid Widened() const;
 
-  /// How many rings' sectors agree when the query is turned by so many sectors, counter-clockwise.
-  [[nodiscard]] int Agreement(const BearingGrid& query, int turn) const;
+  /// How many rings' sectors agree when the query is turned by so many sectors, counter-clockwise;
+  /// an element a turn.
+  using Agreement = std::array<int, kNumSectors>;
+  [[nodiscard]] Agreement AgreementByTurn(const BearingGrid& query) const;
 
   /// Headings of the query in this grid's frame [rad] where most agrees, best first; neighbouring
   /// directions count as one.

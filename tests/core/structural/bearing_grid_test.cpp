@@ -77,10 +77,10 @@ TEST(BearingGrid, CountsWhatAgrees) {
   // One thing ahead, one to the left, both in the ring from 8 m on.
   const BearingGrid place(std::vector<Post>{{1000, 10}, {-10, 1000}});
   const BearingGrid query(std::vector<Post>{{1000, 10}});
-  EXPECT_EQ(place.Agreement(query, 0), 1);
-  EXPECT_EQ(place.Agreement(query, 16), 1);
-  EXPECT_EQ(place.Agreement(query, 8), 0);
-  EXPECT_EQ(place.Widened().Agreement(query, 1), 1);
+  EXPECT_EQ(place.AgreementByTurn(query)[0], 1);
+  EXPECT_EQ(place.AgreementByTurn(query)[16], 1);
+  EXPECT_EQ(place.AgreementByTurn(query)[8], 0);
+  EXPECT_EQ(place.Widened().AgreementByTurn(query)[1], 1);
 }
 
 }  // namespace

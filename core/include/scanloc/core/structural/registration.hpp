@@ -55,12 +55,14 @@ class DistanceField {
   [[nodiscard]] float cell_m() const { return cell_m_; }
   [[nodiscard]] int side() const { return side_; }
   /// side × side, row after row along y. The outermost cells are at the cut-off, as all beyond is.
-  [[nodiscard]] std::span<const float> distances_m() const { return distance_m_; }
+  [[nodiscard]] std::span<const float> distances_m() const {
+    return {distance_m_.data(), static_cast<std::size_t>(side_) * static_cast<std::size_t>(side_)};
+  }
 
  private:
   float cell_m_;
   int side_;
-  std::vector<float> distance_m_;
+  std::vector<float> distance_m_;  // and room for a block behind
 };
 
 /// Steps of Gauss-Newton, and the width of the Geman-McClure weights from the first to the last.
