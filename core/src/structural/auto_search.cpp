@@ -44,7 +44,6 @@ class Proposals {
   std::vector<std::vector<Hypothesis>> groups_;
 };
 
-constexpr int kAlignRadius = 2;
 /// Headings of a place that are tried beside those that the descriptors say.
 constexpr int kNumHeadings = 2;
 
@@ -52,18 +51,17 @@ constexpr int kNumHeadings = 2;
 /// a lateral displacement.
 void ProposePolar(const ContextTable& table, const ContextView& query, std::size_t entry,
                   Proposals& proposals) {
-  const Match match =
-      AlignByKey(query, table.context(entry), {ShiftMode::kCircular, 0, kAlignRadius});
+  const int shift = PreAlign(query, table.context(entry), {ShiftMode::kCircular});
   const double sector_rad = 2.0 * std::numbers::pi / table.num_cols();
   proposals.Add(table.entry(entry).place, table.entry(entry).root_shift_m,
-                WrapAngle(match.shift * sector_rad));
+                WrapAngle(shift * sector_rad));
 }
 
 void ProposeCart(const ContextTable& table, const CartParams& params, const ContextView& query,
                  std::size_t entry, Proposals& proposals) {
-  const Match match = AlignByKey(query, table.context(entry),
-                                 {ShiftMode::kBounded, params.max_shift_cols, kAlignRadius});
-  const double lateral_m = match.shift * 2.0 * params.max_y_m / params.num_cols;
+  const int shift =
+      PreAlign(query, table.context(entry), {ShiftMode::kBounded, params.max_shift_cols});
+  const double lateral_m = shift * 2.0 * params.max_y_m / params.num_cols;
   const bool flipped = table.entry(entry).flipped;
   proposals.Add(table.entry(entry).place, flipped ? -lateral_m : lateral_m,
                 flipped ? std::numbers::pi : 0.0);

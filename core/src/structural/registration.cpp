@@ -130,8 +130,9 @@ inline float ExpOfMinus(float x) {
   const std::int32_t whole = static_cast<std::int32_t>(octaves) - 1;
   const float rest = octaves - static_cast<float>(whole);  // in (0, 1]
   const float power =
-      1.0F + rest * (0.693147F + rest * (0.240227F + rest * (0.0555044F +
-                                                             rest * (0.0096181F + rest * 0.0015025F))));
+      1.0F +
+      rest * (0.693147F +
+              rest * (0.240227F + rest * (0.0555044F + rest * (0.0096181F + rest * 0.0015025F))));
   return power * std::bit_cast<float>((whole + 127) << 23);
 }
 
@@ -145,9 +146,9 @@ SCANLOC_SIMD float SumOverlap(const Placed& placed, const float* __restrict x_m,
     for (std::size_t lane = 0; lane < kBlock; ++lane) {
       const float x = x_m[begin + lane];
       const float y = y_m[begin + lane];
-      const float distance = Sample(field, field.cosine * x - field.sine * y,
-                                    field.sine * x + field.cosine * y)
-                                 .distance_m();
+      const float distance =
+          Sample(field, field.cosine * x - field.sine * y, field.sine * x + field.cosine * y)
+              .distance_m();
       lanes[lane] += ExpOfMinus(kHalfPrecision * distance * distance);
     }
   }

@@ -19,8 +19,7 @@ struct Hypothesis {
 };
 
 struct VerifyOptions {
-  int num_coarse_points = 250;  ///< posts of a place that the coarse pass looks at
-  int num_fine = 16;            ///< hypotheses that the fine pass looks at
+  int num_fine = 16;  ///< hypotheses that the fine pass looks at
   /// Of hypotheses nearer to each other than rival_radius_m, at most this many reach the fine pass,
   /// so that a rival elsewhere gets its chance.
   int max_fine_per_spot = 4;
