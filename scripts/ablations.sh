@@ -15,6 +15,7 @@
 # length: $LENGTH_M [800].
 set -euo pipefail
 cd "$(dirname "$0")/.."
+. scripts/common.sh
 scanloc=${SCANLOC:-$PWD/build/release/bin/scanloc}
 what=${1:-}
 case "$what" in

@@ -11,11 +11,12 @@
 # Leaves map, answers and picture in demo-out/ (or $SCANLOC_DEMO_OUT).
 set -euo pipefail
 cd "$(dirname "$0")/.."
+. scripts/common.sh
 root=$PWD
 out=${SCANLOC_DEMO_OUT:-$root/demo-out}
 
 scripts/setup.sh
-cmake --preset release >/dev/null
+configure release
 cmake --build --preset release --target scanloc scanlocd
 bin=$root/build/release/bin
 

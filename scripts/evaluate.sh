@@ -5,6 +5,7 @@
 # $SCANLOC: another program than build/release/bin/scanloc. $TOWNS: seeds of the towns [1 2 3].
 set -euo pipefail
 cd "$(dirname "$0")/.."
+. scripts/common.sh
 scanloc=${SCANLOC:-$PWD/build/release/bin/scanloc}
 length=${1:-600}
 read -ra towns <<<"${TOWNS:-1 2 3}"

@@ -4,13 +4,14 @@
 #   scripts/fuzz.sh [SECONDS of each target (default 60)] [TARGET ...]
 set -euo pipefail
 cd "$(dirname "$0")/.."
+. scripts/common.sh
 seconds=${1:-60}
 shift || true
 targets=("$@")
 [[ ${#targets[@]} -gt 0 ]] || targets=(scan poses map wire config)
 
 scripts/setup.sh --with-fuzz
-cmake --preset fuzz >/dev/null
+configure fuzz
 programs=(fuzz_make_seeds)
 for target in "${targets[@]}"; do programs+=("fuzz_$target"); done
 cmake --build --preset fuzz --target "${programs[@]}" >/dev/null

@@ -7,6 +7,7 @@
 # docs/evaluation.md says; ../shared/data if not set.
 set -euo pipefail
 cd "$(dirname "$0")/.."
+. scripts/common.sh
 export SCANLOC=${SCANLOC:-$PWD/build/release/bin/scanloc}
 export SCANLOC_DATA=${SCANLOC_DATA:-$PWD/../shared/data}
 [[ -x $SCANLOC ]] || { echo "integrity: no program $SCANLOC; build it, or set SCANLOC" >&2; exit 1; }

@@ -9,6 +9,7 @@
 #   SCANLOC_LOAD_DIR=DIR ...           keeps map, requests and logs there for the next run
 set -euo pipefail
 cd "$(dirname "$0")/.."
+. scripts/common.sh
 seconds=${1:-5}
 bench=$PWD/build/release/bench/load_bench
 work=${SCANLOC_LOAD_DIR:-$(mktemp -d)}

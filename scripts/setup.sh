@@ -2,6 +2,7 @@
 # Installs what a fresh Debian 12 lacks to build, test and demonstrate scanloc.
 # Needs root or sudo only if something is missing; asks nothing.
 set -euo pipefail
+. "$(dirname "$0")/common.sh"
 
 packages=(
   g++ cmake ninja-build ccache pkg-config git ca-certificates

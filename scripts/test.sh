@@ -1,11 +1,20 @@
 #!/usr/bin/env bash
-# Sets the machine up, builds and runs all tests.
-#   scripts/test.sh [PRESET]      dev (default), release, asan or tsan
+# Sets the machine up, builds and runs all tests, or the test programs that are named.
+#   scripts/test.sh [PRESET [PROGRAM ...]]      dev (default), release, asan or tsan
 set -euo pipefail
 cd "$(dirname "$0")/.."
+. scripts/common.sh
 preset=${1:-dev}
+programs=("${@:2}")
 
 scripts/setup.sh
-cmake --preset "$preset" -DSCANLOC_BUILD_TESTS=ON >/dev/null
-cmake --build --preset "$preset"
-ctest --preset "$preset" -j "$(nproc)"
+configure "$preset" -DSCANLOC_BUILD_TESTS=ON
+if [[ ${#programs[@]} -eq 0 ]]; then
+  cmake --build --preset "$preset"
+  exec ctest --preset "$preset" -j "$(nproc)"
+fi
+cmake --build --preset "$preset" --target "${programs[@]}"
+export UBSAN_OPTIONS=halt_on_error=1:print_stacktrace=1
+for program in "${programs[@]}"; do
+  "build/$preset/tests/$program" --gtest_brief=1
+done
