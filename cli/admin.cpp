@@ -52,7 +52,7 @@ class AdminCommand : public Command {
  private:
   std::string action_;
   std::string map_;
-  ServerQuery server_;
+  Connection server_;
   double deadline_s_ = 60.0;
 };
 

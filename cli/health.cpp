@@ -20,7 +20,7 @@ class HealthCommand : public Command {
 
   void Declare(CLI::App& app) override {
     DeclareConnection(app, "The server", &server_)->required();
-    app.add_option("--map", server_.map, "Name of the map [the server as a whole]");
+    app.add_option("--map", map_, "Name of the map [the server as a whole]");
     app.add_option("--deadline-s", deadline_s_, "Longest wait [s]")
         ->check(InRange(0.001, 3600.0))
         ->capture_default_str();
@@ -34,16 +34,17 @@ class HealthCommand : public Command {
     server_.deadline = std::chrono::milliseconds(static_cast<std::int64_t>(deadline_s_ * 1000.0));
     const absl::StatusOr<client::Client> client = Connect(server_);
     if (!client.ok()) return client.status();
-    const absl::StatusOr<bool> is_serving = client->IsServing(server_.map);
+    const absl::StatusOr<bool> is_serving = client->IsServing(map_);
     if (!is_serving.ok()) return is_serving.status();
     if (*is_serving) return WriteText("-", "serving\n");
     return absl::UnavailableError(
-        absl::StrCat("not serving ", server_.map.empty() ? "its maps" : server_.map,
+        absl::StrCat("not serving ", map_.empty() ? "its maps" : map_,
                      ": it is starting or stopping, or the map does not load"));
   }
 
  private:
-  ServerQuery server_;
+  Connection server_;
+  std::string map_;
   double deadline_s_ = 5.0;
 };
 

@@ -11,7 +11,6 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
-#include "cli/answerer.hpp"
 #include "cli/command.hpp"
 #include "cli/connection_options.hpp"
 #include "cli/drive_options.hpp"
@@ -20,6 +19,7 @@
 #include "cli/query_result.hpp"
 #include "cli/replay.hpp"
 #include "cli/result_text.hpp"
+#include "scanloc/client/offline_client.hpp"
 #include "scanloc/core/limits.hpp"
 #include "scanloc/core/method.hpp"
 #include "scanloc/dataset/drive.hpp"
@@ -50,7 +50,12 @@ class LocateCommand : public Command {
   void DeclareTruth(CLI::App& app);
   void DeclareSequence(CLI::App& app);
 
-  [[nodiscard]] absl::StatusOr<std::unique_ptr<Answerer>> OpenAnswerer() const;
+  /// Who answers, and the parameters of the map that is asked.
+  struct Answerer {
+    std::shared_ptr<const client::LocalizationClient> client;
+    Params params;
+  };
+  [[nodiscard]] absl::StatusOr<Answerer> OpenAnswerer() const;
   [[nodiscard]] Query MakeQuery(const Params& params) const;
   [[nodiscard]] std::chrono::milliseconds budget() const {
     return std::chrono::milliseconds(budget_ms_.value_or(0));
@@ -62,8 +67,10 @@ class LocateCommand : public Command {
   [[nodiscard]] absl::StatusOr<std::map<std::string, Pose>> ReadOdometry() const;
   [[nodiscard]] absl::StatusOr<std::vector<QueryResult>> AskAll(
       const std::vector<dataset::ScanFile>& scans, const std::map<std::string, Pose>& odometry,
-      Answerer* answerer);
-  [[nodiscard]] absl::StatusOr<std::vector<QueryResult>> ReplayAll(Answerer* answerer) const;
+      const Answerer& answerer);
+  [[nodiscard]] absl::StatusOr<std::vector<QueryResult>> ReplayAll(const Answerer& answerer) const;
+  [[nodiscard]] absl::StatusOr<LocalizeReply> Ask(const Answerer& answerer, PointView scan,
+                                                  const client::RequestOptions& request) const;
   [[nodiscard]] absl::Status Print(const std::vector<QueryResult>& results,
                                    const Params& params) const;
 
@@ -85,7 +92,8 @@ class LocateCommand : public Command {
   std::string csv_;
   bool json_ = false;
 
-  ServerQuery server_;
+  Connection server_;
+  std::string map_name_;  // at the server
   std::string send_ = "scan";
   double deadline_s_ = 5.0;
 
@@ -94,7 +102,7 @@ class LocateCommand : public Command {
 
   bool sequence_ = false;
   std::string odometry_;
-  double max_step_m_ = TrackerOptions().max_step_m;
+  double max_step_m_ = client::StreamOptions().max_step_m;
 
   std::size_t num_skipped_ = 0;
   std::string first_skipped_;
@@ -178,7 +186,7 @@ void LocateCommand::DeclareQuery(CLI::App& app) {
 void LocateCommand::DeclareServer(CLI::App& app) {
   const char* group = "Asking a server";
   auto* server = DeclareConnection(app, group, &server_);
-  app.add_option("--map", server_.map, "Name of the map at the server [its only one]")
+  app.add_option("--map", map_name_, "Name of the map at the server [its only one]")
       ->needs(server)
       ->group(group);
   app.add_option("--send", send_, "What is sent: the scan, or its descriptors made here")
@@ -246,12 +254,29 @@ absl::Status LocateCommand::CheckUsage() const {
   return selection_.CheckUsage();
 }
 
-absl::StatusOr<std::unique_ptr<Answerer>> LocateCommand::OpenAnswerer() const {
-  if (server_.address.empty()) return AnswerFromFile(map_);
-  ServerQuery query = server_;
-  query.send_descriptor = send_ == "descriptor";
-  query.deadline = std::chrono::milliseconds(static_cast<std::int64_t>(deadline_s_ * 1000.0));
-  return AnswerFromServer(query);
+absl::StatusOr<LocateCommand::Answerer> LocateCommand::OpenAnswerer() const {
+  Answerer answerer;
+  if (server_.address.empty()) {
+    auto offline = client::OfflineClient::Open(map_, map_);
+    if (!offline.ok()) return offline.status();
+    answerer.client = *std::move(offline);
+  } else {
+    Connection server = server_;
+    server.deadline = std::chrono::milliseconds(static_cast<std::int64_t>(deadline_s_ * 1000.0));
+    absl::StatusOr<client::Client> online = Connect(server);
+    if (!online.ok()) return online.status();
+    answerer.client = std::make_shared<const client::Client>(*std::move(online));
+  }
+  absl::StatusOr<MapInfo> info = answerer.client->GetMapInfo(map_name_);
+  if (!info.ok()) return info.status();
+  answerer.params = std::move(info->params);
+  return answerer;
+}
+
+absl::StatusOr<LocalizeReply> LocateCommand::Ask(const Answerer& answerer, PointView scan,
+                                                 const client::RequestOptions& request) const {
+  return send_ == "descriptor" ? answerer.client->LocalizeByDescriptor(scan, request)
+                               : answerer.client->LocalizeScan(scan, request);
 }
 
 Query LocateCommand::MakeQuery(const Params& params) const {
@@ -299,8 +324,20 @@ absl::StatusOr<std::map<std::string, Pose>> LocateCommand::ReadOdometry() const 
 
 absl::StatusOr<std::vector<QueryResult>> LocateCommand::AskAll(
     const std::vector<dataset::ScanFile>& scans, const std::map<std::string, Pose>& odometry,
-    Answerer* answerer) {
-  const Query query = MakeQuery(answerer->params());
+    const Answerer& answerer) {
+  const client::RequestOptions request{
+      .map = map_name_, .query = MakeQuery(answerer.params), .budget = budget()};
+  std::optional<client::RobotStream> robot;
+  if (sequence_) {
+    absl::StatusOr<client::RobotStream> opened =
+        answerer.client->OpenStream({.map = map_name_,
+                                     .query = request.query,
+                                     .max_step_m = max_step_m_,
+                                     .send_descriptor = send_ == "descriptor",
+                                     .budget = request.budget});
+    if (!opened.ok()) return opened.status();
+    robot = *std::move(opened);
+  }
   std::optional<Pose> T_odometry_last;
   Progress progress("scans located", quiet_);
   std::vector<QueryResult> results;
@@ -323,16 +360,15 @@ absl::StatusOr<std::vector<QueryResult>> LocateCommand::AskAll(
         if (T_odometry_last) T_last_scan = T_odometry_last->inverse() * reckoned->second;
         T_odometry_last = reckoned->second;
       }
-      absl::StatusOr<TrackedAnswer> told = answerer->AskNext(
-          scan->points, T_last_scan, {.query = query, .max_step_m = max_step_m_}, budget());
+      absl::StatusOr<TrackedReply> told = robot->Locate(scan->points, T_last_scan);
       if (!told.ok()) return told.status();
-      result.answer = std::move(told->answer);
+      result.answer = std::move(told->reply.answer);
       result.num_scans = told->num_scans;
       result.is_relocated = told->is_relocated;
     } else {
-      absl::StatusOr<Answer> answer = answerer->Ask(scan->points, query, budget());
-      if (!answer.ok()) return answer.status();
-      result.answer = *std::move(answer);
+      absl::StatusOr<LocalizeReply> reply = Ask(answerer, scan->points, request);
+      if (!reply.ok()) return reply.status();
+      result.answer = std::move(reply->answer);
     }
     result.ask_ns = NsSince(ask_start);
     results.push_back(std::move(result));
@@ -341,10 +377,10 @@ absl::StatusOr<std::vector<QueryResult>> LocateCommand::AskAll(
   return results;
 }
 
-absl::StatusOr<std::vector<QueryResult>> LocateCommand::ReplayAll(Answerer* answerer) const {
+absl::StatusOr<std::vector<QueryResult>> LocateCommand::ReplayAll(const Answerer& answerer) const {
   const absl::StatusOr<std::vector<std::string>> files = ListCapturedQueries(replay_);
   if (!files.ok()) return files.status();
-  const Query given = MakeQuery(answerer->params());
+  const Query given = MakeQuery(answerer.params);
   Progress progress("queries replayed", quiet_);
   std::vector<QueryResult> results;
   for (const std::string& file : *files) {
@@ -354,20 +390,22 @@ absl::StatusOr<std::vector<QueryResult>> LocateCommand::ReplayAll(Answerer* answ
     QueryResult result{.query = replayed->name};
     result.read_ns = NsSince(read_start);
     const CapturedQuery& captured = replayed->query;
-    Query query = captured.query;
+    client::RequestOptions request{.map = map_name_,
+                                   .query = captured.query,
+                                   .budget = budget_ms_ ? budget() : captured.budget};
+    Query& query = request.query;
     if (given.method) query.method = given.method;
     if (given.num_candidates) query.num_candidates = given.num_candidates;
     if (given.threshold) query.threshold = given.threshold;
     if (given.min_confidence) query.min_confidence = given.min_confidence;
     query.max_answers = std::max(query.max_answers, top_);
-    const std::chrono::milliseconds time = budget_ms_ ? budget() : captured.budget;
     const Clock::time_point ask_start = Clock::now();
-    absl::StatusOr<Answer> answer = captured.descriptor
-                                        ? answerer->AskDescribed(*captured.descriptor, query, time)
-                                        : answerer->Ask(captured.scan, query, time);
-    if (!answer.ok()) return answer.status();
+    absl::StatusOr<LocalizeReply> reply =
+        captured.descriptor ? answerer.client->LocalizeDescriptor(*captured.descriptor, request)
+                            : Ask(answerer, captured.scan, request);
+    if (!reply.ok()) return reply.status();
     result.ask_ns = NsSince(ask_start);
-    result.answer = *std::move(answer);
+    result.answer = std::move(reply->answer);
     results.push_back(std::move(result));
     if (files->size() > 1) progress.Update(results.size(), files->size());
   }
@@ -396,22 +434,22 @@ absl::Status LocateCommand::Print(const std::vector<QueryResult>& results,
 
 absl::Status LocateCommand::Run() {
   if (!replay_.empty()) {
-    const absl::StatusOr<std::unique_ptr<Answerer>> answerer = OpenAnswerer();
+    const absl::StatusOr<Answerer> answerer = OpenAnswerer();
     if (!answerer.ok()) return answerer.status();
-    const absl::StatusOr<std::vector<QueryResult>> results = ReplayAll(answerer->get());
+    const absl::StatusOr<std::vector<QueryResult>> results = ReplayAll(*answerer);
     if (!results.ok()) return results.status();
-    return Print(*results, (*answerer)->params());
+    return Print(*results, answerer->params);
   }
   const absl::StatusOr<std::vector<dataset::ScanFile>> scans = ChooseScans();
   if (!scans.ok()) return scans.status();
   const absl::StatusOr<std::map<std::string, Pose>> truth = ReadTruth();
   if (!truth.ok()) return truth.status();
-  const absl::StatusOr<std::unique_ptr<Answerer>> answerer = OpenAnswerer();
+  const absl::StatusOr<Answerer> answerer = OpenAnswerer();
   if (!answerer.ok()) return answerer.status();
 
   const absl::StatusOr<std::map<std::string, Pose>> odometry = ReadOdometry();
   if (!odometry.ok()) return odometry.status();
-  absl::StatusOr<std::vector<QueryResult>> results = AskAll(*scans, *odometry, answerer->get());
+  absl::StatusOr<std::vector<QueryResult>> results = AskAll(*scans, *odometry, *answerer);
   if (!results.ok()) return results.status();
   for (QueryResult& result : *results) {
     const auto found = truth->find(result.query);
@@ -421,7 +459,7 @@ absl::Status LocateCommand::Run() {
     std::fprintf(stderr, "skipped %zu of %zu scans that could not be read, the first: %s\n",
                  num_skipped_, scans->size(), first_skipped_.c_str());
   }
-  return Print(*results, (*answerer)->params());
+  return Print(*results, answerer->params);
 }
 
 }  // namespace

@@ -28,18 +28,24 @@ class OfflineClientTest : public testing::Test {
     offline_ = *opened;
   }
 
+  /// Of the same map.
+  std::unique_ptr<server::Server> StartServer() {
+    server::ServerOptions options;
+    options.maps = {{.name = "town", .path = path_}};
+    options.listen = "127.0.0.1:0";
+    auto server = *server::Server::Start(
+        options, [](const std::string& path) { return mapdb::LoadMap(path); });
+    EXPECT_TRUE(server->LoadMaps().ok());
+    return server;
+  }
+
   test::TempDir dir_;
   std::string path_;
   std::shared_ptr<const OfflineClient> offline_;
 };
 
 TEST_F(OfflineClientTest, AnswersAsAServerOfTheSameMap) {
-  server::ServerOptions options;
-  options.maps = {{.name = "town", .path = path_}};
-  options.listen = "127.0.0.1:0";
-  const auto server =
-      *server::Server::Start(options, [](const std::string& path) { return mapdb::LoadMap(path); });
-  ASSERT_TRUE(server->LoadMaps().ok());
+  const auto server = StartServer();
   const Client online = *Client::Connect({.address = server->address()});
   EXPECT_EQ(*offline_->GetMapInfo("town"), *online.GetMapInfo("town"));
   EXPECT_EQ(*offline_->ListMaps(), *online.ListMaps());
@@ -80,6 +86,36 @@ TEST_F(OfflineClientTest, AnswersManyThreadsAtOnce) {
     });
   }
   for (std::thread& thread : threads) thread.join();
+}
+
+TEST_F(OfflineClientTest, TracksARobotAsAServerDoes) {
+  const auto server = StartServer();
+  const Client online = *Client::Connect({.address = server->address()});
+  auto here = *offline_->OpenStream();
+  auto there = *online.OpenStream();
+  for (int place = 0; place < kNumPlaces; ++place) {
+    const auto told = here.Locate(test::QueryScan(1, place));
+    const auto expected = there.Locate(test::QueryScan(1, place));
+    ASSERT_TRUE(told.ok() && expected.ok()) << told.status() << expected.status();
+    test::ExpectSameAnswer(told->reply.answer, expected->reply.answer);
+    EXPECT_EQ(told->num_scans, expected->num_scans);
+    EXPECT_EQ(told->is_relocated, expected->is_relocated);
+  }
+  EXPECT_TRUE(here.Close().ok());
+}
+
+TEST_F(OfflineClientTest, EndsInTime) {
+  // No machine describes so many points in a millisecond.
+  const PointCloud large(1'000'000, Point{10.0F, 5.0F, 1.0F});
+  EXPECT_EQ(
+      offline_->LocalizeScan(large, {.timeout = std::chrono::milliseconds(1)}).status().code(),
+      absl::StatusCode::kDeadlineExceeded);
+  for (const auto& [budget, timeout] : {std::pair(-1, 100), std::pair(0, 0), std::pair(0, -5)}) {
+    const RequestOptions bad{.timeout = std::chrono::milliseconds(timeout),
+                             .budget = std::chrono::milliseconds(budget)};
+    EXPECT_EQ(offline_->LocalizeScan(test::QueryScan(1, 1), bad).status().code(),
+              absl::StatusCode::kInvalidArgument);
+  }
 }
 
 TEST_F(OfflineClientTest, RefusesWhatAServerRefuses) {

@@ -2,22 +2,55 @@
 
 #include <chrono>
 #include <mutex>
+#include <optional>
 #include <utility>
 
 #include "absl/strings/escaping.h"
 #include "absl/strings/str_cat.h"
 #include "scanloc/core/localizer.hpp"
 #include "scanloc/core/scan/descriptor.hpp"
+#include "scanloc/core/track/tracker.hpp"
 #include "scanloc/mapdb/map_file.hpp"
 
 namespace scanloc::client {
 namespace {
+
+using std::chrono::milliseconds;
 
 std::int64_t NowNs() {
   return std::chrono::duration_cast<std::chrono::nanoseconds>(
              std::chrono::steady_clock::now().time_since_epoch())
       .count();
 }
+
+/// How long a call may take, and what it tells of its end.
+struct Terms {
+  milliseconds budget;
+  std::optional<milliseconds> timeout;
+
+  [[nodiscard]] absl::Status Check() const {
+    if (budget.count() >= 0 && timeout.value_or(milliseconds(1)).count() > 0) {
+      return absl::OkStatus();
+    }
+    return absl::InvalidArgumentError(
+        absl::StrCat("the budget is ", budget.count(), " ms and the timeout ",
+                     timeout.value_or(milliseconds(0)).count(),
+                     " ms; the one must not be negative, the other ", "be above 0"));
+  }
+  /// Of a call that began then, for the search that begins now.
+  [[nodiscard]] SearchControl ControlSince(std::int64_t began_ns) const {
+    SearchControl control = TimedBy(&NowNs, std::chrono::nanoseconds(budget).count());
+    if (timeout) {
+      const std::int64_t end_ns = began_ns + std::chrono::nanoseconds(*timeout).count();
+      control.is_unwanted = [end_ns] { return NowNs() > end_ns; };
+    }
+    return control;
+  }
+  [[nodiscard]] absl::Status Told(const absl::Status& status) const {
+    if (!absl::IsCancelled(status)) return status;
+    return absl::DeadlineExceededError(absl::StrCat("no answer within ", timeout->count(), " ms"));
+  }
+};
 
 }  // namespace
 
@@ -28,29 +61,39 @@ struct OfflineClient::State {
                                             "\"; there is ", info.name));
   }
 
-  /// A describer that nobody uses; it serves one thread at a time.
-  [[nodiscard]] Describer Borrow() {
+  struct Described {
+    ScanDescriptor descriptor;
+    ScanCounts counts;
+    std::int64_t began_ns = 0;
+    std::int64_t describe_ns = 0;
+  };
+  /// By a describer that nobody uses; it serves one thread at a time.
+  [[nodiscard]] Described Describe(PointView scan) {
+    std::optional<Describer> describer;
+    {
+      const std::lock_guard lock(mutex);
+      if (!idle.empty()) {
+        describer = std::move(idle.back());
+        idle.pop_back();
+      }
+    }
+    if (!describer)
+      describer = *Describer::Create(info.params);  // was created before: they are good
+    Described described{.began_ns = NowNs()};
+    described.descriptor = describer->Describe(scan, &described.counts);
+    described.describe_ns = NowNs() - described.began_ns;
     const std::lock_guard lock(mutex);
-    if (idle.empty()) return *Describer::Create(info.params);  // was created before: they are good
-    Describer describer = std::move(idle.back());
-    idle.pop_back();
-    return describer;
-  }
-  void Return(Describer describer) {
-    const std::lock_guard lock(mutex);
-    idle.push_back(std::move(describer));
+    idle.push_back(*std::move(describer));
+    return described;
   }
 
   [[nodiscard]] absl::StatusOr<LocalizeReply> Answer(const ScanDescriptor& descriptor,
-                                                     const RequestOptions& options) const {
-    if (options.budget.count() < 0) {
-      return absl::InvalidArgumentError(
-          absl::StrCat("the budget is ", options.budget.count(), " ms; it must not be negative"));
-    }
-    auto answer =
-        localizer->Localize(descriptor, options.query,
-                            TimedBy(&NowNs, std::chrono::nanoseconds(options.budget).count()));
-    if (!answer.ok()) return answer.status();
+                                                     const RequestOptions& options,
+                                                     std::int64_t began_ns) const {
+    const Terms terms{options.budget, options.timeout};
+    if (auto status = terms.Check(); !status.ok()) return status;
+    auto answer = localizer->Localize(descriptor, options.query, terms.ControlSince(began_ns));
+    if (!answer.ok()) return terms.Told(answer.status());
     return LocalizeReply{.answer = *std::move(answer), .map = info.name};
   }
 
@@ -61,24 +104,50 @@ struct OfflineClient::State {
   std::vector<Describer> idle;
 };
 
+/// A robot whose scans are weighed here.
+class OfflineClient::TrackedRobot final : public RobotStream::Tracking {
+ public:
+  TrackedRobot(std::shared_ptr<State> state, Tracker tracker, const Terms& terms)
+      : state_(std::move(state)), tracker_(std::move(tracker)), terms_(terms) {}
+
+  absl::StatusOr<TrackedReply> Locate(PointView scan,
+                                      const std::optional<Pose>& T_last_scan) override {
+    const State::Described described = state_->Describe(scan);
+    auto told =
+        tracker_.Update(described.descriptor, T_last_scan, terms_.ControlSince(described.began_ns));
+    if (!told.ok()) return terms_.Told(told.status());
+    told->answer.times.describe_ns = described.describe_ns;
+    return TrackedReply{.reply = {.answer = std::move(told->answer),
+                                  .map = state_->info.name,
+                                  .scan_counts = described.counts},
+                        .num_scans = told->num_scans,
+                        .is_relocated = told->is_relocated};
+  }
+
+ private:
+  const std::shared_ptr<State> state_;
+  Tracker tracker_;
+  const Terms terms_;
+};
+
 absl::StatusOr<std::shared_ptr<const OfflineClient>> OfflineClient::Open(
     const std::string& map_file, const std::string& name) {
   auto map = mapdb::LoadMap(map_file);
   if (!map.ok()) return map.status();
-  auto state = std::make_unique<State>();
+  auto state = std::make_shared<State>();
   state->info = InfoOf(name, *map);
   state->info.generation = 1;
   state->signature = DescriptorSignature(map->params);
   auto describer = Describer::Create(map->params);
   if (!describer.ok()) return describer.status();
-  state->Return(*std::move(describer));
+  state->idle.push_back(*std::move(describer));
   auto localizer = Localizer::Create(std::make_shared<const Map>(*std::move(map)));
   if (!localizer.ok()) return localizer.status();
   state->localizer = *std::move(localizer);
   return std::shared_ptr<const OfflineClient>(new OfflineClient(std::move(state)));
 }
 
-OfflineClient::OfflineClient(std::unique_ptr<State> state) : state_(std::move(state)) {}
+OfflineClient::OfflineClient(std::shared_ptr<State> state) : state_(std::move(state)) {}
 OfflineClient::~OfflineClient() = default;
 
 absl::StatusOr<std::vector<MapSummary>> OfflineClient::ListMaps() const {
@@ -98,16 +167,11 @@ absl::StatusOr<MapInfo> OfflineClient::GetMapInfo(const std::string& map) const 
 absl::StatusOr<LocalizeReply> OfflineClient::LocalizeScan(PointView scan,
                                                           const RequestOptions& options) const {
   if (auto status = state_->CheckName(options.map); !status.ok()) return status;
-  Describer describer = state_->Borrow();
-  ScanCounts counts;
-  const std::int64_t start_ns = NowNs();
-  const ScanDescriptor descriptor = describer.Describe(scan, &counts);
-  const std::int64_t describe_ns = NowNs() - start_ns;
-  state_->Return(std::move(describer));
-  auto reply = state_->Answer(descriptor, options);
+  const State::Described described = state_->Describe(scan);
+  auto reply = state_->Answer(described.descriptor, options, described.began_ns);
   if (!reply.ok()) return reply;
-  reply->answer.times.describe_ns = describe_ns;
-  reply->scan_counts = counts;
+  reply->answer.times.describe_ns = described.describe_ns;
+  reply->scan_counts = described.counts;
   return reply;
 }
 
@@ -120,7 +184,17 @@ absl::StatusOr<LocalizeReply> OfflineClient::LocalizeDescriptor(
         "\" but map ", state_->info.name, " has \"", state_->signature,
         "\"; describe the scan with the map's parameters"));
   }
-  return state_->Answer(descriptor.descriptor, options);
+  return state_->Answer(descriptor.descriptor, options, NowNs());
+}
+
+absl::StatusOr<RobotStream> OfflineClient::OpenStream(const StreamOptions& options) const {
+  if (auto status = state_->CheckName(options.map); !status.ok()) return status;
+  const Terms terms{options.budget, options.timeout};
+  if (auto status = terms.Check(); !status.ok()) return status;
+  auto tracker = Tracker::Create(state_->localizer,
+                                 {.query = options.query, .max_step_m = options.max_step_m});
+  if (!tracker.ok()) return tracker.status();
+  return RobotStream(std::make_unique<TrackedRobot>(state_, *std::move(tracker), terms));
 }
 
 }  // namespace scanloc::client

@@ -10,7 +10,6 @@
 #include "absl/status/statusor.h"
 #include "scanloc/client/localization_client.hpp"
 #include "scanloc/client/robot_stream.hpp"
-#include "scanloc/core/localizer.hpp"
 #include "scanloc/core/scan/point_cloud.hpp"
 #include "scanloc/proto/messages.hpp"
 
@@ -71,25 +70,20 @@ class Client : public LocalizationClient {
 
   [[nodiscard]] absl::StatusOr<std::vector<MapSummary>> ListMaps() const override;
 
-  /// An empty name stands for the server's only map.
   [[nodiscard]] absl::StatusOr<MapInfo> GetMapInfo(const std::string& map = "") const override;
 
-  /// Sends the scan as it is: 12 bytes a point.
   [[nodiscard]] absl::StatusOr<LocalizeReply> LocalizeScan(
       PointView scan, const RequestOptions& options = {}) const override;
 
-  /// Sends descriptors that were made with the map's parameters (GetMapInfo, Describer).
-  /// FailedPrecondition if they were made with others.
   [[nodiscard]] absl::StatusOr<LocalizeReply> LocalizeDescriptor(
       const SignedDescriptor& descriptor, const RequestOptions& options = {}) const override;
 
-  /// Describes the scan here and sends some kilobytes; the answer is the same as LocalizeScan's.
   /// Fetches the map's parameters at the first query and whenever the server has got others.
   [[nodiscard]] absl::StatusOr<LocalizeReply> LocalizeByDescriptor(
-      PointView scan, const RequestOptions& options = {}) const;
+      PointView scan, const RequestOptions& options = {}) const override;
 
-  /// For a robot that keeps moving. What is wrong with map or options is told with the first scan.
-  [[nodiscard]] absl::StatusOr<RobotStream> OpenStream(const StreamOptions& options = {}) const;
+  [[nodiscard]] absl::StatusOr<RobotStream> OpenStream(
+      const StreamOptions& options = {}) const override;
 
   /// Whether the server answers for the map; an empty name: for all that it has to serve. Needs no
   /// token. Not repeated. NotFound: it does not know the map.
@@ -105,7 +99,7 @@ class Client : public LocalizationClient {
   absl::Status UnloadMap(const std::string& map) const;
 
  private:
-  friend class RobotStream;
+  class ServedRobot;
   struct State;
   explicit Client(std::shared_ptr<State> state);
   std::shared_ptr<State> state_;  // streams share it

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "scanloc/client/robot_stream.hpp"
 #include "scanloc/core/query.hpp"
 #include "scanloc/core/scan/point_cloud.hpp"
 #include "scanloc/proto/messages.hpp"
@@ -38,15 +39,28 @@ class LocalizationClient {
   [[nodiscard]] virtual absl::StatusOr<std::vector<MapSummary>> ListMaps() const = 0;
 
   /// An empty name stands for the only map.
-  [[nodiscard]] virtual absl::StatusOr<MapInfo> GetMapInfo(const std::string& map) const = 0;
+  [[nodiscard]] virtual absl::StatusOr<MapInfo> GetMapInfo(const std::string& map = "") const = 0;
 
+  /// A server is sent the scan as it is: 12 bytes a point.
   [[nodiscard]] virtual absl::StatusOr<LocalizeReply> LocalizeScan(
-      PointView scan, const RequestOptions& options) const = 0;
+      PointView scan, const RequestOptions& options = {}) const = 0;
+
+  /// Describes the scan here, so that a server is sent some kilobytes; the answer is the same as
+  /// LocalizeScan's.
+  [[nodiscard]] virtual absl::StatusOr<LocalizeReply> LocalizeByDescriptor(
+      PointView scan, const RequestOptions& options = {}) const {
+    return LocalizeScan(scan, options);
+  }
 
   /// Descriptors that were made with the map's parameters (GetMapInfo, Describer).
   /// FailedPrecondition if they were made with others.
   [[nodiscard]] virtual absl::StatusOr<LocalizeReply> LocalizeDescriptor(
-      const SignedDescriptor& descriptor, const RequestOptions& options) const = 0;
+      const SignedDescriptor& descriptor, const RequestOptions& options = {}) const = 0;
+
+  /// For a robot that keeps moving. What is wrong with map or options may be told with the first
+  /// scan only.
+  [[nodiscard]] virtual absl::StatusOr<RobotStream> OpenStream(
+      const StreamOptions& options = {}) const = 0;
 };
 
 }  // namespace scanloc::client

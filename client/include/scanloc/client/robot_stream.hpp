@@ -4,6 +4,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
@@ -15,39 +16,44 @@
 namespace scanloc::client {
 
 struct StreamOptions {
-  std::string map;           ///< empty: the server's only map
+  std::string map;           ///< empty: the only map there is
   Query query;               ///< of every scan
   double max_step_m = 20.0;  ///< without odometry: farthest the robot goes between two scans
-  /// Describe scans here and send some kilobytes; else send them as they are, 12 bytes a point.
+  /// Describe scans here and send a server some kilobytes; else 12 bytes a point.
   bool send_descriptor = true;
   std::optional<std::chrono::milliseconds> timeout;  ///< of each scan; none: the client's
   std::chrono::milliseconds budget{0};               ///< of each scan; as in RequestOptions
   std::string request_id;                            ///< of all of it; as in RequestOptions
 };
 
-/// One robot that keeps moving: the server weighs its scans together (core's Tracker). From
-/// Client::OpenStream, and outlives the client. Blocking; one thread at a time.
+/// One robot that keeps moving: its scans are weighed together (core's Tracker). From
+/// LocalizationClient::OpenStream, and may outlive the client. Blocking; one thread at a time.
 class RobotStream {
  public:
-  RobotStream(RobotStream&&) noexcept;
-  RobotStream& operator=(RobotStream&&) noexcept;
-  ~RobotStream();  ///< Close
+  /// Who weighs them.
+  class Tracking {
+   public:
+    virtual ~Tracking() = default;
+    [[nodiscard]] virtual absl::StatusOr<TrackedReply> Locate(
+        PointView scan, const std::optional<Pose>& T_last_scan) = 0;
+    virtual absl::Status Close() { return absl::OkStatus(); }
+  };
+  explicit RobotStream(std::unique_ptr<Tracking> tracking) : tracking_(std::move(tracking)) {}
 
   /// Where the robot is, by this scan and those before it. T_last_scan: the pose of this scan in
   /// the sensor frame of the one before, if the robot knows.
   ///
   /// After an error, DeadlineExceeded among them, the stream is over: open another.
   [[nodiscard]] absl::StatusOr<TrackedReply> Locate(
-      PointView scan, const std::optional<Pose>& T_last_scan = std::nullopt);
+      PointView scan, const std::optional<Pose>& T_last_scan = std::nullopt) {
+    return tracking_->Locate(scan, T_last_scan);
+  }
 
-  /// Says that no further scan comes; OK if the stream ended well.
-  absl::Status Close();
+  /// Says that no further scan comes, as the end of its life does; OK if the stream ended well.
+  absl::Status Close() { return tracking_->Close(); }
 
  private:
-  friend class Client;
-  struct State;
-  explicit RobotStream(std::unique_ptr<State> state);
-  std::unique_ptr<State> state_;
+  std::unique_ptr<Tracking> tracking_;
 };
 
 }  // namespace scanloc::client

@@ -10,7 +10,7 @@
 namespace scanloc::client {
 
 /// Answers from a map file in this process, as a server of the same map would: for robots without a
-/// network, and for tests. Queries run on the calling thread; timeouts are not used.
+/// network, and for tests. Queries run on the calling thread.
 class OfflineClient : public LocalizationClient {
  public:
   /// Loads and checks the map, which is known by the name. Errors as of mapdb::LoadMap.
@@ -27,11 +27,14 @@ class OfflineClient : public LocalizationClient {
       PointView scan, const RequestOptions& options = {}) const override;
   [[nodiscard]] absl::StatusOr<LocalizeReply> LocalizeDescriptor(
       const SignedDescriptor& descriptor, const RequestOptions& options = {}) const override;
+  [[nodiscard]] absl::StatusOr<RobotStream> OpenStream(
+      const StreamOptions& options = {}) const override;
 
  private:
+  class TrackedRobot;
   struct State;
-  explicit OfflineClient(std::unique_ptr<State> state);
-  std::unique_ptr<State> state_;
+  explicit OfflineClient(std::shared_ptr<State> state);
+  std::shared_ptr<State> state_;  // streams share it
 };
 
 }  // namespace scanloc::client
