@@ -13,13 +13,14 @@
 #include "absl/strings/str_cat.h"
 #include "cli/command.hpp"
 #include "cli/drive_options.hpp"
-#include "cli/eval_report.hpp"
-#include "cli/evaluation.hpp"
 #include "cli/output.hpp"
 #include "cli/progress.hpp"
 #include "scanloc/dataset/drive.hpp"
+#include "scanloc/dataset/scan_reader.hpp"
 #include "scanloc/eval/baseline.hpp"
+#include "scanloc/eval/evaluation.hpp"
 #include "scanloc/mapdb/map_file.hpp"
+#include "scanloc/report/eval_report.hpp"
 
 namespace scanloc::cli {
 namespace {
@@ -30,19 +31,29 @@ constexpr double kSamePlace_m = 0.01;
 constexpr std::size_t kOwnDriveShare = 10;
 
 /// Says so on stderr if the queries are scans that the map was made of, and each may find itself.
-void WarnOfOwnDrive(const std::vector<EvalQuery>& queries) {
+void WarnOfOwnDrive(const std::vector<eval::EvalQuery>& queries) {
   const auto count = [&](auto&& is_counted) {
     return static_cast<std::size_t>(std::count_if(queries.begin(), queries.end(), is_counted));
   };
-  const std::size_t num_at_place = count([](const EvalQuery& query) {
+  const std::size_t num_at_place = count([](const eval::EvalQuery& query) {
     return query.has_place && query.variance.translation_m <= kSamePlace_m;
   });
-  const std::size_t num_with_place = count([](const EvalQuery& query) { return query.has_place; });
+  const std::size_t num_with_place =
+      count([](const eval::EvalQuery& query) { return query.has_place; });
   if (num_at_place < 2 || num_at_place * kOwnDriveShare < num_with_place) return;
   std::fprintf(stderr,
                "scanloc eval: warning: %zu of %zu queries were taken at 0.00 m from a place; if "
                "the map was made of this drive, they find themselves: give --in-session\n",
                num_at_place, num_with_place);
+}
+
+/// The files must stay.
+eval::ReadScan ReaderOf(const std::vector<dataset::ScanFile>& files) {
+  return [&files](std::size_t number) -> absl::StatusOr<PointCloud> {
+    absl::StatusOr<dataset::Scan> scan = dataset::ReadScan(files[number]);
+    if (!scan.ok()) return scan.status();
+    return std::move(scan->points);
+  };
 }
 
 class EvalCommand : public Command {
@@ -56,13 +67,16 @@ class EvalCommand : public Command {
   [[nodiscard]] absl::Status Run() override;
 
  private:
-  [[nodiscard]] absl::StatusOr<std::vector<EvalQuery>> CollectQueries() const;
-  [[nodiscard]] absl::StatusOr<std::vector<EvalMethod>> ChooseMethods(const Params& params) const;
+  /// The files go with the queries.
+  [[nodiscard]] absl::StatusOr<std::vector<eval::EvalQuery>> CollectQueries(
+      std::vector<dataset::ScanFile>* files) const;
+  [[nodiscard]] absl::StatusOr<std::vector<eval::EvalMethod>> ChooseMethods(
+      const Params& params) const;
   [[nodiscard]] absl::Status CheckSession(const Map& map,
-                                          const std::vector<EvalQuery>& queries) const;
+                                          const std::vector<eval::EvalQuery>& queries) const;
   /// The scan of each place; empty without --map-scans.
   [[nodiscard]] absl::StatusOr<std::vector<dataset::ScanFile>> FindPlaceScans(const Map& map) const;
-  [[nodiscard]] absl::Status WriteReport(const EvalReport& report) const;
+  [[nodiscard]] absl::Status WriteReport(const report::EvalReport& report) const;
 
   std::string map_;
   std::string scans_dir_;
@@ -100,7 +114,7 @@ void EvalCommand::Declare(CLI::App& app) {
                               eval::BaselineNames(), "; m2dp needs --map-scans"))
       ->delimiter(',')
       ->check([](const std::string& text) {
-        return absl::StrCat(ParseEvalMethod(text).status().message());
+        return absl::StrCat(eval::ParseEvalMethod(text).status().message());
       });
   app.add_option(
          "--within-m", within_m_,
@@ -160,38 +174,40 @@ absl::Status EvalCommand::CheckUsage() const {
   return selection_.CheckUsage();
 }
 
-absl::StatusOr<std::vector<EvalQuery>> EvalCommand::CollectQueries() const {
+absl::StatusOr<std::vector<eval::EvalQuery>> EvalCommand::CollectQueries(
+    std::vector<dataset::ScanFile>* files) const {
   const absl::StatusOr<dataset::Drive> drive = truth_.OpenDrive(scans_dir_);
   if (!drive.ok()) return drive.status();
   const absl::StatusOr<std::vector<dataset::Frame>> frames = Select(selection_, drive->frames);
   if (!frames.ok()) return frames.status();
-  std::vector<EvalQuery> queries;
+  std::vector<eval::EvalQuery> queries;
   for (const std::size_t i : dataset::SelectBySpacing(*frames, query_spacing_m_)) {
     const dataset::Frame& frame = (*frames)[i];
-    EvalQuery query{.name = frame.name,
-                    .file = frame.file(),
-                    .T_map_true = frame.T_map_sensor,
-                    .stamp_ns = frame.stamp_ns};
+    eval::EvalQuery query{
+        .name = frame.name, .T_map_true = frame.T_map_sensor, .stamp_ns = frame.stamp_ns};
     if (in_session_) {
       query.sees_until_ns = frame.stamp_ns - static_cast<std::int64_t>(window_s_ * 1e9);
     }
     queries.push_back(std::move(query));
+    files->push_back(frame.file());
   }
   for (const std::string& folder : negatives_) {
     const absl::StatusOr<std::vector<dataset::ScanFile>> scans = dataset::ListScans(folder);
     if (!scans.ok()) return scans.status();
     for (const dataset::ScanFile& scan : *scans) {
-      queries.push_back({.name = absl::StrCat(folder, "/", scan.name), .file = scan});
+      queries.push_back({.name = absl::StrCat(folder, "/", scan.name)});
+      files->push_back(scan);
     }
   }
   return queries;
 }
 
-absl::StatusOr<std::vector<EvalMethod>> EvalCommand::ChooseMethods(const Params& params) const {
-  std::vector<EvalMethod> chosen;
+absl::StatusOr<std::vector<eval::EvalMethod>> EvalCommand::ChooseMethods(
+    const Params& params) const {
+  std::vector<eval::EvalMethod> chosen;
   const std::vector<std::string> all = {"auto", "a-pc", "a-cc", "pc", "cc"};
   for (const std::string& name : methods_.empty() ? all : methods_) {
-    absl::StatusOr<EvalMethod> method = ParseEvalMethod(name);
+    absl::StatusOr<eval::EvalMethod> method = eval::ParseEvalMethod(name);
     if (!method.ok()) return method.status();
     const absl::Status served = CheckServes(params, *method);
     if (served.ok()) {
@@ -204,7 +220,7 @@ absl::StatusOr<std::vector<EvalMethod>> EvalCommand::ChooseMethods(const Params&
 }
 
 absl::Status EvalCommand::CheckSession(const Map& map,
-                                       const std::vector<EvalQuery>& queries) const {
+                                       const std::vector<eval::EvalQuery>& queries) const {
   if (!in_session_) return absl::OkStatus();
   if (map.sessions.size() > 1) {
     return absl::InvalidArgumentError(absl::StrCat(
@@ -213,8 +229,9 @@ absl::Status EvalCommand::CheckSession(const Map& map,
   // Drives may count their time from 0, which alone stands for none.
   const bool has_places = std::any_of(map.places.begin(), map.places.end(),
                                       [](const Place& place) { return place.stamp_ns != 0; });
-  const bool has_queries = std::any_of(queries.begin(), queries.end(),
-                                       [](const EvalQuery& query) { return query.stamp_ns != 0; });
+  const bool has_queries =
+      std::any_of(queries.begin(), queries.end(),
+                  [](const eval::EvalQuery& query) { return query.stamp_ns != 0; });
   if (has_places && has_queries) return absl::OkStatus();
   return absl::InvalidArgumentError(
       absl::StrCat("--in-session needs to know when scans were taken, and those of the ",
@@ -245,7 +262,7 @@ absl::StatusOr<std::vector<dataset::ScanFile>> EvalCommand::FindPlaceScans(const
   return scans;
 }
 
-absl::Status EvalCommand::WriteReport(const EvalReport& report) const {
+absl::Status EvalCommand::WriteReport(const report::EvalReport& report) const {
   std::error_code error;
   std::filesystem::create_directories(report_dir_, error);
   if (error) {
@@ -253,58 +270,54 @@ absl::Status EvalCommand::WriteReport(const EvalReport& report) const {
         absl::StrCat("cannot make folder '", report_dir_, "': ", error.message()));
   }
   const std::filesystem::path folder = report_dir_;
-  for (const auto& [name, text] : {std::pair("results.json", EvalAsJson(report)),
-                                   std::pair("matches.csv", EvalAsCsv(report))}) {
+  for (const auto& [name, text] : {std::pair("results.json", report::EvalAsJson(report)),
+                                   std::pair("matches.csv", report::EvalAsCsv(report)),
+                                   std::pair("report.html", report::EvalAsHtml(report))}) {
     if (absl::Status status = WriteText(folder / name, text); !status.ok()) return status;
   }
-  const absl::StatusOr<std::string> page = EvalAsHtml(report);
-  if (!page.ok()) {
-    return absl::Status(page.status().code(),
-                        absl::StrCat("cannot write ", (folder / "report.html").string(), ": ",
-                                     page.status().message(), "; the other files are written"));
-  }
-  return WriteText(folder / "report.html", *page);
+  return absl::OkStatus();
 }
 
 absl::Status EvalCommand::Run() {
-  absl::StatusOr<std::vector<EvalQuery>> queries = CollectQueries();
+  std::vector<dataset::ScanFile> files;
+  absl::StatusOr<std::vector<eval::EvalQuery>> queries = CollectQueries(&files);
   if (!queries.ok()) return queries.status();
   absl::StatusOr<Map> loaded = mapdb::LoadMap(map_);
   if (!loaded.ok()) return loaded.status();
-  EvalOptions options{.methods = {},
-                      .within_m = within_m_,
-                      .tilt_deg = tilt_deg_,
-                      .num_threads = num_threads_,
-                      .time_places = times_,
-                      .place_scans = {}};
+  eval::EvalOptions options{.methods = {},
+                            .within_m = within_m_,
+                            .tilt_deg = tilt_deg_,
+                            .num_threads = num_threads_,
+                            .time_places = times_,
+                            .read_query = ReaderOf(files)};
   if (absl::Status status = CheckSession(*loaded, *queries); !status.ok()) return status;
   absl::StatusOr<std::vector<dataset::ScanFile>> place_scans = FindPlaceScans(*loaded);
   if (!place_scans.ok()) return place_scans.status();
-  options.place_scans = *std::move(place_scans);
-  absl::StatusOr<std::vector<EvalMethod>> methods = ChooseMethods(loaded->params);
+  if (!place_scans->empty()) options.read_place = ReaderOf(*place_scans);
+  absl::StatusOr<std::vector<eval::EvalMethod>> methods = ChooseMethods(loaded->params);
   if (!methods.ok()) return methods.status();
   options.methods = *std::move(methods);
   const absl::StatusOr<std::shared_ptr<const Localizer>> localizer =
       Localizer::Create(std::make_shared<const Map>(*std::move(loaded)));
   if (!localizer.ok()) return localizer.status();
   const Map& map = (*localizer)->map();
-  FindRevisits(map, within_m_.front(), &*queries);
+  eval::FindRevisits(map, within_m_.front(), &*queries);
   if (!in_session_) WarnOfOwnDrive(*queries);
   if (times_) options.num_timed = queries->size();
 
-  absl::StatusOr<std::vector<MethodResult>> results = std::vector<MethodResult>();
+  absl::StatusOr<std::vector<eval::MethodResult>> results = std::vector<eval::MethodResult>();
   {
     Progress progress("scans looked up", quiet_);
     const std::size_t num_queries = queries->size();
-    results = Evaluate(**localizer, *queries, options,
-                       [&](std::size_t num_done) { progress.Update(num_done, num_queries); });
+    results = eval::Evaluate(**localizer, *queries, options,
+                             [&](std::size_t num_done) { progress.Update(num_done, num_queries); });
   }
   if (!results.ok()) return results.status();
-  EvalReport report{.map = map_,
-                    .content_id = map.content_id,
-                    .within_m = within_m_.front(),
-                    .queries = *std::move(queries),
-                    .results = *std::move(results)};
+  report::EvalReport report{.map = map_,
+                            .content_id = map.content_id,
+                            .within_m = within_m_.front(),
+                            .queries = *std::move(queries),
+                            .results = *std::move(results)};
   for (const Place& place : map.places) {
     report.places.push_back(
         {place.T_map_place.translation().head<2>(), static_cast<std::size_t>(place.session)});
@@ -312,7 +325,7 @@ absl::Status EvalCommand::Run() {
   if (!report_dir_.empty()) {
     if (absl::Status status = WriteReport(report); !status.ok()) return status;
   }
-  return WriteText("-", json_ ? EvalAsJson(report) : EvalAsTable(report, times_));
+  return WriteText("-", json_ ? report::EvalAsJson(report) : report::EvalAsTable(report, times_));
 }
 
 }  // namespace

@@ -4,9 +4,9 @@
 
 #include "absl/strings/str_format.h"
 #include "cli/command.hpp"
-#include "cli/csv.hpp"
 #include "cli/output.hpp"
 #include "scanloc/mapdb/map_file.hpp"
+#include "scanloc/report/csv.hpp"
 
 namespace scanloc::cli {
 namespace {
@@ -16,9 +16,9 @@ std::string PlaceAsCsv(std::size_t index, const mapdb::PlaceRecord& record,
   std::vector<std::string> fields = {std::to_string(index),
                                      sessions[static_cast<std::size_t>(record.place.session)].name,
                                      record.scan, std::to_string(record.place.stamp_ns)};
-  AppendPoseFields(record.place.T_map_place, &fields);
+  report::AppendPoseFields(record.place.T_map_place, &fields);
   fields.push_back(std::to_string(record.num_voxels));
-  return CsvRow(fields);
+  return report::CsvRow(fields);
 }
 
 // TUM's stamps are seconds; whole nanoseconds do not fit a double, so the digits are split.
@@ -34,7 +34,7 @@ std::string PlaceAsTum(const mapdb::PlaceRecord& record) {
   }
   std::string line = absl::StrFormat("%s%d.%09d", sign, seconds, rest_ns);
   std::vector<std::string> pose;
-  AppendPoseFields(record.place.T_map_place, &pose);
+  report::AppendPoseFields(record.place.T_map_place, &pose);
   for (const std::string& number : pose) line += " " + number;
   return line + "\n";
 }

@@ -8,9 +8,9 @@
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_join.h"
 #include "cli/command.hpp"
-#include "cli/json.hpp"
 #include "cli/output.hpp"
 #include "scanloc/mapdb/map_file.hpp"
+#include "scanloc/report/json.hpp"
 
 namespace scanloc::cli {
 namespace {
@@ -19,8 +19,8 @@ const char* ShiftModeName(ShiftMode mode) {
   return mode == ShiftMode::kBounded ? "bounded" : "circular";
 }
 
-Json ParamsToJson(const Params& params) {
-  Json json = Json::object();
+report::Json ParamsToJson(const Params& params) {
+  report::Json json = report::Json::object();
   VisitFields(params, [&](const char* name, const auto& field) {
     if constexpr (std::is_same_v<std::decay_t<decltype(field)>, ShiftMode>) {
       json[name] = ShiftModeName(field);
@@ -31,10 +31,12 @@ Json ParamsToJson(const Params& params) {
   return json;
 }
 
-Json PointToJson(const Eigen::Vector3d& p) { return {{"x", p.x()}, {"y", p.y()}, {"z", p.z()}}; }
+report::Json PointToJson(const Eigen::Vector3d& p) {
+  return {{"x", p.x()}, {"y", p.y()}, {"z", p.z()}};
+}
 
 std::string InfoAsJson(const mapdb::MapInfo& info) {
-  Json json;
+  report::Json json;
   json["content_id"] = info.content_id;
   json["schema_version"] = info.schema_version;
   json["compatible_version"] = info.compatible_version;
@@ -46,7 +48,7 @@ std::string InfoAsJson(const mapdb::MapInfo& info) {
   json["num_unreadable"] = info.num_unreadable;
   json["first_stamp_ns"] = info.first_stamp_ns;
   json["last_stamp_ns"] = info.last_stamp_ns;
-  json["sessions"] = Json::array();
+  json["sessions"] = report::Json::array();
   for (const mapdb::SessionInfo& session : info.sessions) {
     json["sessions"].push_back({{"name", session.name},
                                 {"complete", session.complete()},
@@ -71,12 +73,12 @@ std::string InfoAsJson(const mapdb::MapInfo& info) {
                            {"margin_weight", info.calibration->margin_weight},
                            {"num_trials", info.calibration->num_trials}};
   }
-  json["confusable"] = Json::array();
+  json["confusable"] = report::Json::array();
   for (const ConfusablePair& pair : info.confusable) {
     json["confusable"].push_back(
         {{"place", pair.place}, {"lookalike", pair.lookalike}, {"confidence", pair.confidence}});
   }
-  return ToText(json);
+  return report::ToText(json);
 }
 
 struct FieldText {

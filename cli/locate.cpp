@@ -16,14 +16,14 @@
 #include "cli/drive_options.hpp"
 #include "cli/output.hpp"
 #include "cli/progress.hpp"
-#include "cli/query_result.hpp"
 #include "cli/replay.hpp"
-#include "cli/result_text.hpp"
 #include "scanloc/client/offline_client.hpp"
 #include "scanloc/core/limits.hpp"
 #include "scanloc/core/method.hpp"
 #include "scanloc/dataset/drive.hpp"
 #include "scanloc/dataset/scan_reader.hpp"
+#include "scanloc/report/query_result.hpp"
+#include "scanloc/report/result_text.hpp"
 
 namespace scanloc::cli {
 namespace {
@@ -65,13 +65,14 @@ class LocateCommand : public Command {
   [[nodiscard]] absl::StatusOr<std::map<std::string, Pose>> ReadTruth() const;
   /// By file name; empty without --odometry.
   [[nodiscard]] absl::StatusOr<std::map<std::string, Pose>> ReadOdometry() const;
-  [[nodiscard]] absl::StatusOr<std::vector<QueryResult>> AskAll(
+  [[nodiscard]] absl::StatusOr<std::vector<report::QueryResult>> AskAll(
       const std::vector<dataset::ScanFile>& scans, const std::map<std::string, Pose>& odometry,
       const Answerer& answerer);
-  [[nodiscard]] absl::StatusOr<std::vector<QueryResult>> ReplayAll(const Answerer& answerer) const;
+  [[nodiscard]] absl::StatusOr<std::vector<report::QueryResult>> ReplayAll(
+      const Answerer& answerer) const;
   [[nodiscard]] absl::StatusOr<LocalizeReply> Ask(const Answerer& answerer, PointView scan,
                                                   const client::RequestOptions& request) const;
-  [[nodiscard]] absl::Status Print(const std::vector<QueryResult>& results,
+  [[nodiscard]] absl::Status Print(const std::vector<report::QueryResult>& results,
                                    const Params& params) const;
 
   std::string map_;
@@ -322,7 +323,7 @@ absl::StatusOr<std::map<std::string, Pose>> LocateCommand::ReadOdometry() const 
   return odometry;
 }
 
-absl::StatusOr<std::vector<QueryResult>> LocateCommand::AskAll(
+absl::StatusOr<std::vector<report::QueryResult>> LocateCommand::AskAll(
     const std::vector<dataset::ScanFile>& scans, const std::map<std::string, Pose>& odometry,
     const Answerer& answerer) {
   const client::RequestOptions request{
@@ -340,9 +341,9 @@ absl::StatusOr<std::vector<QueryResult>> LocateCommand::AskAll(
   }
   std::optional<Pose> T_odometry_last;
   Progress progress("scans located", quiet_);
-  std::vector<QueryResult> results;
+  std::vector<report::QueryResult> results;
   for (std::size_t i = 0; i < scans.size(); ++i) {
-    QueryResult result{.query = scans[i].name};
+    report::QueryResult result{.query = scans[i].name};
     const Clock::time_point read_start = Clock::now();
     const absl::StatusOr<dataset::Scan> scan = dataset::ReadScan(scans[i]);
     result.read_ns = NsSince(read_start);
@@ -377,17 +378,18 @@ absl::StatusOr<std::vector<QueryResult>> LocateCommand::AskAll(
   return results;
 }
 
-absl::StatusOr<std::vector<QueryResult>> LocateCommand::ReplayAll(const Answerer& answerer) const {
+absl::StatusOr<std::vector<report::QueryResult>> LocateCommand::ReplayAll(
+    const Answerer& answerer) const {
   const absl::StatusOr<std::vector<std::string>> files = ListCapturedQueries(replay_);
   if (!files.ok()) return files.status();
   const Query given = MakeQuery(answerer.params);
   Progress progress("queries replayed", quiet_);
-  std::vector<QueryResult> results;
+  std::vector<report::QueryResult> results;
   for (const std::string& file : *files) {
     const Clock::time_point read_start = Clock::now();
     const absl::StatusOr<ReplayedQuery> replayed = ReadCapturedQuery(file);
     if (!replayed.ok()) return replayed.status();
-    QueryResult result{.query = replayed->name};
+    report::QueryResult result{.query = replayed->name};
     result.read_ns = NsSince(read_start);
     const CapturedQuery& captured = replayed->query;
     client::RequestOptions request{.map = map_name_,
@@ -412,31 +414,31 @@ absl::StatusOr<std::vector<QueryResult>> LocateCommand::ReplayAll(const Answerer
   return results;
 }
 
-absl::Status LocateCommand::Print(const std::vector<QueryResult>& results,
+absl::Status LocateCommand::Print(const std::vector<report::QueryResult>& results,
                                   const Params& params) const {
-  const ResultFormat format{.all_candidates = top_ > 1,
-                            .truth = !truth_.poses_file().empty(),
-                            .sequence = sequence_,
-                            .within_m = within_m_};
-  const std::string summary = SummaryText(results, format);
+  const report::ResultFormat format{.all_candidates = top_ > 1,
+                                    .truth = !truth_.poses_file().empty(),
+                                    .sequence = sequence_,
+                                    .within_m = within_m_};
+  const std::string summary = report::SummaryText(results, format);
   if (json_ || csv_ == "-") {
     const std::string method = method_.empty() ? MethodName(DefaultMethod(params)) : method_;
     if (!quiet_) std::fputs(summary.c_str(), stderr);
-    return WriteText(
-        "-", json_ ? ResultsAsJson(results, method, format) : ResultsAsCsv(results, format));
+    return WriteText("-", json_ ? report::ResultsAsJson(results, method, format)
+                                : report::ResultsAsCsv(results, format));
   }
   if (!csv_.empty()) {
-    if (absl::Status s = WriteText(csv_, ResultsAsCsv(results, format)); !s.ok()) return s;
+    if (absl::Status s = WriteText(csv_, report::ResultsAsCsv(results, format)); !s.ok()) return s;
     return WriteText("-", summary);
   }
-  return WriteText("-", ResultsAsTable(results, format) + summary);
+  return WriteText("-", report::ResultsAsTable(results, format) + summary);
 }
 
 absl::Status LocateCommand::Run() {
   if (!replay_.empty()) {
     const absl::StatusOr<Answerer> answerer = OpenAnswerer();
     if (!answerer.ok()) return answerer.status();
-    const absl::StatusOr<std::vector<QueryResult>> results = ReplayAll(*answerer);
+    const absl::StatusOr<std::vector<report::QueryResult>> results = ReplayAll(*answerer);
     if (!results.ok()) return results.status();
     return Print(*results, answerer->params);
   }
@@ -449,9 +451,9 @@ absl::Status LocateCommand::Run() {
 
   const absl::StatusOr<std::map<std::string, Pose>> odometry = ReadOdometry();
   if (!odometry.ok()) return odometry.status();
-  absl::StatusOr<std::vector<QueryResult>> results = AskAll(*scans, *odometry, *answerer);
+  absl::StatusOr<std::vector<report::QueryResult>> results = AskAll(*scans, *odometry, *answerer);
   if (!results.ok()) return results.status();
-  for (QueryResult& result : *results) {
+  for (report::QueryResult& result : *results) {
     const auto found = truth->find(result.query);
     if (found != truth->end()) result.T_map_true = found->second;
   }

@@ -9,13 +9,13 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
-#include "cli/answers_csv.hpp"
 #include "cli/command.hpp"
 #include "cli/drive_options.hpp"
-#include "cli/map_picture.hpp"
 #include "cli/output.hpp"
 #include "scanloc/core/answer.hpp"
 #include "scanloc/mapdb/map_file.hpp"
+#include "scanloc/report/answers_csv.hpp"
+#include "scanloc/report/map_picture.hpp"
 
 namespace scanloc::cli {
 namespace {
@@ -30,10 +30,11 @@ class PlotCommand : public Command {
   [[nodiscard]] absl::Status Run() override;
 
  private:
-  [[nodiscard]] absl::Status AddTruth(std::vector<CsvAnswer>* answers) const;
-  [[nodiscard]] absl::StatusOr<std::vector<PicturedQuery>> Judge(
-      const std::vector<CsvAnswer>& answers, const std::vector<PicturedPlace>& places) const;
-  [[nodiscard]] std::string Title(const std::vector<PicturedQuery>& queries) const;
+  [[nodiscard]] absl::Status AddTruth(std::vector<report::CsvAnswer>* answers) const;
+  [[nodiscard]] absl::StatusOr<std::vector<report::PicturedQuery>> Judge(
+      const std::vector<report::CsvAnswer>& answers,
+      const std::vector<report::PicturedPlace>& places) const;
+  [[nodiscard]] std::string Title(const std::vector<report::PicturedQuery>& queries) const;
 
   std::string map_;
   std::string answers_;
@@ -72,9 +73,9 @@ void PlotCommand::Declare(CLI::App& app) {
       "  scanloc plot town.scanloc --answers answers.csv --out answers.svg");
 }
 
-absl::Status PlotCommand::AddTruth(std::vector<CsvAnswer>* answers) const {
+absl::Status PlotCommand::AddTruth(std::vector<report::CsvAnswer>* answers) const {
   const bool all_told = std::all_of(answers->begin(), answers->end(),
-                                    [](const CsvAnswer& a) { return a.truth.has_value(); });
+                                    [](const report::CsvAnswer& a) { return a.truth.has_value(); });
   if (truth_.poses_file().empty() || all_told) return absl::OkStatus();
   if (!scans_dir_.empty()) {
     const absl::StatusOr<dataset::Drive> drive = truth_.OpenDrive(scans_dir_);
@@ -83,7 +84,7 @@ absl::Status PlotCommand::AddTruth(std::vector<CsvAnswer>* answers) const {
     for (const dataset::Frame& frame : drive->frames) {
       by_name[frame.name] = frame.T_map_sensor.translation().head<2>();
     }
-    for (CsvAnswer& answer : *answers) {
+    for (report::CsvAnswer& answer : *answers) {
       const auto found = by_name.find(answer.query);
       if (found != by_name.end()) answer.truth = found->second;
     }
@@ -103,32 +104,34 @@ absl::Status PlotCommand::AddTruth(std::vector<CsvAnswer>* answers) const {
   return absl::OkStatus();
 }
 
-absl::StatusOr<std::vector<PicturedQuery>> PlotCommand::Judge(
-    const std::vector<CsvAnswer>& answers, const std::vector<PicturedPlace>& places) const {
-  std::vector<PicturedQuery> queries;
-  for (const CsvAnswer& answer : answers) {
-    PicturedQuery query{.query = answer.query, .answered = answer.answered, .truth = answer.truth};
+absl::StatusOr<std::vector<report::PicturedQuery>> PlotCommand::Judge(
+    const std::vector<report::CsvAnswer>& answers,
+    const std::vector<report::PicturedPlace>& places) const {
+  std::vector<report::PicturedQuery> queries;
+  for (const report::CsvAnswer& answer : answers) {
+    report::PicturedQuery query{
+        .query = answer.query, .answered = answer.answered, .truth = answer.truth};
     if (answer.place.has_value() && *answer.place >= places.size()) {
       return absl::InvalidArgumentError(absl::StrCat(
           answers_, ": ", answer.query, " was answered with place ", *answer.place, ", but ", map_,
           " has ", places.size(), " places; these answers are from another map"));
     }
     if (answer.outcome != OutcomeName(Outcome::kLocalized) || !answer.place.has_value()) {
-      query.verdict = Verdict::kNotRecognized;
+      query.verdict = report::Verdict::kNotRecognized;
     } else if (!answer.truth.has_value()) {
-      query.verdict = Verdict::kUnchecked;
+      query.verdict = report::Verdict::kUnchecked;
     } else if (answer.is_right.has_value()) {
-      query.verdict = *answer.is_right ? Verdict::kRight : Verdict::kWrong;
+      query.verdict = *answer.is_right ? report::Verdict::kRight : report::Verdict::kWrong;
     } else {
       const double error_m = (places[*answer.place].position - *answer.truth).norm();
-      query.verdict = error_m <= within_m_ ? Verdict::kRight : Verdict::kWrong;
+      query.verdict = error_m <= within_m_ ? report::Verdict::kRight : report::Verdict::kWrong;
     }
     queries.push_back(std::move(query));
   }
   return queries;
 }
 
-std::string PlotCommand::Title(const std::vector<PicturedQuery>& queries) const {
+std::string PlotCommand::Title(const std::vector<report::PicturedQuery>& queries) const {
   if (!title_.empty()) return title_;
   return absl::StrFormat("%s: answers to %d queries",
                          std::filesystem::path(map_).filename().string(), queries.size());
@@ -137,17 +140,17 @@ std::string PlotCommand::Title(const std::vector<PicturedQuery>& queries) const 
 absl::Status PlotCommand::Run() {
   const absl::StatusOr<std::vector<mapdb::PlaceRecord>> records = mapdb::ReadPlaces(map_);
   if (!records.ok()) return records.status();
-  std::vector<PicturedPlace> places;
+  std::vector<report::PicturedPlace> places;
   for (const mapdb::PlaceRecord& record : *records) {
     places.push_back({record.place.T_map_place.translation().head<2>(),
                       static_cast<std::size_t>(record.place.session)});
   }
-  absl::StatusOr<std::vector<CsvAnswer>> answers = ReadAnswersCsv(answers_);
+  absl::StatusOr<std::vector<report::CsvAnswer>> answers = report::ReadAnswersCsv(answers_);
   if (!answers.ok()) return answers.status();
   if (absl::Status s = AddTruth(&*answers); !s.ok()) return s;
-  const absl::StatusOr<std::vector<PicturedQuery>> queries = Judge(*answers, places);
+  const absl::StatusOr<std::vector<report::PicturedQuery>> queries = Judge(*answers, places);
   if (!queries.ok()) return queries.status();
-  return WriteText(out_, DrawMapPicture(Title(*queries), places, *queries));
+  return WriteText(out_, report::DrawMapPicture(Title(*queries), places, *queries));
 }
 
 }  // namespace

@@ -21,8 +21,10 @@ forbid mapdb 'scanloc/(dataset|sim|eval|proto|server|client)/|pcl/|grpc|google/|
   'mapdb knows core only'
 forbid dataset 'scanloc/(mapdb|sim|eval|proto|server|client)/|sqlite3|grpc|google/|spdlog' \
   'dataset knows core only'
-forbid eval 'scanloc/(mapdb|dataset|sim|proto|server|client)/|sqlite3|pcl/|grpc|google/|spdlog' \
+forbid eval 'scanloc/(mapdb|dataset|sim|report|proto|server|client)/|sqlite3|pcl/|grpc|google/|spdlog' \
   'eval counts, measures and describes: it knows core only'
+forbid report 'scanloc/(mapdb|dataset|sim|proto|server|client)/|cli/|sqlite3|pcl/|grpc|google/|spdlog' \
+  'report draws and writes: it knows core and eval only'
 forbid proto 'scanloc/(mapdb|dataset|sim|eval|server|client)/|sqlite3|pcl/' 'proto knows core only'
 forbid server 'scanloc/(dataset|sim|eval|client)/|sqlite3|pcl/' \
   'server knows core, mapdb and proto only'
@@ -40,6 +42,6 @@ forbid 'core/src/scan_context core/include/scanloc/core/scan_context' \
 forbid 'core/src/structural core/include/scanloc/core/structural' '(scanloc/core/)?track/' \
   'structural knows nothing of tracks'
 # Headers that hurt stay out of what others include.
-forbid 'core/include mapdb/include dataset/include server/include client/include' 'sqlite3|pcl/|grpc|nanoflann|spdlog' \
+forbid 'core/include mapdb/include dataset/include eval/include report/include server/include client/include' 'sqlite3|pcl/|grpc|nanoflann|spdlog' \
   'heavy headers belong into .cpp files or src/'
 exit $failed

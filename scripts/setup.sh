@@ -9,7 +9,7 @@ packages=(
   libeigen3-dev libpcl-dev libnanoflann-dev libsqlite3-dev libxxhash-dev liblzf-dev
   libgrpc++-dev libprotobuf-dev protobuf-compiler protobuf-compiler-grpc libabsl-dev
   libssl-dev zlib1g-dev prometheus-cpp-dev libspdlog-dev libcli11-dev nlohmann-json3-dev
-  libgtest-dev libgmock-dev libbenchmark-dev openssl gnuplot-nox python3
+  libgtest-dev libgmock-dev libbenchmark-dev openssl python3
 )
 if [[ "${1:-}" == "--with-checks" ]]; then
   packages+=(clang-format-14 clang-tidy-14 clang-format clang-tidy)

@@ -4,14 +4,14 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "cli/csv.hpp"
 #include "e2e/programs.hpp"
+#include "scanloc/report/csv.hpp"
 
 namespace scanloc::test {
 namespace {
 
-using cli::CsvTable;
 using nlohmann::json;
+using report::CsvTable;
 
 constexpr const char* kHeader =
     "query,outcome,place,session,distance,confidence,yaw_deg,lateral_m,x,y,z,qx,qy,qz,qw";
@@ -344,21 +344,6 @@ TEST(FirstPath, EvalMeasuresEveryMethodAndWritesAReport) {
   EXPECT_NE(html.find("<svg"), std::string::npos);
   EXPECT_EQ(CountLines(ReadFile(dir.path() / "report" / "matches.csv")),
             1 + 5 * TinyTown::kNumScans);
-}
-
-TEST(FirstPath, EvalWithoutGnuplotStillWritesWhatProgramsRead) {
-  const TempDir dir;
-  const ProcessResult result =
-      RunProcess({"/usr/bin/env", "PATH=" + dir.File("nothing"), kScanloc, "eval", Town().map1,
-                  "--scans", Town().drive2, "--poses", Town().Poses2(), "--method", "pc",
-                  "--report", dir.File("report"), "--quiet"});
-  EXPECT_EQ(result.status, 1);
-  EXPECT_EQ(CountLines(result.err), 1) << result.err;
-  EXPECT_NE(result.err.find("gnuplot-nox"), std::string::npos) << result.err;
-  EXPECT_EQ(json::parse(ReadFile(dir.path() / "report" / "results.json")).at("num_queries"),
-            TinyTown::kNumScans);
-  EXPECT_EQ(CountLines(ReadFile(dir.path() / "report" / "matches.csv")), 1 + TinyTown::kNumScans);
-  EXPECT_FALSE(std::filesystem::exists(dir.path() / "report" / "report.html"));
 }
 
 TEST(FirstPath, EvalCountsScansOfElsewhereAsNoRevisits) {

@@ -87,8 +87,8 @@ int CountLines(const std::string& text) {
   return static_cast<int>(std::count(text.begin(), text.end(), '\n'));
 }
 
-cli::CsvTable ParseCsv(const std::string& text) {
-  const auto table = cli::CsvTable::Parse(text);
+report::CsvTable ParseCsv(const std::string& text) {
+  const auto table = report::CsvTable::Parse(text);
   if (!table.ok()) throw std::runtime_error(table.status().ToString() + "\n" + text);
   return *table;
 }

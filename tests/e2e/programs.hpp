@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "cli/csv.hpp"
+#include "scanloc/report/csv.hpp"
 #include "support/paths.hpp"
 #include "support/process.hpp"
 #include "support/temp_dir.hpp"
@@ -25,7 +25,7 @@ ProcessResult Scanloc(const Args& args, const ProcessOptions& options = {});
 std::string MustScanloc(const Args& args);
 
 /// Throws if the text is no table.
-cli::CsvTable ParseCsv(const std::string& text);
+report::CsvTable ParseCsv(const std::string& text);
 
 /// Two sessions of one tiny town.
 struct TinyTown {

@@ -86,8 +86,8 @@ TEST(ServedAnswers, WithoutAPlaceAreReplayedFromWhatTheServerKept) {
     const std::string served =
         MustScanloc(LocateArgs({"--server", server.address(), "--send", send}, what));
     EXPECT_EQ(server.Stop(), 0);
-    const cli::CsvTable asked = ParseCsv(served);
-    const cli::CsvTable replayed = ParseCsv(
+    const report::CsvTable asked = ParseCsv(served);
+    const report::CsvTable replayed = ParseCsv(
         MustScanloc({"locate", Town().map1, "--replay", kept.path().string(), "--csv", "-"}));
     ASSERT_EQ(replayed.num_rows(), asked.num_rows()) << send;
     for (std::size_t row = 0; row < asked.num_rows(); ++row) {
@@ -123,7 +123,7 @@ TEST(ServedAnswers, OfASequenceAreThoseOfTheMapFileByteForByte) {
     Args what = {"--sequence", "--csv", "-", "--truth", Town().Poses2()};
     what.insert(what.end(), odometry.begin(), odometry.end());
     const std::string local = MustScanloc(LocateArgs({Town().map1}, what));
-    const cli::CsvTable table = ParseCsv(local);
+    const report::CsvTable table = ParseCsv(local);
     for (std::size_t row = 0; row < table.num_rows(); ++row) {
       EXPECT_EQ(table.Text(row, "outcome"), "localized");
       EXPECT_EQ(table.Text(row, "num_scans"), std::to_string(row + 1));

@@ -1,0 +1,84 @@
+#include "jobs.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <condition_variable>
+#include <limits>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+namespace scanloc::eval {
+namespace {
+
+class JobRun {
+ public:
+  JobRun(std::size_t num_jobs, const NumberedJob& job) : num_jobs_(num_jobs), job_(job) {}
+
+  absl::Status Run(std::size_t num_threads, const std::function<void(std::size_t)>& told) {
+    num_working_ = num_threads;
+    std::vector<std::thread> threads;
+    threads.reserve(num_threads);
+    for (std::size_t i = 0; i < num_threads; ++i) {
+      threads.emplace_back([this, i] { Work(i); });
+    }
+    std::size_t num_told = 0;
+    std::unique_lock lock(mutex_);
+    while (num_working_ > 0 || num_told < num_done_) {
+      has_news_.wait(lock, [&] { return num_working_ == 0 || num_told < num_done_; });
+      if (num_told == num_done_) continue;
+      num_told = num_done_;
+      lock.unlock();
+      told(num_told);
+      lock.lock();
+    }
+    lock.unlock();
+    for (std::thread& thread : threads) thread.join();
+    return error_;
+  }
+
+ private:
+  void Work(std::size_t worker) {
+    while (true) {
+      const std::size_t i = next_.fetch_add(1);
+      absl::Status status;
+      const bool is_over = i >= num_jobs_ || has_failed_;
+      if (!is_over) status = job_(i, worker);
+      const std::lock_guard lock(mutex_);
+      if (!status.ok()) {
+        has_failed_ = true;
+        // Of several, the first in order, whichever thread was quicker.
+        if (i < error_at_) error_ = status;
+        error_at_ = std::min(error_at_, i);
+      }
+      is_over ? --num_working_ : ++num_done_;
+      has_news_.notify_one();
+      if (is_over) return;
+    }
+  }
+
+  const std::size_t num_jobs_;
+  const NumberedJob& job_;
+  std::atomic<std::size_t> next_ = 0;
+  std::atomic<bool> has_failed_ = false;
+  std::mutex mutex_;
+  std::condition_variable has_news_;
+  std::size_t num_working_ = 0;
+  std::size_t num_done_ = 0;
+  std::size_t error_at_ = std::numeric_limits<std::size_t>::max();
+  absl::Status error_;
+};
+
+}  // namespace
+
+std::size_t NumThreads(int asked) {
+  if (asked > 0) return static_cast<std::size_t>(asked);
+  return std::max(1U, std::thread::hardware_concurrency());
+}
+
+absl::Status RunJobs(std::size_t num_threads, std::size_t num_jobs, const NumberedJob& job,
+                     const std::function<void(std::size_t)>& told) {
+  return JobRun(num_jobs, job).Run(num_threads, told);
+}
+
+}  // namespace scanloc::eval

@@ -1,0 +1,23 @@
+#pragma once
+
+#include <cstddef>
+#include <functional>
+
+#include "absl/status/status.h"
+
+namespace scanloc::eval {
+
+/// Threads for a number of them as given on the command line: 0 is one a processor.
+[[nodiscard]] std::size_t NumThreads(int asked);
+
+/// One job of RunJobs; no two at once have the same worker, which counts from 0.
+using NumberedJob = std::function<absl::Status(std::size_t number, std::size_t worker)>;
+
+/// Does the jobs 0 ... num_jobs - 1 on so many threads. `told` is called from this thread with how
+/// many are done. Returns the error of the first job, in order, that fails; no new ones are begun
+/// then.
+[[nodiscard]] absl::Status RunJobs(std::size_t num_threads, std::size_t num_jobs,
+                                   const NumberedJob& job,
+                                   const std::function<void(std::size_t num_done)>& told);
+
+}  // namespace scanloc::eval

@@ -1,0 +1,103 @@
+#include "scanloc/report/answers_csv.hpp"
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <system_error>
+
+#include "absl/strings/str_cat.h"
+#include "scanloc/report/csv.hpp"
+
+namespace scanloc::report {
+namespace {
+
+constexpr std::uintmax_t kMaxCsvBytes = 1ULL << 30;
+
+absl::StatusOr<std::string> ReadText(const std::string& path) {
+  std::error_code error;
+  const std::filesystem::file_status status = std::filesystem::status(path, error);
+  if (!std::filesystem::exists(status)) return absl::NotFoundError("no such file");
+  if (std::filesystem::is_directory(status)) return absl::InvalidArgumentError("it is a folder");
+  if (std::filesystem::is_regular_file(status) &&
+      std::filesystem::file_size(path, error) > kMaxCsvBytes) {
+    return absl::InvalidArgumentError("larger than 1 GiB, so not the answers of one drive");
+  }
+  std::ifstream file(path, std::ios::binary);
+  std::string text((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
+  if (file.bad() || !file.is_open()) return absl::PermissionDeniedError("cannot be read");
+  return text;
+}
+
+absl::StatusOr<std::optional<Eigen::Vector2d>> ReadPoint(const CsvTable& table, std::size_t row,
+                                                         const char* x_column,
+                                                         const char* y_column) {
+  const absl::StatusOr<std::optional<double>> x = table.Number(row, x_column);
+  if (!x.ok()) return x.status();
+  const absl::StatusOr<std::optional<double>> y = table.Number(row, y_column);
+  if (!y.ok()) return y.status();
+  if (!x->has_value() || !y->has_value()) return std::nullopt;
+  return Eigen::Vector2d(**x, **y);
+}
+
+absl::StatusOr<CsvAnswer> ReadAnswer(const CsvTable& table, std::size_t row) {
+  CsvAnswer answer{.query = table.Text(row, "query"), .outcome = table.Text(row, "outcome")};
+  const absl::StatusOr<std::optional<double>> place = table.Number(row, "place");
+  if (!place.ok()) return place.status();
+  if (place->has_value()) {
+    constexpr double kMaxPlace = 1e15;
+    if (**place < 0.0 || **place > kMaxPlace || std::floor(**place) != **place) {
+      return absl::InvalidArgumentError(absl::StrCat(answer.query, ": place is \"",
+                                                     table.Text(row, "place").substr(0, 40),
+                                                     "\", which is no index"));
+    }
+    answer.place = static_cast<std::size_t>(**place);
+  }
+  absl::StatusOr<std::optional<Eigen::Vector2d>> point = ReadPoint(table, row, "x", "y");
+  if (!point.ok()) return point.status();
+  answer.answered = *point;
+  if (table.HasColumn("true_x") && table.HasColumn("true_y")) {
+    point = ReadPoint(table, row, "true_x", "true_y");
+    if (!point.ok()) return point.status();
+    answer.truth = *point;
+  }
+  if (answer.truth && answer.answered && table.HasColumn("missed")) {
+    answer.is_right = table.Text(row, "missed").empty();
+  }
+  return answer;
+}
+
+absl::StatusOr<std::vector<CsvAnswer>> ReadAnswers(const std::string& path) {
+  const absl::StatusOr<std::string> text = ReadText(path);
+  if (!text.ok()) return text.status();
+  const absl::StatusOr<CsvTable> table = CsvTable::Parse(*text);
+  if (!table.ok()) return table.status();
+  for (const char* column : {"query", "outcome", "place", "x", "y"}) {
+    if (!table->HasColumn(column)) {
+      return absl::InvalidArgumentError(absl::StrCat("it has no column \"", column,
+                                                     "\", so it is not the CSV of scanloc locate"));
+    }
+  }
+  std::vector<CsvAnswer> answers;
+  for (std::size_t row = 0; row < table->num_rows(); ++row) {
+    if (table->HasColumn("rank")) {
+      const std::string& rank = table->Text(row, "rank");
+      if (!rank.empty() && rank != "1") continue;
+    }
+    absl::StatusOr<CsvAnswer> answer = ReadAnswer(*table, row);
+    if (!answer.ok()) return answer.status();
+    answers.push_back(*std::move(answer));
+  }
+  return answers;
+}
+
+}  // namespace
+
+absl::StatusOr<std::vector<CsvAnswer>> ReadAnswersCsv(const std::string& path) {
+  absl::StatusOr<std::vector<CsvAnswer>> answers = ReadAnswers(path);
+  if (answers.ok()) return answers;
+  return absl::Status(answers.status().code(),
+                      absl::StrCat(path, ": ", answers.status().message()));
+}
+
+}  // namespace scanloc::report

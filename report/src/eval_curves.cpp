@@ -1,0 +1,189 @@
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "eval_figures.hpp"
+
+namespace scanloc::report {
+namespace {
+
+/// Curves with more points than this are thinned: the page shall fit into a mail.
+constexpr std::size_t kMaxPoints = 400;
+constexpr const char* kRecallTitle = "recall (share of all revisits)";
+
+/// The i-th of the results as a line; no point where `point_at` has none.
+template <typename PointAt>
+ChartSeries LineOf(std::size_t i, const eval::MethodResult& result, PointAt&& point_at) {
+  ChartSeries line{.name = result.name};
+  SetLook(i, &line);
+  const std::size_t num_points = result.precision_recall.points.size();
+  const std::size_t step = (num_points + kMaxPoints - 1) / kMaxPoints;
+  for (std::size_t k = 0; k < num_points; ++k) {
+    if (k % step != 0 && k + 1 != num_points) continue;
+    const std::optional<Eigen::Vector3d> point = point_at(k);
+    if (point) line.points.push_back(*point);
+  }
+  // A line of one point has no length.
+  if (line.points.size() == 1) line.style = ChartSeries::Style::kMarks;
+  return line;
+}
+
+/// Those that are drawn.
+std::vector<const eval::MethodResult*> MainResults(const EvalReport& report) {
+  std::vector<const eval::MethodResult*> results;
+  for (const eval::MethodResult& result : report.results) {
+    if (result.within_m == report.within_m) results.push_back(&result);
+  }
+  return results;
+}
+
+EvalFigure DrawPrecisionRecall(const std::vector<const eval::MethodResult*>& results) {
+  // Not quite from 0 to 1, so that lines along the edges are seen.
+  LineChart chart{.x = {kRecallTitle, 0.0, 1.02}, .y = {"precision", 0.0, 1.02}, .series = {}};
+  for (std::size_t i = 0; i < results.size(); ++i) {
+    const auto& points = results[i]->precision_recall.points;
+    chart.series.push_back(LineOf(i, *results[i], [&](std::size_t k) {
+      return Eigen::Vector3d(points[k].recall, points[k].precision, 0.0);
+    }));
+  }
+  return {"Precision over recall", "", Draw(chart)};
+}
+
+EvalFigure DrawF1(const std::vector<const eval::MethodResult*>& results) {
+  LineChart chart{.x = {kRecallTitle, 0.0, 1.02}, .y = {"F1", 0.0, 1.02}, .series = {}};
+  for (std::size_t i = 0; i < results.size(); ++i) {
+    const auto& points = results[i]->precision_recall.points;
+    chart.series.push_back(LineOf(i, *results[i], [&](std::size_t k) {
+      return Eigen::Vector3d(points[k].recall, points[k].f1, 0.0);
+    }));
+    const auto greatest = std::max_element(
+        points.begin(), points.end(), [](const auto& a, const auto& b) { return a.f1 < b.f1; });
+    if (greatest == points.end()) continue;
+    ChartSeries dot{.style = ChartSeries::Style::kMarks, .color = chart.series.back().color};
+    dot.points.emplace_back(greatest->recall, greatest->f1, 0.0);
+    chart.series.push_back(std::move(dot));
+  }
+  return {"F1 over recall", "The dot is at the greatest F1.", Draw(chart)};
+}
+
+/// Of all revisits, or of those of one kind; none where none of them is found yet.
+std::optional<double> DivergenceAt(const eval::MethodResult& result,
+                                   std::optional<std::size_t> kind, std::size_t k) {
+  const auto& divergences = kind ? result.kind_divergences[*kind] : result.divergences;
+  if (k >= divergences.size() || std::isnan(divergences[k])) return std::nullopt;
+  return divergences[k];
+}
+
+std::optional<EvalFigure> DrawDivergence(const std::vector<const eval::MethodResult*>& results,
+                                         std::optional<std::size_t> kind) {
+  LineChart chart{.x = {kRecallTitle, 0.0, 1.02},
+                  .y = {"KL divergence from all revisits [nats]"},
+                  .series = {}};
+  double greatest = 0.0;
+  for (std::size_t i = 0; i < results.size(); ++i) {
+    const auto& points = results[i]->precision_recall.points;
+    chart.series.push_back(
+        LineOf(i, *results[i], [&](std::size_t k) -> std::optional<Eigen::Vector3d> {
+          const std::optional<double> divergence = DivergenceAt(*results[i], kind, k);
+          if (!divergence) return std::nullopt;
+          greatest = std::max(greatest, *divergence);
+          return Eigen::Vector3d(points[k].recall, *divergence, 0.0);
+        }));
+  }
+  if (kind && std::all_of(chart.series.begin(), chart.series.end(),
+                          [](const ChartSeries& series) { return series.points.empty(); })) {
+    return std::nullopt;
+  }
+  constexpr double kLeastHeight = 0.1;
+  chart.y.high = std::max(kLeastHeight, 1.05 * greatest);
+  std::string title = "Divergence over recall (DR)";
+  if (kind) absl::StrAppend(&title, ", ", KindTitle(*kind), " revisits");
+  return EvalFigure{std::move(title),
+                    kind
+                        ? "Recall is that of all kinds."
+                        : "How unlike the revisits found are to all there are, in kind: 0 is best.",
+                    Draw(chart)};
+}
+
+EvalFigure DrawReliability(const eval::MethodResult& result) {
+  BarChart chart{.x = {"confidence told"},
+                 .y = {"share that was right", 0.0, 1.05},
+                 .count_title = "queries (right axis)",
+                 .bars = {},
+                 .series = {}};
+  ChartSeries ideal{
+      .name = "ideal", .color = colors::kGrey, .dash = 2, .width_px = 1.5, .points = {}};
+  ideal.points = {{0.0, 0.0, 0.0}, {1.0, 1.0, 0.0}};
+  ChartSeries line{.name = result.name, .color = colors::kBlue, .points = {}};
+  for (const eval::ReliabilityBin& bin : result.reliability->bins) {
+    chart.bars.push_back({bin.low, bin.high, bin.num_queries});
+    if (bin.num_queries > 0) line.points.emplace_back(bin.mean_confidence, bin.share_right, 0.0);
+  }
+  ChartSeries dots = line;
+  dots.name = "";
+  dots.style = ChartSeries::Style::kMarks;
+  dots.mark_px = 8.0;
+  chart.series = {std::move(ideal), std::move(line), std::move(dots)};
+  return {absl::StrCat("Reliability of the confidence, ", result.name),
+          absl::StrFormat("Expected calibration error %.3f. Grey: how many queries got such a "
+                          "confidence.",
+                          result.reliability->expected_calibration_error),
+          Draw(chart)};
+}
+
+EvalFigure DrawHeatMap(const EvalReport& report) {
+  eval::RevisitHistogram histogram(report.within_m);
+  for (const eval::EvalQuery& query : report.queries) {
+    if (query.is_revisit) histogram.Add(query.variance);
+  }
+  // The last bin may reach beyond within_m.
+  HeatMap chart{
+      .x = {"distance to the nearest place [m]", 0.0,
+            histogram.num_translation_bins() * eval::RevisitHistogram::kTranslationBin_m},
+      .y = {"difference in heading [deg]", 0.0,
+            eval::RevisitHistogram::kNumRotationBins * eval::RevisitHistogram::kRotationBin_deg},
+      .count_title = "revisits",
+      .cells = {},
+      .x_split = eval::kLateralFrom_m,
+      .y_split = eval::kRotationalFrom_deg};
+  for (int row = 0; row < eval::RevisitHistogram::kNumRotationBins; ++row) {
+    chart.cells.emplace_back();
+    for (int column = 0; column < histogram.num_translation_bins(); ++column) {
+      chart.cells.back().push_back(histogram.count(column, row));
+    }
+  }
+  return {"Distribution of the revisits",
+          absl::StrFormat("In bins of %g m x %g deg. Dashed: a revisit is lateral from %g m, "
+                          "rotational from %g deg.",
+                          eval::RevisitHistogram::kTranslationBin_m,
+                          eval::RevisitHistogram::kRotationBin_deg, eval::kLateralFrom_m,
+                          eval::kRotationalFrom_deg),
+          Draw(chart)};
+}
+
+}  // namespace
+
+std::string KindTitle(std::size_t kind) {
+  const auto of = static_cast<eval::RevisitKind>(kind);
+  return of == eval::RevisitKind::kBoth ? "lateral and rotational" : eval::KindName(of);
+}
+
+std::vector<EvalFigure> DrawCurves(const EvalReport& report) {
+  const std::vector<const eval::MethodResult*> results = MainResults(report);
+  std::vector<EvalFigure> figures = {DrawPrecisionRecall(results), DrawF1(results)};
+  for (const eval::MethodResult* result : results) {
+    if (result->reliability) figures.push_back(DrawReliability(*result));
+  }
+  figures.push_back(DrawHeatMap(report));
+  figures.push_back(*DrawDivergence(results, std::nullopt));
+  for (std::size_t kind = 0; kind < eval::kNumKinds; ++kind) {
+    std::optional<EvalFigure> figure = DrawDivergence(results, kind);
+    if (figure) figures.push_back(*std::move(figure));
+  }
+  return figures;
+}
+
+}  // namespace scanloc::report

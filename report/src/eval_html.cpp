@@ -1,0 +1,171 @@
+#include <algorithm>
+#include <optional>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "eval_figures.hpp"
+#include "scanloc/report/eval_report.hpp"
+#include "svg.hpp"
+
+namespace scanloc::report {
+namespace {
+
+using Row = std::vector<std::string>;
+
+constexpr const char* kHead = R"(<!doctype html>
+<html lang="en"><head><meta charset="utf-8">
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<title>scanloc evaluation</title>
+<style>
+body { font: 15px/1.5 sans-serif; margin: 1.5em auto; padding: 0 12px; max-width: 1240px; color: #222 }
+h2 { margin: 1.6em 0 .4em; font-size: 1.25em }
+.table { overflow-x: auto }
+table { border-collapse: collapse; margin: .6em 0 }
+td, th { padding: .25em .6em; text-align: right; border-bottom: 1px solid #ddd; white-space: nowrap }
+td:first-child, th:first-child { text-align: left }
+.charts { display: grid; grid-template-columns: repeat(auto-fill, minmax(min(100%, 380px), 1fr));
+  gap: 16px }
+figure { margin: 0; padding: 8px; border: 1px solid #ddd; min-width: 0; display: flex;
+  flex-direction: column; justify-content: space-between }
+figcaption { font-size: 14px } figcaption b { display: block }
+svg { display: block; width: 100%; height: auto }
+code { overflow-wrap: anywhere }
+</style></head><body>
+)";
+
+constexpr const char* kExplanation =
+    "<p>AUC: area under precision over recall. P@F1, R@F1: precision and recall at the greatest "
+    "F1. R@P100: recall at 100 % precision. EP: extended precision. KL: divergence of the revisits "
+    "found from all, at the greatest F1. ECE: expected calibration error. pos, lat, yaw: median "
+    "errors of right matches. ms: mean processor time to describe and search. Recall counts all "
+    "revisits; a wrong match counts against precision whether its query is a revisit or not.</p>\n";
+
+std::string Table(const Row& columns, const std::vector<Row>& rows) {
+  std::string html = "<div class=\"table\"><table><tr>";
+  for (const std::string& column : columns) {
+    absl::StrAppend(&html, "<th>", XmlEscaped(column), "</th>");
+  }
+  for (const Row& row : rows) {
+    html += "</tr>\n<tr>";
+    for (const std::string& cell : row) absl::StrAppend(&html, "<td>", XmlEscaped(cell), "</td>");
+  }
+  return html + "</tr></table></div>\n";
+}
+
+/// The results for one within_m.
+std::vector<const eval::MethodResult*> ResultsWithin(const EvalReport& report, double within_m) {
+  std::vector<const eval::MethodResult*> results;
+  for (const eval::MethodResult& result : report.results) {
+    if (result.within_m == within_m) results.push_back(&result);
+  }
+  return results;
+}
+
+std::string ResultTable(const std::vector<const eval::MethodResult*>& results) {
+  std::vector<Row> rows;
+  rows.reserve(results.size());
+  for (const eval::MethodResult* result : results) rows.push_back(EvalRow(*result));
+  return Table(EvalColumns(), rows);
+}
+
+std::string ErrorTable(const std::vector<const eval::MethodResult*>& results) {
+  std::vector<Row> rows;
+  for (const eval::MethodResult* result : results) {
+    Row row = {result->name};
+    for (const std::optional<eval::ErrorSummary>& error :
+         {result->position_m, result->lateral_m, result->yaw_deg}) {
+      if (!error) row.insert(row.end(), {"-", "-", "-"});
+      if (!error) continue;
+      for (const double value : {error->mean, error->median, error->p90}) {
+        row.push_back(absl::StrFormat("%.3f", value));
+      }
+    }
+    rows.push_back(std::move(row));
+  }
+  return Table({"method", "pos mean [m]", "median [m]", "90 % [m]", "lat mean [m]", "median [m]",
+                "90 % [m]", "yaw mean [deg]", "median [deg]", "90 % [deg]"},
+               rows);
+}
+
+std::string KindTable(const EvalReport& report,
+                      const std::vector<const eval::MethodResult*>& results) {
+  Row columns = {"method"};
+  for (std::size_t kind = 0; kind < eval::kNumKinds; ++kind) {
+    columns.push_back(absl::StrCat(
+        KindTitle(kind), " (",
+        results.empty() ? 0 : CountKind(report, *results.front(), kind).num_revisits, ")"));
+  }
+  std::vector<Row> rows;
+  for (const eval::MethodResult* result : results) {
+    rows.push_back({result->name});
+    for (std::size_t kind = 0; kind < eval::kNumKinds; ++kind) {
+      const KindCount count = CountKind(report, *result, kind);
+      rows.back().push_back(
+          count.num_revisits == 0
+              ? "-"
+              : absl::StrFormat("%.3f", static_cast<double>(count.num_right) /
+                                            static_cast<double>(count.num_revisits)));
+    }
+  }
+  return Table(columns, rows);
+}
+
+std::string TimeTable(const std::vector<const eval::MethodResult*>& results) {
+  std::vector<Row> rows;
+  for (const eval::MethodResult* result : results) {
+    const eval::StageMeans& times = result->times;
+    Row row = {result->name};
+    for (const double ms : {times.describe_ms, times.retrieve_ms, times.match_ms, times.verify_ms,
+                            times.total_ms, times.total_p99_ms}) {
+      row.push_back(absl::StrFormat("%.3f", ms));
+    }
+    rows.push_back(std::move(row));
+  }
+  return Table({"method", "describe [ms]", "retrieve [ms]", "match [ms]", "verify [ms]",
+                "total [ms]", "99 % of totals [ms]"},
+               rows);
+}
+
+std::string Tables(const EvalReport& report) {
+  const std::vector<const eval::MethodResult*> results = ResultsWithin(report, report.within_m);
+  std::string html = absl::StrCat("<h2>Results</h2>\n", ResultTable(results), kExplanation);
+  double told_m = report.within_m;
+  for (const eval::MethodResult& result : report.results) {
+    if (result.within_m == told_m) continue;
+    told_m = result.within_m;
+    absl::StrAppend(&html, "<h2>Results within ", told_m, " m (", result.first_right.size(),
+                    " revisits)</h2>\n", ResultTable(ResultsWithin(report, told_m)));
+  }
+  absl::StrAppend(&html, "<h2>Recall@1 by kind of revisit (their number)</h2>\n",
+                  KindTable(report, results), "<h2>Errors of right matches</h2>\n",
+                  ErrorTable(results), "<h2>Mean time of each stage a query, one thread</h2>\n",
+                  TimeTable(results));
+  return html;
+}
+
+std::string Figures(const std::string& title, const std::vector<EvalFigure>& figures) {
+  std::string html = absl::StrCat("<h2>", XmlEscaped(title), "</h2>\n<div class=\"charts\">\n");
+  for (const EvalFigure& figure : figures) {
+    absl::StrAppend(&html, "<figure><figcaption><b>", XmlEscaped(figure.title), "</b>",
+                    XmlEscaped(figure.note), "</figcaption>\n", figure.svg, "</figure>\n");
+  }
+  return html + "</div>\n";
+}
+
+}  // namespace
+
+std::string EvalAsHtml(const EvalReport& report) {
+  std::string html = kHead;
+  absl::StrAppend(&html, "<h1>scanloc evaluation</h1>\n<p>Map <code>", XmlEscaped(report.map),
+                  "</code>, content id <code>", XmlEscaped(report.content_id), "</code>. ",
+                  XmlEscaped(EvalSummary(report)), ". A match is right if its place lies within ",
+                  report.within_m, " m of the query's true position.</p>\n", Tables(report));
+  html += Figures("Curves", DrawCurves(report));
+  for (const eval::MethodResult* result : ResultsWithin(report, report.within_m)) {
+    html += Figures(absl::StrCat("Matches of ", result->name), DrawMatches(report, *result));
+  }
+  return html + "</body></html>\n";
+}
+
+}  // namespace scanloc::report

@@ -1,0 +1,91 @@
+#include <algorithm>
+#include <cstddef>
+#include <numbers>
+
+#include "scanloc/report/csv.hpp"
+#include "scanloc/report/result_text.hpp"
+
+namespace scanloc::report {
+namespace {
+
+constexpr int kDistanceDecimals = 6;
+constexpr int kDecimals = 9;
+constexpr std::size_t kNumCandidateFields = 13;  // from place to qw
+
+void AppendCandidate(const Candidate& candidate, std::vector<std::string>* fields) {
+  fields->push_back(std::to_string(candidate.place));
+  fields->push_back(candidate.session_name);
+  fields->push_back(FixedText(candidate.distance, kDistanceDecimals));
+  fields->push_back(
+      candidate.confidence.has_value() ? FixedText(*candidate.confidence, kDistanceDecimals) : "");
+  fields->push_back(FixedText(candidate.yaw_rad * 180.0 / std::numbers::pi, kDecimals));
+  fields->push_back(FixedText(candidate.lateral_m, kDecimals));
+  AppendPoseFields(candidate.T_map_query, fields);
+}
+
+void AppendTruth(const QueryResult& result, const Candidate* candidate,
+                 std::vector<std::string>* fields) {
+  if (candidate != nullptr && result.T_map_true.has_value()) {
+    const TruthError error = ErrorOf(*candidate, *result.T_map_true);
+    for (const double value : {error.place_m, error.pose.plane_m, error.pose.heading_deg}) {
+      fields->push_back(FixedText(value, kDecimals));
+    }
+  } else {
+    fields->insert(fields->end(), 3, "");
+  }
+  if (result.T_map_true.has_value()) {
+    fields->push_back(FixedText(result.T_map_true->translation().x(), kDecimals));
+    fields->push_back(FixedText(result.T_map_true->translation().y(), kDecimals));
+  } else {
+    fields->insert(fields->end(), 2, "");
+  }
+  if (candidate != nullptr && result.T_map_true.has_value()) {
+    const PoseDifference error = ErrorOf(*candidate, *result.T_map_true).pose;
+    fields->push_back(FixedText(error.height_m, kDecimals));
+    fields->push_back(eval::MissText(MissOf(error)));
+  } else {
+    fields->insert(fields->end(), 2, "");
+  }
+}
+
+}  // namespace
+
+std::string ResultsAsCsv(const std::vector<QueryResult>& results, const ResultFormat& format) {
+  std::vector<std::string> fields = {"query",      "outcome", "place",     "session", "distance",
+                                     "confidence", "yaw_deg", "lateral_m", "x",       "y",
+                                     "z",          "qx",      "qy",        "qz",      "qw"};
+  if (format.all_candidates) fields.emplace_back("rank");
+  if (format.truth) {
+    fields.insert(fields.end(), {"true_place_error_m", "error_m", "yaw_error_deg", "true_x",
+                                 "true_y", "height_error_m", "missed"});
+  }
+  if (format.sequence) fields.insert(fields.end(), {"num_scans", "relocated"});
+  std::string csv = CsvRow(fields);
+  for (const QueryResult& result : results) {
+    const std::vector<Candidate>& candidates = result.answer.candidates;
+    // A query without a candidate has a row, too.
+    const std::size_t num_rows =
+        format.all_candidates ? std::max<std::size_t>(1, candidates.size()) : 1;
+    for (std::size_t i = 0; i < num_rows; ++i) {
+      const Candidate* candidate = i < candidates.size() ? &candidates[i] : nullptr;
+      fields = {result.query, OutcomeName(result.answer.outcome)};
+      if (candidate != nullptr) {
+        AppendCandidate(*candidate, &fields);
+      } else {
+        fields.insert(fields.end(), kNumCandidateFields, "");
+      }
+      if (format.all_candidates) {
+        fields.push_back(candidate != nullptr ? std::to_string(i + 1) : "");
+      }
+      if (format.truth) AppendTruth(result, candidate, &fields);
+      if (format.sequence) {
+        fields.push_back(std::to_string(result.num_scans));
+        fields.emplace_back(result.is_relocated ? "1" : "0");
+      }
+      csv += CsvRow(fields);
+    }
+  }
+  return csv;
+}
+
+}  // namespace scanloc::report

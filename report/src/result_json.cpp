@@ -1,0 +1,96 @@
+#include <numbers>
+#include <optional>
+
+#include "outcome_json.hpp"
+#include "scanloc/report/json.hpp"
+#include "scanloc/report/result_text.hpp"
+
+namespace scanloc::report {
+namespace {
+
+constexpr double kDegPerRad = 180.0 / std::numbers::pi;
+
+Json Optional(const std::optional<double>& value) {
+  return value.has_value() ? Json(*value) : Json(nullptr);
+}
+
+Json PoseToJson(const Pose& pose) {
+  Eigen::Quaterniond q(pose.linear());
+  if (q.w() < 0.0) q.coeffs() *= -1.0;
+  const Eigen::Vector3d& t = pose.translation();
+  return {{"x", t.x()},  {"y", t.y()},  {"z", t.z()}, {"qx", q.x()},
+          {"qy", q.y()}, {"qz", q.z()}, {"qw", q.w()}};
+}
+
+Json CandidateToJson(const Candidate& candidate, const std::optional<Pose>& T_map_true) {
+  Json json;
+  json["place"] = candidate.place;
+  json["session"] = candidate.session_name;
+  json["distance"] = candidate.distance;
+  json["confidence"] = Optional(candidate.confidence);
+  json["yaw_deg"] = candidate.yaw_rad * kDegPerRad;
+  json["lateral_m"] = candidate.lateral_m;
+  json["T_map_place"] = PoseToJson(candidate.T_map_place);
+  json["T_map_query"] = PoseToJson(candidate.T_map_query);
+  if (T_map_true.has_value()) {
+    const TruthError error = ErrorOf(candidate, *T_map_true);
+    json["true_place_error_m"] = error.place_m;
+    json["error_m"] = error.pose.plane_m;
+    json["height_error_m"] = error.pose.height_m;
+    json["yaw_error_deg"] = error.pose.heading_deg;
+    json["missed"] = eval::MissText(MissOf(error.pose));
+  }
+  return json;
+}
+
+Json SummaryToJson(const Summary& summary, bool truth) {
+  Json json;
+  AddOutcomes(summary.all, &json);
+  json["num_insufficient_scan"] = summary.all.num_insufficient;  // the name it had
+  if (!truth) return json;
+  const auto recall = [&](std::size_t num_right) {
+    const std::size_t num = summary.with_truth.num_queries;
+    return num == 0 ? Json(nullptr)
+                    : Json(static_cast<double>(num_right) / static_cast<double>(num));
+  };
+  json["num_with_truth"] = summary.with_truth.num_queries;
+  AddRightAndFalse(summary.with_truth, &json);
+  json["within_m"] = summary.within_m;
+  json["recall_at_1"] = recall(summary.num_top1_right);
+  json["recall_at_k"] = recall(summary.num_topk_right);
+  json["num_localized_wrong"] = summary.with_truth.num_false;  // the name it had
+  json["median_true_place_error_m"] = Optional(summary.median_place_m);
+  json["median_error_m"] = Optional(summary.median_pose_m);
+  json["median_yaw_error_deg"] = Optional(summary.median_yaw_deg);
+  return json;
+}
+
+}  // namespace
+
+std::string ResultsAsJson(const std::vector<QueryResult>& results, const std::string& method,
+                          const ResultFormat& format) {
+  Json json;
+  json["content_id"] = results.empty() ? Json(nullptr) : Json(results.front().answer.content_id);
+  json["method"] = method;
+  json["queries"] = Json::array();
+  for (const QueryResult& result : results) {
+    Json query;
+    query["query"] = result.query;
+    query["outcome"] = OutcomeName(result.answer.outcome);
+    query["reason"] = result.answer.reason;
+    if (format.sequence) {
+      query["num_scans"] = result.num_scans;
+      query["relocated"] = result.is_relocated;
+    }
+    query["candidates"] = Json::array();
+    for (const Candidate& candidate : result.answer.candidates) {
+      query["candidates"].push_back(CandidateToJson(candidate, result.T_map_true));
+    }
+    if (result.T_map_true.has_value()) query["T_map_true"] = PoseToJson(*result.T_map_true);
+    json["queries"].push_back(std::move(query));
+  }
+  json["summary"] = SummaryToJson(Summarize(results, format.within_m), format.truth);
+  return ToText(json);
+}
+
+}  // namespace scanloc::report
