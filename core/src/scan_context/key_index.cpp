@@ -6,7 +6,7 @@
 #include <bit>
 #include <cmath>
 #include <limits>
-#include <nanoflann.hpp>
+#include <numeric>
 #include <utility>
 
 #include "scan_context/key_batches.hpp"
@@ -40,7 +40,7 @@ std::vector<float> PaddedKey(const PrincipalAxes& axes, std::span<const std::int
   return key_m;
 }
 
-/// Keys in the order of the table, as nanoflann asks for them.
+/// Keys in the order of the table.
 struct PaddedKeys {
   PaddedKeys(const ContextTable& table, const PrincipalAxes& axes) : num_keys(table.size()) {
     for (std::size_t i = 0; i < num_keys; ++i) {
@@ -55,16 +55,28 @@ struct PaddedKeys {
   std::vector<float> components_m;
 
   [[nodiscard]] const float* Key(std::size_t i) const { return components_m.data() + i * size; }
-
-  [[nodiscard]] std::size_t kdtree_get_point_count() const { return num_keys; }
-  [[nodiscard]] float kdtree_get_pt(std::size_t i, std::size_t component) const {
-    return Key(i)[component];
-  }
-  template <typename Box>
-  bool kdtree_get_bbox(Box&) const {
-    return false;
-  }
 };
+
+struct Interval {
+  float low = kInfinity;
+  float high = -kInfinity;
+
+  void Add(float value) {
+    low = std::min(low, value);
+    high = std::max(high, value);
+  }
+  [[nodiscard]] float length() const { return high - low; }
+};
+/// What of the leading components keys span.
+using Box = std::array<Interval, kNumLead>;
+
+Box BoxOf(const PaddedKeys& keys, std::span<const std::uint32_t> entries) {
+  Box box;
+  for (const std::uint32_t i : entries) {
+    for (std::size_t c = 0; c < kNumLead; ++c) box[c].Add(keys.Key(i)[c]);
+  }
+  return box;
+}
 
 /// Keys in the order of the tree's leaves, in batches of kNumLanes rows; the last batch of a leaf
 /// is filled up with rows that nobody owns.
@@ -196,19 +208,17 @@ class NearestPlaces {
 
 }  // namespace
 
-/// The k-d tree that nanoflann builds, laid out for a walk of ours: nanoflann's own hands over the
-/// keys of a leaf one by one, where a processor can compare many side by side.
+/// A k-d tree with large leaves, in which a processor compares many keys side by side.
 struct KeyIndex::Tree {
   Tree(const ContextTable& table, KeyScale scale) : axes(table, scale) {
     const PaddedKeys keys(table, axes);
     if (keys.num_keys == 0) return;
-    Index index(kNumLead, keys, nanoflann::KDTreeSingleIndexAdaptorParams(kLeafSize));
     rows.key_size = keys.size;
     rows.batches = KeyBatches(keys.components_m, keys.size);
-    for (std::size_t c = 0; c < kNumLead; ++c) {
-      box_[c] = {index.root_bbox[c].low, index.root_bbox[c].high};
-    }
-    CopySubtree(table, keys, index, *index.root_node);
+    std::vector<std::uint32_t> entries(keys.num_keys);
+    std::iota(entries.begin(), entries.end(), 0U);
+    box_ = BoxOf(keys, entries);
+    Build(table, keys, entries, box_);
   }
 
   void Search(const std::vector<float>& key_m, NearestPlaces& nearest) const {
@@ -226,15 +236,8 @@ struct KeyIndex::Tree {
   KeyRows rows;
 
  private:
-  using Index = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<float, PaddedKeys>,
-                                                    PaddedKeys, kNumLead, std::uint32_t>;
   /// Squared distance of a key from the node at hand, component by component.
   using Gaps = std::array<float, kNumLead>;
-
-  struct Interval {
-    float low = 0.0F;
-    float high = 0.0F;
-  };
 
   /// A leaf has no second child; the first child of an inner node follows it.
   struct Node {
@@ -245,25 +248,39 @@ struct KeyIndex::Tree {
     std::uint32_t num_batches = 0;
   };
 
-  void CopySubtree(const ContextTable& table, const PaddedKeys& keys, const Index& index,
-                   const Index::Node& from) {
+  /// Cuts the widest component in its middle until few enough keys are left for a leaf.
+  void Build(const ContextTable& table, const PaddedKeys& keys, std::span<std::uint32_t> entries,
+             const Box& box) {
     const std::size_t node = nodes_.size();
     nodes_.emplace_back();
-    if (from.child1 == nullptr) {
-      const std::size_t left = from.node_type.lr.left;
+    if (entries.size() <= kLeafSize) {
       const std::size_t first_batch = rows.batches.num_batches();
-      rows.AppendLeaf(table, keys,
-                      std::span(index.vAcc).subspan(left, from.node_type.lr.right - left));
+      rows.AppendLeaf(table, keys, entries);
       nodes_[node].first_batch = static_cast<std::uint32_t>(first_batch);
       nodes_[node].num_batches =
           static_cast<std::uint32_t>(rows.batches.num_batches() - first_batch);
       return;
     }
-    nodes_[node].component = static_cast<std::uint32_t>(from.node_type.sub.divfeat);
-    nodes_[node].gap = {from.node_type.sub.divlow, from.node_type.sub.divhigh};
-    CopySubtree(table, keys, index, *from.child1);
+    const auto widest = std::max_element(
+        box.begin(), box.end(),
+        [](const Interval& a, const Interval& b) { return a.length() < b.length(); });
+    const auto component = static_cast<std::size_t>(widest - box.begin());
+    const float cut = widest->low + widest->length() / 2.0F;
+    const auto middle = std::partition(entries.begin(), entries.end(), [&](std::uint32_t i) {
+      return keys.Key(i)[component] < cut;
+    });
+    auto num_first = static_cast<std::size_t>(middle - entries.begin());
+    // Keys that are all alike are halved: they are as near on either side.
+    if (num_first == 0 || num_first == entries.size()) num_first = entries.size() / 2;
+    const std::span<std::uint32_t> first = entries.first(num_first);
+    const std::span<std::uint32_t> second = entries.subspan(num_first);
+    nodes_[node].component = static_cast<std::uint32_t>(component);
+    const Box first_box = BoxOf(keys, first);
+    const Box second_box = BoxOf(keys, second);
+    nodes_[node].gap = {first_box[component].high, second_box[component].low};
+    Build(table, keys, first, first_box);
     nodes_[node].second = static_cast<std::uint32_t>(nodes_.size());
-    CopySubtree(table, keys, index, *from.child2);
+    Build(table, keys, second, second_box);
   }
 
   /// Visits what of the subtree may hold nearer keys, the nearer child first. `distance` is the sum
@@ -292,7 +309,7 @@ struct KeyIndex::Tree {
     gaps[node.component] = gap_before;
   }
 
-  std::array<Interval, kNumLead> box_;
+  Box box_;
   std::vector<Node> nodes_;  // the root first
 };
 
