@@ -70,12 +70,10 @@ void BuildCommand::Declare(CLI::App& app) {
   app.add_option("--scans", scans_dir_,
                  "Folder of the scans (.bin, .npy, .pcd, .ply), or one with a folder velodyne, "
                  "sensor_data/Ouster, train/lidars or the like")
-      ->required()
       ->type_name("DIR");
-  poses_
-      .Declare(app, "--poses",
-               "Pose of the sensor at each scan: the i-th row is that of the i-th scan by name")
-      ->required();
+  poses_.Declare(app, "--poses",
+                 "Pose of the sensor at each scan: the i-th row is that of the i-th scan by name");
+  poses_.DeclareBag(app);
   app.add_option("--session", session_, "Name of this drive in the map [the name of its folder]");
   app.add_option("--spacing-m", spacing_m_, "Distance between places; 0 keeps every scan [m]")
       ->check(InRange(0.0, 1e6))
@@ -106,11 +104,13 @@ void BuildCommand::Declare(CLI::App& app) {
       "sequences/00/calib.txt\n"
       "  scanloc build kaist.scanloc --scans KAIST03 --poses KAIST03/global_pose.csv\n"
       "  scanloc build town.scanloc --scans drive2 --poses drive2/poses.txt --append\n"
+      "  scanloc build yard.scanloc --bag drive.mcap --poses-from /odom\n"
       "  scanloc build half.scanloc --scans drive1 --poses drive1/poses.txt --every 2");
 }
 
 absl::Status BuildCommand::CheckUsage() const {
   if (absl::Status s = selection_.CheckUsage(); !s.ok()) return s;
+  if (absl::Status s = poses_.CheckUsageWithPoses(scans_dir_); !s.ok()) return s;
   if (append_ && params_.given()) {
     return absl::InvalidArgumentError(
         "with --append the parameters are those that the map was made with; leave out the options "
@@ -191,7 +191,7 @@ absl::Status BuildCommand::Run() {
   if (!frames.ok()) return frames.status();
 
   mapdb::SessionPlan plan;
-  plan.name = session_.empty() ? DefaultSessionName(scans_dir_) : session_;
+  plan.name = session_.empty() ? DefaultSessionName(poses_.Place(scans_dir_)) : session_;
   for (const dataset::Frame& frame : *frames) {
     plan.scans.push_back({frame.name, frame.stamp_ns, frame.T_map_sensor});
   }

@@ -9,6 +9,7 @@ namespace scanloc::cli {
 std::vector<std::unique_ptr<Command>> AllCommands() {
   std::vector<std::unique_ptr<Command>> commands;
   commands.push_back(MakeSimulateCommand());
+  commands.push_back(MakeBagCommand());
   commands.push_back(MakeBuildCommand());
   commands.push_back(MakeHealthCommand());
   commands.push_back(MakeInfoCommand());

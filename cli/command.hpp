@@ -32,6 +32,7 @@ class Command {
 };
 
 std::unique_ptr<Command> MakeSimulateCommand();
+std::unique_ptr<Command> MakeBagCommand();
 std::unique_ptr<Command> MakeBuildCommand();
 std::unique_ptr<Command> MakeHealthCommand();
 std::unique_ptr<Command> MakeInfoCommand();

@@ -10,6 +10,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "cli/command.hpp"
+#include "scanloc/core/printable.hpp"
 
 namespace scanloc::cli {
 
@@ -18,7 +19,7 @@ namespace {
 constexpr double kMaxScan = 1e9;
 
 void WriteNotes(const std::vector<std::string>& notes) {
-  for (const std::string& note : notes) std::cerr << "scanloc: note: " << note << '\n';
+  for (const std::string& note : notes) std::cerr << "scanloc: note: " << Printable(note) << '\n';
 }
 
 }  // namespace
@@ -56,6 +57,7 @@ absl::Status ScanSelection::CheckUsage() const {
 
 CLI::Option* PoseOptions::Declare(CLI::App& app, const char* flag, const char* what) {
   CLI::Option* poses = app.add_option(flag, drive_.poses_file, what)->type_name("FILE");
+  poses_option_ = poses;
   app.add_option("--format", format_,
                  "Format of the poses: auto, which says what it took, kitti (12 numbers a row), "
                  "mulran (global_pose.csv), tum, nclt (groundtruth_*.csv), oxford (ins.csv), naver "
@@ -65,13 +67,14 @@ CLI::Option* PoseOptions::Declare(CLI::App& app, const char* flag, const char* w
       })
       ->capture_default_str()
       ->needs(poses);
-  app.add_option(
-         "--calib", drive_.calib_file,
-         "Calibration that maps sensor points to the body that the poses are of: a file with "
-         "a row Tr:, or NAVER LABS's calibration.json [KITTI, NAVER LABS: looked for near "
-         "the scans; MulRan: the published mount of its Ouster]")
-      ->type_name("FILE")
-      ->needs(poses);
+  calib_option_ =
+      app.add_option(
+             "--calib", drive_.calib_file,
+             "Calibration that maps sensor points to the body that the poses are of: a file with "
+             "a row Tr:, or NAVER LABS's calibration.json [KITTI, NAVER LABS: looked for near "
+             "the scans; MulRan: the published mount of its Ouster; a bag: tf_static]")
+          ->type_name("FILE")
+          ->needs(poses);
   app.add_option(
          "--times", drive_.times_file,
          "When each scan was taken: a line a scan [s, ms, us or ns, by its digits]; 4x4 matrices: "
@@ -79,6 +82,73 @@ CLI::Option* PoseOptions::Declare(CLI::App& app, const char* flag, const char* w
       ->type_name("FILE")
       ->needs(poses);
   return poses;
+}
+
+void PoseOptions::DeclareBag(CLI::App& app) {
+  const char* group = "Scans from a bag, in place of a folder";
+  calib_option_->remove_needs(poses_option_);  // a bag may need it, too
+  auto* bag = app.add_option("--bag", bag_.paths,
+                             "Bag with point clouds: MCAP, rosbag2's folder or .db3, or ROS 1's "
+                             ".bag; several are read as one")
+                  ->type_name("FILE|DIR")
+                  ->group(group);
+  app.add_option("--topic", bag_.topic,
+                 "Topic of the point clouds [the only one; `scanloc bag FILE` lists them]")
+      ->needs(bag)
+      ->group(group);
+  app.add_option("--poses-from", bag_.poses_from,
+                 "Topic of odometry or poses, or tf:FRAME for poses in that frame by TF [the only "
+                 "topic of poses]")
+      ->needs(bag)
+      ->type_name("TOPIC|tf:FRAME")
+      ->group(group);
+  app.add_flag("--deskew,!--no-deskew", bag_.deskew,
+               "Take the motion during a sweep out of it, where points have times and the bag "
+               "poses [yes]")
+      ->group(group);
+}
+
+absl::Status PoseOptions::CheckUsage(const std::string& scans_dir) const {
+  if (scans_dir.empty() == !has_bag()) {
+    return absl::InvalidArgumentError("scans come from --scans or from --bag; give one of both");
+  }
+  if (has_bag() && !drive_.times_file.empty()) {
+    return absl::InvalidArgumentError("--times is for scans of a folder; a bag has its own");
+  }
+  if (!drive_.calib_file.empty() && poses_file().empty() && !has_bag()) {
+    return absl::InvalidArgumentError("--calib is for poses, and none are given");
+  }
+  return absl::OkStatus();
+}
+
+absl::Status PoseOptions::CheckUsageWithPoses(const std::string& scans_dir) const {
+  if (absl::Status status = CheckUsage(scans_dir); !status.ok()) return status;
+  if (poses_file().empty() != has_bag()) {
+    return absl::InvalidArgumentError(has_bag() ? "the poses of a bag are its own; leave out "
+                                                  "--poses, see --poses-from"
+                                                : "--poses is required");
+  }
+  return absl::OkStatus();
+}
+
+std::string PoseOptions::Place(const std::string& scans_dir) const {
+  if (!has_bag()) return scans_dir;
+  std::filesystem::path path = bag_.paths.front();
+  for (const char* extension : {".zstd", ".mcap", ".db3", ".bag"}) {
+    if (path.extension() == extension) path.replace_extension();
+  }
+  return path.string();
+}
+
+absl::StatusOr<std::vector<dataset::ScanFile>> PoseOptions::ListScans(
+    const std::string& scans_dir) const {
+  if (!has_bag()) return dataset::ListScans(scans_dir);
+  dataset::BagDriveOptions options = bag_;
+  options.calib_file = drive_.calib_file;
+  std::vector<std::string> notes;
+  absl::StatusOr<std::vector<dataset::ScanFile>> scans = dataset::ListBagScans(options, notes);
+  if (scans.ok()) WriteNotes(notes);
+  return scans;
 }
 
 void PoseOptions::DeclareFiles(CLI::App& app, const std::string& poses_flag,
@@ -90,6 +160,13 @@ void PoseOptions::DeclareFiles(CLI::App& app, const std::string& poses_flag,
 }
 
 absl::StatusOr<dataset::Drive> PoseOptions::OpenDrive(const std::string& scans_dir) const {
+  if (has_bag()) {
+    dataset::BagDriveOptions bag = bag_;
+    bag.calib_file = drive_.calib_file;
+    absl::StatusOr<dataset::Drive> drive = dataset::OpenBagDrive(bag);
+    if (drive.ok()) WriteNotes(drive->notes);
+    return drive;
+  }
   dataset::DriveOptions options = drive_;
   options.scans_dir = scans_dir;
   const absl::StatusOr<dataset::PoseFormat> format = dataset::ParsePoseFormat(format_);

@@ -8,6 +8,7 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "scanloc/dataset/bag_drive.hpp"
 #include "scanloc/dataset/drive.hpp"
 
 namespace scanloc::cli {
@@ -42,27 +43,50 @@ template <typename Item>
                                     "--offset");
 }
 
-/// Where the poses of a drive lie, as options of the command line.
+/// Where the scans and poses of a drive lie, as options of the command line: a folder and a file,
+/// or a bag.
 class PoseOptions {
  public:
   /// Declares `flag` for the poses file, --calib, --times and --format. The option for the file is
   /// returned.
   CLI::Option* Declare(CLI::App& app, const char* flag, const char* what);
 
+  /// Declares --bag, --topic, --poses-from and --no-deskew.
+  void DeclareBag(CLI::App& app);
+
+  /// Whether there is one source of scans, a folder or a bag, and no option that needs another.
+  [[nodiscard]] absl::Status CheckUsage(const std::string& scans_dir) const;
+  /// And, for a folder, poses.
+  [[nodiscard]] absl::Status CheckUsageWithPoses(const std::string& scans_dir) const;
+
+  [[nodiscard]] bool has_bag() const { return !bag_.paths.empty(); }
+  /// Whether the bag's poses are named.
+  [[nodiscard]] bool has_bag_poses() const { return has_bag() && !bag_.poses_from.empty(); }
+  /// The folder of the scans or, with a bag, its path without its extension.
+  [[nodiscard]] std::string Place(const std::string& scans_dir) const;
+
   /// Declares options for the poses file and the calibration only; the format is recognised.
   void DeclareFiles(CLI::App& app, const std::string& poses_flag, const std::string& calib_flag);
 
   [[nodiscard]] const std::string& poses_file() const { return drive_.poses_file; }
 
-  /// The drive of the scans in the folder with these poses. Its notes are written to stderr.
+  /// The scans of the folder or the bag. Notes are written to stderr.
+  [[nodiscard]] absl::StatusOr<std::vector<dataset::ScanFile>> ListScans(
+      const std::string& scans_dir) const;
+
+  /// The drive of the scans in the folder with these poses, or that of the bag. Its notes are
+  /// written to stderr.
   [[nodiscard]] absl::StatusOr<dataset::Drive> OpenDrive(const std::string& scans_dir) const;
 
   /// The poses alone, in the order of the file.
   [[nodiscard]] absl::StatusOr<dataset::Trajectory> ReadTrajectory() const;
 
  private:
-  dataset::DriveOptions drive_;  // without scans_dir and format
+  dataset::DriveOptions drive_;   // without scans_dir and format
+  dataset::BagDriveOptions bag_;  // without calib_file
   std::string format_ = "auto";
+  CLI::Option* poses_option_ = nullptr;
+  CLI::Option* calib_option_ = nullptr;
 };
 
 /// The name of a session that was given none: the folder's, or the one above folders that datasets

@@ -101,9 +101,9 @@ class EvalCommand : public Command {
 void EvalCommand::Declare(CLI::App& app) {
   app.add_option("MAP", map_, "Map file")->required();
   app.add_option("--scans", scans_dir_, "Folder of scans to look up, or one with velodyne in it")
-      ->required()
       ->type_name("DIR");
-  truth_.Declare(app, "--poses", "Their true poses in the map frame")->required();
+  truth_.Declare(app, "--poses", "Their true poses in the map frame");
+  truth_.DeclareBag(app);
   app.add_option("--negatives", negatives_,
                  "Folder of scans that were taken elsewhere: whatever they are taken for is wrong; "
                  "may be given several times")
@@ -168,6 +168,7 @@ void EvalCommand::Declare(CLI::App& app) {
 }
 
 absl::Status EvalCommand::CheckUsage() const {
+  if (absl::Status s = truth_.CheckUsageWithPoses(scans_dir_); !s.ok()) return s;
   if (map_scans_dir_.empty() != map_poses_.poses_file().empty()) {
     return absl::InvalidArgumentError("--map-scans and --map-poses go together");
   }

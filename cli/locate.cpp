@@ -145,6 +145,7 @@ void LocateCommand::Declare(CLI::App& app) {
       "  scanloc locate town.scanloc --scans drive2 --method a-cc --csv answers.csv\n"
       "  scanloc locate town.scanloc --scans drive2 --truth drive2/poses.txt\n"
       "  scanloc locate town.scanloc --scans drive1 --every 2 --offset 1 --truth drive1/poses.txt\n"
+      "  scanloc locate town.scanloc --bag drive.mcap --sequence --poses-from /odom\n"
       "  scanloc locate town.scanloc --scans drive2 --sequence --odometry wheels.txt\n"
       "  scanloc locate town.scanloc --replay captured\n"
       "  scanloc locate --server 127.0.0.1:50061 --map town --send descriptor --scans drive2");
@@ -227,6 +228,7 @@ void LocateCommand::DeclareSequence(CLI::App& app) {
 void LocateCommand::DeclareTruth(CLI::App& app) {
   truth_.Declare(app, "--truth",
                  "True poses of the folder's scans, all of them: adds errors and a summary");
+  truth_.DeclareBag(app);
   app.add_option("--within-m", within_m_, "A place this near to the query counts as recalled [m]")
       ->check(InRange(0.0, 1e6))
       ->capture_default_str();
@@ -238,13 +240,18 @@ absl::Status LocateCommand::CheckUsage() const {
     return wrong("give either a map file or --server HOST:PORT");
   }
   const int num_sources = static_cast<int>(!scan_.empty()) + static_cast<int>(!scans_dir_.empty()) +
-                          static_cast<int>(!replay_.empty());
-  if (num_sources != 1) return wrong("give one of --scan FILE, --scans DIR and --replay PATH");
+                          static_cast<int>(!replay_.empty()) + static_cast<int>(truth_.has_bag());
+  if (num_sources != 1) {
+    return wrong("give one of --scan FILE, --scans DIR, --bag FILE and --replay PATH");
+  }
+  if (truth_.has_bag()) {
+    if (absl::Status s = truth_.CheckUsage(scans_dir_); !s.ok()) return s;
+  }
   if (!truth_.poses_file().empty() && scans_dir_.empty()) {
     return wrong("--truth needs --scans: its rows are paired with the scans of the folder");
   }
-  if (sequence_ && scans_dir_.empty()) {
-    return wrong("--sequence needs --scans: a drive is a folder of scans");
+  if (sequence_ && scans_dir_.empty() && !truth_.has_bag()) {
+    return wrong("--sequence needs --scans or --bag: a drive is a folder of scans, or a bag");
   }
   if (sequence_ && !method_.empty() && method_ != "auto") {
     return wrong("--sequence goes with the method auto only");
@@ -299,7 +306,7 @@ absl::StatusOr<std::vector<dataset::ScanFile>> LocateCommand::ChooseScans() cons
     return std::vector<dataset::ScanFile>{
         {.path = scan_, .name = std::filesystem::path(scan_).filename().string()}};
   }
-  const absl::StatusOr<std::vector<dataset::ScanFile>> scans = dataset::ListScans(scans_dir_);
+  const absl::StatusOr<std::vector<dataset::ScanFile>> scans = truth_.ListScans(scans_dir_);
   if (!scans.ok()) return scans.status();
   return Select(selection_, *scans);
 }
@@ -315,9 +322,11 @@ absl::StatusOr<std::map<std::string, Pose>> LocateCommand::ReadTruth() const {
 
 absl::StatusOr<std::map<std::string, Pose>> LocateCommand::ReadOdometry() const {
   std::map<std::string, Pose> odometry;
-  if (odometry_.empty()) return odometry;
+  const bool of_bag = sequence_ && truth_.has_bag_poses();
+  if (odometry_.empty() && !of_bag) return odometry;
   const absl::StatusOr<dataset::Drive> drive =
-      dataset::OpenDrive({.scans_dir = scans_dir_, .poses_file = odometry_});
+      of_bag ? truth_.OpenDrive("")
+             : dataset::OpenDrive({.scans_dir = scans_dir_, .poses_file = odometry_});
   if (!drive.ok()) return drive.status();
   for (const dataset::Frame& frame : drive->frames) odometry[frame.name] = frame.T_map_sensor;
   return odometry;
@@ -348,7 +357,7 @@ absl::StatusOr<std::vector<report::QueryResult>> LocateCommand::AskAll(
     const absl::StatusOr<dataset::Scan> scan = dataset::ReadScan(scans[i]);
     result.read_ns = NsSince(read_start);
     if (!scan.ok()) {
-      if (!skip_bad_scans_ || scans_dir_.empty()) return scan.status();
+      if (!skip_bad_scans_ || !scan_.empty()) return scan.status();
       if (num_skipped_++ == 0) first_skipped_ = absl::StrCat(scan.status().message());
       progress.Update(i + 1, scans.size());
       continue;
@@ -360,6 +369,8 @@ absl::StatusOr<std::vector<report::QueryResult>> LocateCommand::AskAll(
       if (reckoned != odometry.end()) {
         if (T_odometry_last) T_last_scan = T_odometry_last->inverse() * reckoned->second;
         T_odometry_last = reckoned->second;
+      } else {
+        T_odometry_last.reset();
       }
       absl::StatusOr<TrackedReply> told = robot->Locate(scan->points, T_last_scan);
       if (!told.ok()) return told.status();

@@ -15,6 +15,9 @@ find_package(nlohmann_json 3.11 REQUIRED)     # nlohmann-json3-dev
 pkg_check_modules(XXHASH REQUIRED IMPORTED_TARGET libxxhash)  # libxxhash-dev
 
 pkg_check_modules(LZF REQUIRED IMPORTED_TARGET liblzf)        # liblzf-dev
+pkg_check_modules(ZSTD REQUIRED IMPORTED_TARGET libzstd)      # libzstd-dev
+pkg_check_modules(LZ4 REQUIRED IMPORTED_TARGET liblz4)        # liblz4-dev
+find_package(BZip2 REQUIRED)                                  # libbz2-dev
 
 # References to compare with; no program links PCL. Its CMake package demands VTK and Qt; its
 # pkg-config files name only what is linked.

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <functional>
 #include <new>
 
@@ -38,10 +37,10 @@ absl::Status CheckMetres(const Scan& scan) {
   const std::size_t num_points = scan.points.size();
   std::size_t num_beyond = 0, num_near = 0, num_far = 0;
   for (const Point& p : scan.points) {
-    const float range_m = std::hypot(p.x, p.y, p.z);
+    const float squared_m2 = p.x * p.x + p.y * p.y + p.z * p.z;
     num_beyond += IsBeyondLimit(p) ? 1 : 0;
-    num_near += range_m < kNear_m ? 1 : 0;
-    num_far += range_m > kFar_m ? 1 : 0;
+    num_near += squared_m2 < kNear_m * kNear_m ? 1 : 0;
+    num_far += squared_m2 > kFar_m * kFar_m ? 1 : 0;
   }
   if (num_beyond > num_points / 2) {
     return absl::InvalidArgumentError(absl::StrCat(
@@ -88,6 +87,12 @@ absl::StatusOr<Scan> ReadScan(const std::string& path) {
 }
 
 absl::StatusOr<Scan> ReadScan(const ScanFile& file) {
+  if (file.store != nullptr) {
+    absl::StatusOr<Scan> scan = file.store->Read(file.index);
+    if (!scan.ok()) return scan;
+    if (absl::Status status = CheckMetres(*scan); !status.ok()) return Annotate(status, file.name);
+    return scan;
+  }
   if (file.layout == ScanLayout::kNclt) return ReadAs(file.path, DecodeNcltSync);
   if (file.layout != ScanLayout::kOxford) return ReadScan(file.path);
   const auto read = [](const std::string& path, bool is_left) {

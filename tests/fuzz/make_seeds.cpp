@@ -86,10 +86,14 @@ void AddPoses(const Seeds& seeds) {
             "1547120789640420,INS_SOLUTION_GOOD,1,2,3,4,5,6,30U,0,0,0,0,0,1\n");
   seeds.Add("poses", 6, "naver", "1 0 0 5 0 1 0 6 0 0 1 7 0 0 0 1\n");
   seeds.Add("poses", 6, "naver_lines", "1 0 0 5\n0 1 0 6\n0 0 1 7\n0 0 0 1\n");
-  seeds.Add("poses", 7, "times", "0.0\n1.5e0\n1567496784.952532897\n");
-  seeds.Add("poses", 8, "calib", "P0: 1 2\nTr: " + identity);
+  seeds.Add("poses", 7, "matrix", "1,0,0,5,\n0,1,0,6,\n0,0,1,7,\n0,0,0,1.5,\n");
+  seeds.Add("poses", 8, "kitti360", "3 " + identity);
+  seeds.Add("poses", 0, "headline", "time,x,y,z,qw,qx,qy,qz\n1.5,1,2,3,1,0,0,0\n");
+  seeds.Add("poses", 0, "two_stamps", "7 5 1 2 3 0 0 0 1\n");
+  seeds.Add("poses", 9, "times", "0.0\n1.5e0\n1567496784.952532897\n");
+  seeds.Add("poses", 10, "calib", "P0: 1 2\nTr: " + identity);
   seeds.Add(
-      "poses", 8, "calib_json",
+      "poses", 10, "calib_json",
       R"({"Extrinsic": {"Lidar": [[1, 0, 0, 1], [0, 1, 0, 2], [0, 0, 1, 3], [0, 0, 0, 1]]}})");
 }
 
@@ -98,6 +102,15 @@ void AddMaps(const Seeds& seeds) {
     seeds.Write("map", golden, ReadFile(SourceDir() + "/tests/data/" + golden));
   }
   seeds.Write("map", "sqlite", "SQLite format 3");
+}
+
+void AddBags(const Seeds& seeds) {
+  for (const char* name :
+       {"zstd.mcap", "lz4.mcap", "unindexed.mcap", "unchunked.mcap", "ros1_bz2.bag", "ros1_lz4.bag",
+        "ros2_file_zstd/ros2_file_zstd.db3.zstd", "ros2_message_zstd/ros2_message_zstd.db3"}) {
+    const std::string path = SourceDir() + "/tests/data/bags/" + name;
+    seeds.Write("bag", std::filesystem::path(path).filename().string(), ReadFile(path));
+  }
 }
 
 void AddNames(const Seeds& seeds) {
@@ -185,6 +198,7 @@ int main(int argc, char** argv) try {
   scanloc::test::AddScans(seeds);
   scanloc::test::AddPoses(seeds);
   scanloc::test::AddMaps(seeds);
+  scanloc::test::AddBags(seeds);
   scanloc::test::AddConfigs(seeds);
   scanloc::test::AddMessages(seeds);
   return 0;

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <string>
 #include <vector>
@@ -43,9 +44,11 @@ struct Frame {
   Pose T_map_sensor = Pose::Identity();
   std::int64_t stamp_ns = 0;  ///< of the scan, else of its pose; 0 if neither is known
   ScanLayout layout = ScanLayout::kByExtension;
-  std::string partner_path{};  ///< as in ScanFile
+  std::string partner_path{};  ///< as in ScanFile, and so are these
+  std::shared_ptr<const ScanStore> store{};
+  std::size_t index = 0;
 
-  [[nodiscard]] ScanFile file() const { return {path, name, layout, partner_path}; }
+  [[nodiscard]] ScanFile file() const { return {path, name, layout, partner_path, store, index}; }
 };
 
 /// A recorded drive, in the name order of its scans.

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <memory>
 #include <string>
 #include <string_view>
 
@@ -25,12 +26,21 @@ enum class ScanLayout {
   kOxford,       ///< Oxford Radar RobotCar, velodyne_left and velodyne_right
 };
 
-/// A scan file of a drive.
+/// Scans that are no files of their own, such as those of a bag. Any number of threads may read.
+class ScanStore {
+ public:
+  virtual ~ScanStore() = default;
+  [[nodiscard]] virtual absl::StatusOr<Scan> Read(std::size_t index) const = 0;
+};
+
+/// A scan of a drive: a file, or one of a store.
 struct ScanFile {
   std::string path;
-  std::string name;  ///< the file's name without its folder
+  std::string name;  ///< the file's name without its folder; of a store: its stamp
   ScanLayout layout = ScanLayout::kByExtension;
   std::string partner_path = {};  ///< kOxford: the scan of the right sensor
+  std::shared_ptr<const ScanStore> store = {};
+  std::size_t index = 0;  ///< in the store
 
   friend bool operator==(const ScanFile&, const ScanFile&) = default;
 };

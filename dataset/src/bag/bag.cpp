@@ -1,0 +1,171 @@
+#include "scanloc/dataset/bag.hpp"
+
+#include <algorithm>
+#include <filesystem>
+#include <map>
+#include <system_error>
+#include <utility>
+
+#include "absl/strings/match.h"
+#include "absl/strings/str_cat.h"
+#include "bag/bag_file.hpp"
+#include "name_order.hpp"
+#include "text.hpp"
+
+namespace scanloc::dataset {
+namespace {
+
+namespace fs = std::filesystem;
+
+bool IsBagName(const std::string& name) {
+  const absl::string_view plain = absl::EndsWith(name, ".zstd")
+                                      ? absl::string_view(name).substr(0, name.size() - 5)
+                                      : absl::string_view(name);
+  return absl::EndsWith(plain, ".mcap") || absl::EndsWith(plain, ".db3") ||
+         absl::EndsWith(plain, ".bag");
+}
+
+// The bags of a folder in natural order; rosbag2 numbers the parts of one without leading zeros.
+absl::StatusOr<std::vector<std::string>> ListFolder(const std::string& folder) {
+  std::vector<std::string> names;
+  std::error_code error;
+  fs::directory_iterator entry(folder, error);
+  for (const fs::directory_iterator end; !error && entry != end; entry.increment(error)) {
+    std::string name = entry->path().filename().string();
+    if (name.front() != '.' && IsBagName(name)) names.push_back(std::move(name));
+  }
+  if (error) return absl::ErrnoToStatus(error.value(), absl::StrCat(folder, ": cannot be listed"));
+  if (names.empty()) {
+    return absl::InvalidArgumentError(
+        absl::StrCat(folder, ": holds no bag (.mcap, .db3 or .bag, or one of these .zstd)"));
+  }
+  std::vector<std::string> paths;
+  for (const std::size_t i : OrderNames({names.begin(), names.end()}).order) {
+    paths.push_back((fs::path(folder) / names[i]).string());
+  }
+  return paths;
+}
+
+}  // namespace
+
+struct Bag::Impl {
+  struct Entry {
+    std::uint32_t file;
+    std::uint32_t index;  ///< of the file's messages
+  };
+
+  std::vector<std::unique_ptr<BagFile>> files;
+  std::vector<std::vector<std::uint32_t>> topic_of;  ///< file, topic of the file: topic of the bag
+  std::vector<Entry> entries;                        ///< in the order of time
+
+  [[nodiscard]] const MessageRef& Ref(std::size_t id) const {
+    return files[entries[id].file]->messages()[entries[id].index];
+  }
+  [[nodiscard]] std::uint32_t TopicOf(std::size_t id) const {
+    return topic_of[entries[id].file][Ref(id).topic];
+  }
+};
+
+Bag::Bag(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+Bag::~Bag() = default;
+
+absl::StatusOr<std::shared_ptr<const Bag>> Bag::Open(const std::vector<std::string>& paths) {
+  std::vector<std::string> files;
+  for (const std::string& path : paths) {
+    std::error_code error;
+    if (!fs::is_directory(path, error)) {
+      files.push_back(path);
+      continue;
+    }
+    const absl::StatusOr<std::vector<std::string>> inside = ListFolder(path);
+    if (!inside.ok()) return inside.status();
+    files.insert(files.end(), inside->begin(), inside->end());
+  }
+  if (files.empty()) return absl::InvalidArgumentError("no bag is given");
+
+  std::shared_ptr<Bag> bag(new Bag(std::make_unique<Impl>()));
+  Impl& impl = *bag->impl_;
+  std::map<std::string, std::pair<FileTopic, std::string>> topics;  // by name; and of which file
+  for (const std::string& path : files) {
+    absl::StatusOr<std::unique_ptr<BagFile>> file = OpenBagFile(path);
+    if (!file.ok()) return file.status();
+    for (const FileTopic& topic : (*file)->topics()) {
+      const auto& [known, of] = topics.try_emplace(topic.name, topic, path).first->second;
+      if (known.type != topic.type || known.format != topic.format) {
+        return absl::InvalidArgumentError(absl::StrCat("topic ", Quote(topic.name), " is of type ",
+                                                       Quote(known.type), " in ", of, " but of ",
+                                                       Quote(topic.type), " in ", path));
+      }
+    }
+    const auto& notes = (*file)->notes();
+    bag->notes_.insert(bag->notes_.end(), notes.begin(), notes.end());
+    impl.files.push_back(*std::move(file));
+  }
+  for (const auto& [name, topic] : topics) {
+    bag->topics_.push_back({.name = name, .type = topic.first.type, .format = topic.first.format});
+  }
+  for (std::size_t f = 0; f < impl.files.size(); ++f) {
+    const BagFile& file = *impl.files[f];
+    std::vector<std::uint32_t>& topic_of = impl.topic_of.emplace_back();
+    for (const FileTopic& topic : file.topics()) {
+      topic_of.push_back(
+          static_cast<std::uint32_t>(std::distance(topics.begin(), topics.find(topic.name))));
+    }
+    for (std::size_t i = 0; i < file.messages().size(); ++i) {
+      const MessageRef& message = file.messages()[i];
+      BagTopic& topic = bag->topics_[topic_of[message.topic]];
+      const bool is_first = topic.num_messages++ == 0;
+      topic.first_ns =
+          is_first ? message.log_time_ns : std::min(topic.first_ns, message.log_time_ns);
+      topic.last_ns = is_first ? message.log_time_ns : std::max(topic.last_ns, message.log_time_ns);
+      impl.entries.push_back({static_cast<std::uint32_t>(f), static_cast<std::uint32_t>(i)});
+    }
+  }
+  std::vector<Impl::Entry>& entries = impl.entries;
+  std::stable_sort(entries.begin(), entries.end(), [&](const Impl::Entry& a, const Impl::Entry& b) {
+    return impl.files[a.file]->messages()[a.index].log_time_ns <
+           impl.files[b.file]->messages()[b.index].log_time_ns;
+  });
+  return bag;
+}
+
+const BagTopic* Bag::FindTopic(std::string_view name) const {
+  const auto found = std::find_if(topics_.begin(), topics_.end(),
+                                  [&](const BagTopic& topic) { return topic.name == name; });
+  return found == topics_.end() ? nullptr : &*found;
+}
+
+std::vector<std::size_t> Bag::Messages(const std::vector<const BagTopic*>& topics) const {
+  std::vector<bool> wanted(topics_.size());
+  for (const BagTopic* topic : topics) {
+    wanted[static_cast<std::size_t>(topic - topics_.data())] = true;
+  }
+  std::vector<std::size_t> ids;
+  for (std::size_t id = 0; id < impl_->entries.size(); ++id) {
+    if (wanted[impl_->TopicOf(id)]) ids.push_back(id);
+  }
+  return ids;
+}
+
+absl::Status Bag::ForEach(const std::vector<const BagTopic*>& topics, const Handler& handle) const {
+  MessageBytes last;
+  for (const std::size_t id : Messages(topics)) {
+    const MessageRef& ref = impl_->Ref(id);
+    absl::StatusOr<MessageBytes> read = impl_->files[impl_->entries[id].file]->Read(ref, &last);
+    if (!read.ok()) return read.status();
+    last = *std::move(read);
+    const BagMessage message{&topics_[impl_->TopicOf(id)], ref.log_time_ns, last.bytes, id};
+    if (absl::Status status = handle(message); !status.ok()) return status;
+  }
+  return absl::OkStatus();
+}
+
+absl::Status Bag::Read(std::size_t id, const Handler& handle) const {
+  const MessageRef& ref = impl_->Ref(id);
+  const absl::StatusOr<MessageBytes> read =
+      impl_->files[impl_->entries[id].file]->Read(ref, nullptr);
+  if (!read.ok()) return read.status();
+  return handle({&topics_[impl_->TopicOf(id)], ref.log_time_ns, read->bytes, id});
+}
+
+}  // namespace scanloc::dataset

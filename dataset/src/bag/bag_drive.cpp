@@ -1,0 +1,342 @@
+#include "scanloc/dataset/bag_drive.hpp"
+
+#include <algorithm>
+#include <cstdlib>
+#include <optional>
+#include <utility>
+
+#include "absl/strings/match.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "absl/strings/str_join.h"
+#include "bag/bag_topics.hpp"
+#include "bag/deskew.hpp"
+#include "bag/frame_tree.hpp"
+#include "bag/messages.hpp"
+#include "file_bytes.hpp"
+#include "scanloc/dataset/bag.hpp"
+#include "scanloc/dataset/pose_reader.hpp"
+#include "text.hpp"
+
+namespace scanloc::dataset {
+namespace {
+
+constexpr std::string_view kTfPrefix = "tf:";
+constexpr double kSPerNs = 1e-9;
+constexpr std::int64_t kMaxStamp_ns = 9'000'000'000'000'000'000;  // room to add a sweep
+
+absl::Status Bad(std::string_view reason) { return absl::InvalidArgumentError(ToAbsl(reason)); }
+
+// A cloud of the bag, not read but for its header.
+struct CloudHead {
+  std::size_t id;
+  std::int64_t stamp_ns;
+};
+
+// The clouds of a bag, and where their sensor was.
+class BagScans : public ScanStore {
+ public:
+  absl::StatusOr<Scan> Read(std::size_t index) const override;
+
+  // Opens the bag and reads its poses and the headers of its clouds.
+  absl::Status Open(const BagDriveOptions& options, bool needs_poses);
+
+  [[nodiscard]] bool has_poses() const { return chain_.has_value(); }
+  [[nodiscard]] const std::vector<CloudHead>& clouds() const { return clouds_; }
+  [[nodiscard]] std::optional<Pose> PoseOf(std::size_t index) const {
+    return chain_->At(clouds_[index].stamp_ns);
+  }
+  // When there are poses.
+  [[nodiscard]] std::optional<std::pair<std::int64_t, std::int64_t>> PoseSpan() const {
+    const auto& samples = topic_track_.samples();
+    if (pose_topic_ == nullptr) return tree_.Span();
+    if (samples.empty()) return std::nullopt;
+    return std::pair(samples.front().first, samples.back().first);
+  }
+  [[nodiscard]] std::vector<std::string>& notes() { return notes_; }
+  [[nodiscard]] ScanFile FileOf(std::size_t index, std::shared_ptr<const BagScans> self) const;
+
+ private:
+  absl::Status ChoosePoses(const BagDriveOptions& options, bool needs_poses);
+  absl::Status ReadHeads();
+  absl::Status AddCloud(const BagMessage& message);
+  absl::Status AddPoses(const BagMessage& message);
+  absl::Status Connect(const BagDriveOptions& options);
+
+  std::shared_ptr<const Bag> bag_;
+  std::string paths_;
+  const BagTopic* cloud_topic_ = nullptr;
+  const BagTopic* pose_topic_ = nullptr;  // null: by TF, or none
+  std::vector<const BagTopic*> transform_topics_;
+  std::string parent_;  // of the poses
+  std::string child_;   // of the topic of poses; empty where its messages name none
+  std::string sensor_frame_;
+  std::vector<CloudHead> clouds_;
+  std::size_t num_unstamped_ = 0;
+  std::size_t num_bad_poses_ = 0;
+  FrameTree tree_;
+  PoseTrack topic_track_;
+  std::optional<FrameChain> chain_;
+  bool deskew_ = false;
+  std::vector<std::string> notes_;
+};
+
+absl::Status BagScans::ChoosePoses(const BagDriveOptions& options, bool needs_poses) {
+  const std::vector<const BagTopic*> transforms = TopicsOf(*bag_, &IsTransforms);
+  if (absl::StartsWith(options.poses_from, ToAbsl(kTfPrefix))) {
+    parent_ = options.poses_from.substr(kTfPrefix.size());
+    if (!parent_.empty() && parent_.front() == '/') parent_.erase(0, 1);
+    if (parent_.empty()) return Bad("--poses-from tf: needs the name of a frame, such as tf:map");
+    if (transforms.empty()) return Bad("the bag has no transforms, which tf: needs");
+    if (!options.calib_file.empty()) {
+      return Bad("--calib is for a topic of poses; by TF the mount is that of the transforms");
+    }
+    transform_topics_ = transforms;
+    return absl::OkStatus();
+  }
+  const std::vector<const BagTopic*> usable = TopicsOf(*bag_, &IsPoses);
+  // Where nothing but the shape of a scan hangs on them, they must be plain.
+  if (!needs_poses && options.poses_from.empty() && usable.size() != 1) return absl::OkStatus();
+  const auto topic = ChooseTopic(*bag_, options.poses_from, usable, "poses", "--poses-from");
+  if (!topic.ok()) {
+    return transforms.empty()
+               ? topic.status()
+               : Annotate(topic.status(), "--poses-from tf:FRAME takes poses from TF; else");
+  }
+  pose_topic_ = *topic;
+  for (const BagTopic* of_tf : transforms) {
+    if (IsStatic(*of_tf)) transform_topics_.push_back(of_tf);
+  }
+  return absl::OkStatus();
+}
+
+absl::Status BagScans::AddCloud(const BagMessage& message) {
+  const absl::StatusOr<MessageHead> head = DecodeHead(message.topic->format, message.bytes);
+  if (!head.ok()) return head.status();
+  if (clouds_.empty()) sensor_frame_ = head->frame;
+  if (head->frame != sensor_frame_) {
+    return Bad(absl::StrCat("clouds of frame ", Quote(head->frame), " and of ",
+                            Quote(sensor_frame_), " are on one topic; one sensor is needed"));
+  }
+  num_unstamped_ += head->stamp_ns == 0 ? 1 : 0;
+  const std::int64_t stamp_ns = head->stamp_ns == 0 ? message.log_time_ns : head->stamp_ns;
+  if (stamp_ns < 0 || stamp_ns > kMaxStamp_ns) {
+    return Bad(absl::StrCat("its stamp, ", stamp_ns, " ns, is none"));
+  }
+  clouds_.push_back({message.id, stamp_ns});
+  return absl::OkStatus();
+}
+
+absl::Status BagScans::AddPoses(const BagMessage& message) {
+  const BagTopic& topic = *message.topic;
+  const auto poses = DecodePoses(topic.type, topic.format, message.bytes, num_bad_poses_);
+  if (!poses.ok()) return poses.status();
+  for (const StampedPose& pose : *poses) {
+    if (&topic != pose_topic_) {
+      if (absl::Status s = tree_.Add(pose, IsStatic(topic)); !s.ok()) return s;
+      continue;
+    }
+    if (topic_track_.samples().empty()) {
+      parent_ = pose.parent;
+      child_ = pose.child;
+    }
+    if (pose.parent != parent_ || pose.child != child_) {
+      return Bad(absl::StrCat("its poses are of ", Quote(pose.child), " in ", Quote(pose.parent),
+                              " and of ", Quote(child_), " in ", Quote(parent_),
+                              "; one body in one frame is needed"));
+    }
+    topic_track_.Add(pose.stamp_ns == 0 ? message.log_time_ns : pose.stamp_ns, pose.T_parent_child);
+  }
+  return absl::OkStatus();
+}
+
+absl::Status BagScans::ReadHeads() {
+  std::vector<const BagTopic*> topics = transform_topics_;
+  topics.push_back(cloud_topic_);
+  if (pose_topic_ != nullptr) topics.push_back(pose_topic_);
+  absl::Status status = bag_->ForEach(topics, [&](const BagMessage& message) {
+    absl::Status added = message.topic == cloud_topic_ ? AddCloud(message) : AddPoses(message);
+    return Annotate(added, absl::StrCat(paths_, ": topic ", Quote(message.topic->name),
+                                        ", message recorded at ", message.log_time_ns, " ns"));
+  });
+  if (!status.ok()) return status;
+  std::stable_sort(clouds_.begin(), clouds_.end(),
+                   [](const CloudHead& a, const CloudHead& b) { return a.stamp_ns < b.stamp_ns; });
+  tree_.Sort();
+  topic_track_.Sort();
+  if (num_unstamped_ > 0) {
+    notes_.push_back(absl::StrCat(num_unstamped_, " clouds of ", Quote(cloud_topic_->name),
+                                  " have no stamp: the time of recording is taken"));
+  }
+  if (num_bad_poses_ > 0) {
+    notes_.push_back(
+        absl::StrCat(num_bad_poses_, " poses or transforms that are none are left out"));
+  }
+  return absl::OkStatus();
+}
+
+// The way from the frame of the poses to the sensor's.
+absl::Status BagScans::Connect(const BagDriveOptions& options) {
+  if (pose_topic_ == nullptr && transform_topics_.empty()) return absl::OkStatus();
+  if (pose_topic_ == nullptr) {
+    absl::StatusOr<FrameChain> chain = tree_.Connect(parent_, sensor_frame_);
+    if (!chain.ok()) return chain.status();
+    chain_ = *std::move(chain);
+    notes_.push_back(absl::StrCat("poses are those of ", Quote(sensor_frame_), " in ",
+                                  Quote(parent_), " by TF"));
+    return absl::OkStatus();
+  }
+  FrameChain chain;
+  chain.Append(&topic_track_, false);
+  std::string mount = "taken for those of the sensor";
+  if (!options.calib_file.empty()) {
+    const absl::StatusOr<Pose> T_body_sensor = ReadCalib(options.calib_file);
+    if (!T_body_sensor.ok()) return T_body_sensor.status();
+    chain.AppendMount(*T_body_sensor);
+    mount = absl::StrCat("with the mount in ", options.calib_file);
+  } else if (!child_.empty() && child_ != sensor_frame_) {
+    const absl::StatusOr<FrameChain> of_sensor = tree_.Connect(child_, sensor_frame_);
+    const std::optional<Pose> T_body_sensor =
+        of_sensor.ok() ? of_sensor->At(0) : std::optional<Pose>();
+    if (!T_body_sensor) {
+      return Bad(absl::StrCat(
+          "the poses of ", Quote(pose_topic_->name), " are of ", Quote(child_), ", the clouds of ",
+          Quote(cloud_topic_->name), " in ", Quote(sensor_frame_), ": ",
+          of_sensor.ok() ? "no static transforms connect them" : of_sensor.status().message(),
+          "; give the mount as --calib FILE with the row \"Tr: \" and 12 numbers, or take the "
+          "poses from TF by --poses-from tf:FRAME"));
+    }
+    chain.AppendMount(*T_body_sensor);
+    mount = absl::StrCat("of ", Quote(child_), ", with the mount of ", Quote(sensor_frame_),
+                         " in tf_static");
+  }
+  chain_ = std::move(chain);
+  notes_.push_back(
+      absl::StrCat("poses of ", Quote(pose_topic_->name), " in ", Quote(parent_), " are ", mount));
+  return absl::OkStatus();
+}
+
+absl::Status BagScans::Open(const BagDriveOptions& options, bool needs_poses) {
+  absl::StatusOr<std::shared_ptr<const Bag>> bag = Bag::Open(options.paths);
+  if (!bag.ok()) return bag.status();
+  bag_ = *std::move(bag);
+  notes_ = bag_->notes();
+  paths_ = absl::StrJoin(options.paths, ", ");
+  const auto topic =
+      ChooseTopic(*bag_, options.topic, TopicsOf(*bag_, &IsCloud), "point clouds", "--topic");
+  if (!topic.ok()) return Annotate(topic.status(), paths_);
+  cloud_topic_ = *topic;
+  if (absl::Status status = ChoosePoses(options, needs_poses); !status.ok()) {
+    return Annotate(status, paths_);
+  }
+  if (absl::Status status = ReadHeads(); !status.ok()) return status;
+  if (absl::Status status = Connect(options); !status.ok()) return Annotate(status, paths_);
+  deskew_ = options.deskew && has_poses();
+  return absl::OkStatus();
+}
+
+absl::StatusOr<Scan> BagScans::Read(std::size_t index) const {
+  std::optional<CloudMessage> cloud;
+  absl::Status status =
+      bag_->Read(clouds_[index].id, [&](const BagMessage& message) -> absl::Status {
+        absl::StatusOr<CloudMessage> decoded =
+            DecodeCloud(message.topic->format, message.bytes, deskew_);
+        if (!decoded.ok()) {
+          return Annotate(decoded.status(), absl::StrCat(paths_, ": cloud ", index));
+        }
+        cloud = *std::move(decoded);
+        return absl::OkStatus();
+      });
+  if (!status.ok()) return status;
+  if (deskew_ && cloud->offsets_s.size() == cloud->scan.points.size()) {
+    // Where the poses end within a sweep, its points stay as they are.
+    (void)Deskew([&](std::int64_t stamp_ns) { return chain_->At(stamp_ns); },
+                 clouds_[index].stamp_ns, cloud->offsets_s, cloud->scan.points);
+  }
+  return std::move(cloud->scan);
+}
+
+ScanFile BagScans::FileOf(std::size_t index, std::shared_ptr<const BagScans> self) const {
+  constexpr std::int64_t kNsPerS = 1'000'000'000;
+  const std::int64_t stamp_ns = clouds_[index].stamp_ns;
+  return {.path = paths_,
+          .name = absl::StrFormat("%d.%09d", stamp_ns / kNsPerS, std::abs(stamp_ns % kNsPerS)),
+          .store = std::move(self),
+          .index = index};
+}
+
+// What keeps clouds without a pose.
+std::string GapText(const BagScans& scans, const std::vector<std::size_t>& without) {
+  std::size_t first = without.front(), last = without.front();
+  double longest_s = 0.0;
+  std::size_t begin = without.front();
+  for (std::size_t i = 0; i < without.size(); ++i) {
+    if (i > 0 && without[i] != without[i - 1] + 1) begin = without[i];
+    const double gap_s = kSPerNs * static_cast<double>(scans.clouds()[without[i]].stamp_ns -
+                                                       scans.clouds()[begin].stamp_ns);
+    if (gap_s < longest_s) continue;
+    longest_s = gap_s;
+    first = begin;
+    last = without[i];
+  }
+  return absl::StrFormat("the longest gap is that of clouds %d to %d, %.1f s from %.3f s on", first,
+                         last, longest_s,
+                         kSPerNs * static_cast<double>(scans.clouds()[first].stamp_ns));
+}
+
+std::string SpanText(std::int64_t first_ns, std::int64_t last_ns) {
+  return absl::StrFormat("%.3f to %.3f s", kSPerNs * static_cast<double>(first_ns),
+                         kSPerNs * static_cast<double>(last_ns));
+}
+
+}  // namespace
+
+absl::StatusOr<Drive> OpenBagDrive(const BagDriveOptions& options) {
+  const auto scans = std::make_shared<BagScans>();
+  if (absl::Status status = scans->Open(options, true); !status.ok()) return status;
+  Drive drive;
+  std::vector<std::size_t> without;
+  for (std::size_t i = 0; i < scans->clouds().size(); ++i) {
+    const std::optional<Pose> pose = scans->PoseOf(i);
+    if (!pose) {
+      without.push_back(i);
+      continue;
+    }
+    const ScanFile file = scans->FileOf(i, scans);
+    drive.frames.push_back({.path = file.path,
+                            .name = file.name,
+                            .T_map_sensor = *pose,
+                            .stamp_ns = scans->clouds()[i].stamp_ns,
+                            .store = file.store,
+                            .index = i});
+  }
+  if (drive.frames.empty()) {
+    const auto span = scans->PoseSpan();
+    return Bad(
+        absl::StrCat(absl::StrJoin(options.paths, ", "), ": none of the ", scans->clouds().size(),
+                     " clouds has a pose: their stamps are ",
+                     SpanText(scans->clouds().front().stamp_ns, scans->clouds().back().stamp_ns),
+                     ", those of the poses ", span ? SpanText(span->first, span->second) : "none"));
+  }
+  drive.notes = scans->notes();
+  drive.num_without_pose = without.size();
+  if (!without.empty()) {
+    drive.notes.push_back(absl::StrCat(without.size(), " of the ", scans->clouds().size(),
+                                       " clouds are left out: no poses lie around them within ",
+                                       kSPerNs * static_cast<double>(kMaxPoseGap_ns),
+                                       " s of each other; ", GapText(*scans, without)));
+  }
+  return drive;
+}
+
+absl::StatusOr<std::vector<ScanFile>> ListBagScans(const BagDriveOptions& options,
+                                                   std::vector<std::string>& notes) {
+  const auto scans = std::make_shared<BagScans>();
+  if (absl::Status status = scans->Open(options, false); !status.ok()) return status;
+  std::vector<ScanFile> files;
+  for (std::size_t i = 0; i < scans->clouds().size(); ++i) files.push_back(scans->FileOf(i, scans));
+  notes.insert(notes.end(), scans->notes().begin(), scans->notes().end());
+  return files;
+}
+
+}  // namespace scanloc::dataset

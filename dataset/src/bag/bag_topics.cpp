@@ -1,0 +1,69 @@
+#include "bag/bag_topics.hpp"
+
+#include <algorithm>
+
+#include "absl/strings/match.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_join.h"
+#include "bag/messages.hpp"
+#include "scanloc/core/printable.hpp"
+#include "text.hpp"
+
+namespace scanloc::dataset {
+namespace {
+
+absl::Status Bad(std::string_view reason) { return absl::InvalidArgumentError(ToAbsl(reason)); }
+
+std::string Listed(const std::vector<const BagTopic*>& topics) {
+  if (topics.empty()) return "none";
+  return absl::StrJoin(topics, ", ", [](std::string* out, const BagTopic* topic) {
+    absl::StrAppend(out, Quote(topic->name), " (", Printable(topic->type), ")");
+  });
+}
+
+}  // namespace
+
+bool IsCloud(const BagTopic& topic) {
+  return topic.type == kCloudType && topic.format != WireFormat::kOther;
+}
+bool IsPoses(const BagTopic& topic) {
+  return IsPoseType(topic.type) && topic.format != WireFormat::kOther;
+}
+bool IsTransforms(const BagTopic& topic) {
+  return IsTransformType(topic.type) && topic.format != WireFormat::kOther;
+}
+bool IsStatic(const BagTopic& topic) { return absl::EndsWith(topic.name, "tf_static"); }
+
+std::vector<const BagTopic*> TopicsOf(const Bag& bag, bool (*is_wanted)(const BagTopic& topic)) {
+  std::vector<const BagTopic*> topics;
+  for (const BagTopic& topic : bag.topics()) {
+    if (is_wanted(topic) && topic.num_messages > 0) topics.push_back(&topic);
+  }
+  return topics;
+}
+
+absl::StatusOr<const BagTopic*> ChooseTopic(const Bag& bag, const std::string& name,
+                                            const std::vector<const BagTopic*>& usable,
+                                            std::string_view what, std::string_view option) {
+  if (name.empty()) {
+    if (usable.size() == 1) return usable[0];
+    if (usable.empty()) {
+      return Bad(absl::StrCat("the bag has no topic of ", ToAbsl(what), "; it has ",
+                              Listed(TopicsOf(bag, [](const BagTopic&) { return true; }))));
+    }
+    return Bad(absl::StrCat("the bag has several topics of ", ToAbsl(what), "; choose one by ",
+                            ToAbsl(option), ": ", Listed(usable)));
+  }
+  const BagTopic* topic = bag.FindTopic(name);
+  if (topic != nullptr && std::find(usable.begin(), usable.end(), topic) != usable.end()) {
+    return topic;
+  }
+  return Bad(absl::StrCat("topic ", Quote(name),
+                          topic == nullptr
+                              ? " is not in the bag"
+                              : absl::StrCat(" is of type ", Printable(topic->type), " and holds ",
+                                             topic->num_messages, " messages"),
+                          "; of ", ToAbsl(what), " there are: ", Listed(usable)));
+}
+
+}  // namespace scanloc::dataset

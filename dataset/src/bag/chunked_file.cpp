@@ -1,0 +1,129 @@
+#include "bag/chunked_file.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <memory>
+#include <new>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "scanloc/core/limits.hpp"
+#include "text.hpp"
+
+namespace scanloc::dataset {
+
+absl::Status ChunkedFile::AddChunk(const Chunk& chunk) {
+  if (chunk.num_bytes > limits::kMaxBagChunkBytes || chunk.num_stored > limits::kMaxBagChunkBytes) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        file_.path(), ": a chunk announces ", std::max(chunk.num_bytes, chunk.num_stored),
+        " bytes; at most ", limits::kMaxBagChunkBytes, " are read"));
+  }
+  if (chunks_.size() >= std::numeric_limits<std::uint32_t>::max()) {
+    return absl::InvalidArgumentError(absl::StrCat(file_.path(), ": has too many chunks"));
+  }
+  chunks_.push_back(chunk);
+  return absl::OkStatus();
+}
+
+void ChunkedFile::AddMessage(std::uint32_t channel, std::int64_t log_time_ns, std::uint64_t at) {
+  const auto last = static_cast<std::uint32_t>(chunks_.size() - 1);
+  messages_.push_back({log_time_ns, channel, scanned_.value_or(last), at});
+}
+
+absl::StatusOr<FileBytes> ChunkedFile::ReadChunk(const Chunk& chunk) const {
+  std::unique_ptr<char[]> stored(
+      new (std::nothrow) char[std::max<std::uint64_t>(chunk.num_stored, 1)]);
+  if (stored == nullptr) {
+    return absl::ResourceExhaustedError(
+        absl::StrCat(file_.path(), ": no memory for a chunk of ", chunk.num_stored, " bytes"));
+  }
+  if (absl::Status status = file_.ReadAt(chunk.offset, chunk.num_stored, stored.get());
+      !status.ok()) {
+    return status;
+  }
+  if (chunk.compression == Compression::kNone) {
+    return FileBytes(std::move(stored), chunk.num_stored);
+  }
+  absl::StatusOr<FileBytes> records =
+      Decompress(chunk.compression, {stored.get(), chunk.num_stored}, chunk.num_bytes,
+                 chunk.is_cut_off ? CutOff::kKeepWhatCame : CutOff::kRefuse);
+  if (!records.ok()) {
+    return Annotate(records.status(), absl::StrCat(file_.path(), ": chunk at ", chunk.offset));
+  }
+  return records;
+}
+
+absl::StatusOr<MessageBytes> ChunkedFile::Read(const MessageRef& message,
+                                               const MessageBytes* last) const {
+  MessageBytes read;
+  if (last != nullptr && last->file == this && last->chunk == message.chunk) {
+    read = *last;
+  } else {
+    absl::StatusOr<FileBytes> records = ReadChunk(chunks_[message.chunk]);
+    if (!records.ok()) return records.status();
+    read = {.holder = std::make_shared<const FileBytes>(*std::move(records)),
+            .file = this,
+            .chunk = message.chunk};
+  }
+  const absl::StatusOr<std::string_view> payload = PayloadAt(read.holder->view(), message.at);
+  if (!payload.ok()) {
+    return Annotate(payload.status(),
+                    absl::StrCat(file_.path(), ": chunk at ", chunks_[message.chunk].offset,
+                                 ", message at ", message.at));
+  }
+  read.bytes = *payload;
+  return read;
+}
+
+absl::Status ChunkedFile::ScanChunk(std::uint32_t i, bool with_messages) {
+  const absl::StatusOr<FileBytes> records = ReadChunk(chunks_[i]);
+  if (!records.ok()) return records.status();
+  scanned_ = i;
+  const absl::Status status = ScanRecords(records->view(), with_messages);
+  scanned_.reset();
+  if (status.ok() || chunks_[i].is_cut_off) return absl::OkStatus();
+  return Annotate(status, absl::StrCat(file_.path(), ": chunk at ", chunks_[i].offset));
+}
+
+absl::Status ChunkedFile::FinishIndex(bool is_cut_off) {
+  if (is_cut_off && !chunks_.empty()) {
+    const auto last = static_cast<std::uint32_t>(chunks_.size() - 1);
+    if (chunks_[last].is_indexed) {
+      chunks_[last].is_indexed = false;
+      std::erase_if(messages_, [&](const MessageRef& message) { return message.chunk == last; });
+    }
+    notes_.push_back(absl::StrCat(file_.path(), " is cut off; what comes before is read"));
+  }
+  for (std::uint32_t i = 0; i < chunks_.size(); ++i) {
+    if (chunks_[i].is_indexed) continue;
+    if (absl::Status status = ScanChunk(i, true); !status.ok()) return status;
+  }
+  // Channels stand in chunks, and once more at the end of a file that is whole.
+  std::uint32_t last_scanned = std::numeric_limits<std::uint32_t>::max();
+  for (const MessageRef& message : messages_) {
+    if (channels_.contains(message.topic) || message.chunk == last_scanned) continue;
+    last_scanned = message.chunk;
+    if (absl::Status status = ScanChunk(message.chunk, false); !status.ok()) return status;
+  }
+  // Topics count by their order in the map.
+  std::map<std::uint32_t, std::uint32_t> topic_of;
+  for (const auto& [channel, topic] : channels_) {
+    topic_of.emplace(channel, static_cast<std::uint32_t>(topics_.size()));
+    topics_.push_back(topic);
+  }
+  for (MessageRef& message : messages_) {
+    const auto topic = topic_of.find(message.topic);
+    if (topic == topic_of.end()) {
+      return absl::InvalidArgumentError(absl::StrCat(file_.path(), ": holds messages of channel ",
+                                                     message.topic, ", which it does not name"));
+    }
+    message.topic = topic->second;
+  }
+  std::stable_sort(messages_.begin(), messages_.end(),
+                   [](const MessageRef& a, const MessageRef& b) {
+                     return std::pair(a.chunk, a.at) < std::pair(b.chunk, b.at);
+                   });
+  return absl::OkStatus();
+}
+
+}  // namespace scanloc::dataset

@@ -1,0 +1,71 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "bag/bag_file.hpp"
+#include "bag/decompress.hpp"
+#include "bag/random_file.hpp"
+
+namespace scanloc::dataset {
+
+/// What MCAP and ROS 1's bags share: records, of which some are chunks of compressed records, with
+/// an index of its messages behind each, which may be missing.
+class ChunkedFile : public BagFile {
+ public:
+  [[nodiscard]] absl::StatusOr<MessageBytes> Read(const MessageRef& message,
+                                                  const MessageBytes* last) const override;
+
+ protected:
+  explicit ChunkedFile(RandomFile file) : file_(std::move(file)) {}
+
+  [[nodiscard]] const RandomFile& file() const { return file_; }
+
+  /// A chunk whose compressed records are num_stored bytes at `offset` of the file, fewer than it
+  /// announces where the file is cut off. A message outside of any is a chunk of its own.
+  struct Chunk {
+    std::uint64_t offset = 0;
+    std::uint64_t num_stored = 0;
+    std::uint64_t num_bytes = 0;
+    Compression compression = Compression::kNone;
+    bool is_cut_off = false;
+    bool is_indexed = false;
+  };
+  [[nodiscard]] absl::Status AddChunk(const Chunk& chunk);
+  void AddMessage(std::uint32_t channel, std::int64_t log_time_ns, std::uint64_t at);
+  /// The chunk added last, of which what follows is told.
+  [[nodiscard]] Chunk* last_chunk() { return chunks_.empty() ? nullptr : &chunks_.back(); }
+  void AddChannel(std::uint32_t channel, FileTopic topic) {
+    channels_.emplace(channel, std::move(topic));
+  }
+
+  /// Reads the chunks that have no index, or whose channels are not known, and makes topics and
+  /// messages of what there is. If the file is cut off, so may be the index of the last chunk.
+  [[nodiscard]] absl::Status FinishIndex(bool is_cut_off);
+
+  /// Calls AddChannel and, where the chunk has no index, AddMessage for the records of a chunk.
+  /// Stops at what is no record or not whole, which is an error but in a chunk that is cut off.
+  virtual absl::Status ScanRecords(std::string_view records, bool with_messages) = 0;
+
+  /// The payload of the message record at `at`.
+  [[nodiscard]] virtual absl::StatusOr<std::string_view> PayloadAt(std::string_view records,
+                                                                   std::uint64_t at) const = 0;
+
+ private:
+  [[nodiscard]] absl::StatusOr<FileBytes> ReadChunk(const Chunk& chunk) const;
+  [[nodiscard]] absl::Status ScanChunk(std::uint32_t i, bool with_messages);
+
+  RandomFile file_;
+  std::vector<Chunk> chunks_;
+  std::map<std::uint32_t, FileTopic> channels_;
+  std::optional<std::uint32_t>
+      scanned_;  // the chunk that AddMessage is called for, if not the last
+};
+
+}  // namespace scanloc::dataset

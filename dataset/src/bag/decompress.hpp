@@ -1,0 +1,38 @@
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <string_view>
+
+#include "absl/status/statusor.h"
+#include "file_bytes.hpp"
+
+namespace scanloc::dataset {
+
+enum class Compression { kNone, kZstd, kLz4, kBz2 };
+
+/// "" and "none", "zstd", "lz4" and "bz2".
+[[nodiscard]] std::optional<Compression> ParseCompression(std::string_view name);
+
+/// What to do where fewer bytes come out than asked for.
+enum class CutOff {
+  kRefuse,
+  kAnySize,       ///< take what came, if the compressed bytes are whole
+  kKeepWhatCame,  ///< even if they are not
+};
+
+/// The num_bytes bytes that were compressed; zstd and LZ4 in their frame formats.
+///
+/// InvalidArgument if they are damaged, or other than num_bytes come out (but for kRefuse: more);
+/// ResourceExhausted if there is no memory for them. Memory is touched only as bytes come out, so
+/// that an announced size costs nothing; bound it by limits::kMaxBagChunkBytes before.
+[[nodiscard]] absl::StatusOr<FileBytes> Decompress(Compression compression, std::string_view bytes,
+                                                   std::size_t num_bytes,
+                                                   CutOff cut_off = CutOff::kRefuse);
+
+/// The bytes of one zstd frame that tells its size, or streams. InvalidArgument if more than
+/// max_bytes come out.
+[[nodiscard]] absl::StatusOr<FileBytes> DecompressZstd(std::string_view bytes,
+                                                       std::size_t max_bytes);
+
+}  // namespace scanloc::dataset

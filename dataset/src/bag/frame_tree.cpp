@@ -1,0 +1,122 @@
+#include "bag/frame_tree.hpp"
+
+#include <algorithm>
+#include <iterator>
+#include <set>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_join.h"
+#include "scanloc/dataset/bag_drive.hpp"
+#include "text.hpp"
+
+namespace scanloc::dataset {
+namespace {
+
+Pose Interpolate(const Pose& a, const Pose& b, double share) {
+  Pose pose = Pose::Identity();
+  pose.translate(a.translation() + share * (b.translation() - a.translation()));
+  pose.rotate(Eigen::Quaterniond(a.linear()).slerp(share, Eigen::Quaterniond(b.linear())));
+  return pose;
+}
+
+bool IsEarlier(const std::pair<std::int64_t, Pose>& a, const std::pair<std::int64_t, Pose>& b) {
+  return a.first < b.first;
+}
+
+}  // namespace
+
+void PoseTrack::Sort() { std::stable_sort(samples_.begin(), samples_.end(), &IsEarlier); }
+
+std::optional<Pose> PoseTrack::At(std::int64_t stamp_ns) const {
+  if (samples_.empty()) return static_;
+  const auto after = std::lower_bound(samples_.begin(), samples_.end(),
+                                      std::pair(stamp_ns, Pose::Identity()), &IsEarlier);
+  if (after == samples_.end()) return std::nullopt;
+  if (after->first == stamp_ns) return after->second;
+  if (after == samples_.begin()) return std::nullopt;
+  const auto before = std::prev(after);
+  // As doubles: the difference of two stamps need not fit.
+  const double gap_ns = static_cast<double>(after->first) - static_cast<double>(before->first);
+  if (gap_ns > static_cast<double>(kMaxPoseGap_ns)) return std::nullopt;
+  const double share = static_cast<double>(stamp_ns - before->first) / gap_ns;
+  return Interpolate(before->second, after->second, share);
+}
+
+std::optional<Pose> FrameChain::At(std::int64_t stamp_ns) const {
+  Pose T_parent_here = Pose::Identity();
+  for (const auto& [track, is_inverse] : steps_) {
+    const std::optional<Pose> step = track->At(stamp_ns);
+    if (!step) return std::nullopt;
+    T_parent_here = T_parent_here * (is_inverse ? step->inverse() : *step);
+  }
+  return T_parent_here * mount_;
+}
+
+absl::Status FrameTree::Add(const StampedPose& pose, bool is_static) {
+  if (pose.parent == pose.child) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("frame ", Quote(pose.child), " is its own parent"));
+  }
+  const auto [edge, is_new] = edges_.try_emplace(pose.child);
+  if (is_new) edge->second.parent = pose.parent;
+  if (edge->second.parent != pose.parent) {
+    return absl::InvalidArgumentError(absl::StrCat("frame ", Quote(pose.child),
+                                                   " has two parents, ", Quote(edge->second.parent),
+                                                   " and ", Quote(pose.parent)));
+  }
+  is_static ? edge->second.track.SetStatic(pose.T_parent_child)
+            : edge->second.track.Add(pose.stamp_ns, pose.T_parent_child);
+  return absl::OkStatus();
+}
+
+void FrameTree::Sort() {
+  for (auto& [child, edge] : edges_) edge.track.Sort();
+}
+
+std::vector<std::string> FrameTree::WayUp(const std::string& frame) const {
+  std::vector<std::string> way = {frame};
+  // A circle would be longer than the tree.
+  while (way.size() <= edges_.size() + 1) {
+    const auto edge = edges_.find(way.back());
+    if (edge == edges_.end()) break;
+    way.push_back(edge->second.parent);
+  }
+  return way;
+}
+
+absl::StatusOr<FrameChain> FrameTree::Connect(const std::string& parent,
+                                              const std::string& child) const {
+  const std::vector<std::string> up = WayUp(parent);
+  const std::vector<std::string> down = WayUp(child);
+  const auto meet = std::find_first_of(down.begin(), down.end(), up.begin(), up.end());
+  if (meet == down.end()) {
+    std::set<std::string> frames;
+    for (const auto& [frame, edge] : edges_) frames.insert({Quote(frame), Quote(edge.parent)});
+    return absl::InvalidArgumentError(
+        absl::StrCat("no transforms connect frame ", Quote(child), " to ", Quote(parent),
+                     "; there are ", frames.empty() ? "none at all" : absl::StrJoin(frames, ", ")));
+  }
+  FrameChain chain;
+  for (const std::string& frame : up) {
+    if (frame == *meet) break;
+    chain.Append(&edges_.at(frame).track, true);
+  }
+  for (auto frame = std::make_reverse_iterator(meet); frame != down.rend(); ++frame) {
+    chain.Append(&edges_.at(*frame).track, false);
+  }
+  return chain;
+}
+
+std::optional<std::pair<std::int64_t, std::int64_t>> FrameTree::Span() const {
+  std::optional<std::pair<std::int64_t, std::int64_t>> span;
+  for (const auto& [frame, edge] : edges_) {
+    const auto& samples = edge.track.samples();
+    if (samples.empty()) continue;
+    const std::pair own(samples.front().first, samples.back().first);
+    span = span ? std::pair(std::max(span->first, own.first), std::min(span->second, own.second))
+                : own;
+  }
+  return span;
+}
+
+}  // namespace scanloc::dataset

@@ -1,0 +1,81 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "bag/messages.hpp"
+#include "scanloc/core/scan/pose.hpp"
+
+namespace scanloc::dataset {
+
+/// Poses of one frame in another over time.
+class PoseTrack {
+ public:
+  /// For all times.
+  void SetStatic(const Pose& pose) { static_ = pose; }
+  void Add(std::int64_t stamp_ns, const Pose& pose) { samples_.emplace_back(stamp_ns, pose); }
+  void Sort();
+
+  [[nodiscard]] bool is_static() const { return static_.has_value() && samples_.empty(); }
+  /// Samples; none if it is static.
+  [[nodiscard]] const std::vector<std::pair<std::int64_t, Pose>>& samples() const {
+    return samples_;
+  }
+
+  /// Interpolated between the samples around a time; none before the first, after the last, and
+  /// where these lie more than kMaxPoseGap_ns apart. Requires Sort.
+  [[nodiscard]] std::optional<Pose> At(std::int64_t stamp_ns) const;
+
+ private:
+  std::optional<Pose> static_;
+  std::vector<std::pair<std::int64_t, Pose>> samples_;
+};
+
+/// Where a frame lies in another: a way through the tree.
+class FrameChain {
+ public:
+  /// Moves on by T_a_b of a track, or by its inverse. The track must outlive the chain.
+  void Append(const PoseTrack* track, bool is_inverse) { steps_.emplace_back(track, is_inverse); }
+  /// Moves on by a mount.
+  void AppendMount(const Pose& mount) { mount_ = mount_ * mount; }
+
+  [[nodiscard]] std::optional<Pose> At(std::int64_t stamp_ns) const;
+
+ private:
+  std::vector<std::pair<const PoseTrack*, bool>> steps_;
+  Pose mount_ = Pose::Identity();
+};
+
+/// The tree of frames that transforms make.
+class FrameTree {
+ public:
+  /// InvalidArgument if the child has another parent already.
+  [[nodiscard]] absl::Status Add(const StampedPose& pose, bool is_static);
+  /// After the last Add.
+  void Sort();
+
+  /// T_parent_child over time. InvalidArgument, with the frames there are, if they do not connect.
+  [[nodiscard]] absl::StatusOr<FrameChain> Connect(const std::string& parent,
+                                                   const std::string& child) const;
+
+  /// The samples of all frames, for telling when there are poses.
+  [[nodiscard]] std::optional<std::pair<std::int64_t, std::int64_t>> Span() const;
+
+ private:
+  struct Edge {
+    std::string parent;
+    PoseTrack track;
+  };
+  /// The frames from one up to its root.
+  [[nodiscard]] std::vector<std::string> WayUp(const std::string& frame) const;
+
+  std::map<std::string, Edge> edges_;  // by child
+};
+
+}  // namespace scanloc::dataset

@@ -1,0 +1,128 @@
+#include <fcntl.h>
+#include <unistd.h>
+#include <zstd.h>
+
+#include <array>
+#include <cerrno>
+#include <cstdlib>
+#include <filesystem>
+#include <memory>
+#include <new>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "bag/bag_file.hpp"
+#include "bag/random_file.hpp"
+#include "text.hpp"
+
+namespace scanloc::dataset {
+namespace {
+
+struct Kind {
+  std::string_view magic;  ///< without the version
+  absl::StatusOr<std::unique_ptr<BagFile>> (*open)(const std::string& path);
+};
+constexpr std::array<Kind, 3> kKinds = {
+    {{"\x89MCAP", &OpenMcap}, {"#ROSBAG V", &OpenRos1Bag}, {"SQLite format 3", &OpenRos2Database}}};
+constexpr std::string_view kZstdMagic = "\x28\xB5\x2F\xFD";
+
+/// A file that is gone when its holder is; who has it open by then can still read it.
+class TemporaryFile {
+ public:
+  static absl::StatusOr<std::unique_ptr<TemporaryFile>> Make() {
+    std::error_code error;
+    std::string path =
+        (std::filesystem::temp_directory_path(error) / "scanloc-bag-XXXXXX").string();
+    const int fd = error ? -1 : mkostemp(path.data(), O_CLOEXEC);
+    if (fd < 0) return absl::ErrnoToStatus(errno, absl::StrCat(path, ": cannot be made"));
+    return std::make_unique<TemporaryFile>(fd, path);
+  }
+  TemporaryFile(int fd, std::string path) : fd_(fd), path_(std::move(path)) {}
+  TemporaryFile(const TemporaryFile&) = delete;
+  TemporaryFile& operator=(const TemporaryFile&) = delete;
+  ~TemporaryFile() {
+    close(fd_);
+    unlink(path_.c_str());
+  }
+
+  [[nodiscard]] const std::string& path() const { return path_; }
+
+  [[nodiscard]] absl::Status Write(std::string_view bytes) const {
+    while (!bytes.empty()) {
+      const ssize_t n = write(fd_, bytes.data(), bytes.size());
+      if (n < 0 && errno == EINTR) continue;
+      if (n < 0) return absl::ErrnoToStatus(errno, path_);
+      bytes.remove_prefix(static_cast<std::size_t>(n));
+    }
+    return absl::OkStatus();
+  }
+
+ private:
+  int fd_;
+  std::string path_;
+};
+
+// A whole file that rosbag2 compressed. Of one that is cut off or damaged, what comes before.
+absl::StatusOr<std::unique_ptr<BagFile>> OpenCompressed(const RandomFile& file) try {
+  const absl::StatusOr<std::unique_ptr<TemporaryFile>> plain = TemporaryFile::Make();
+  if (!plain.ok()) return plain.status();
+  struct Free {
+    void operator()(ZSTD_DStream* stream) const { ZSTD_freeDStream(stream); }
+  };
+  const std::unique_ptr<ZSTD_DStream, Free> stream(ZSTD_createDStream());
+  if (stream == nullptr) throw std::bad_alloc();
+  std::string in(ZSTD_DStreamInSize(), '\0');
+  std::string out(ZSTD_DStreamOutSize(), '\0');
+  std::uint64_t num_out = 0;
+  bool is_damaged = false;
+  for (std::uint64_t at = 0; at < file.size() && !is_damaged;) {
+    const std::size_t num_in = std::min<std::uint64_t>(in.size(), file.size() - at);
+    if (absl::Status status = file.ReadAt(at, num_in, in.data()); !status.ok()) return status;
+    at += num_in;
+    ZSTD_inBuffer input{in.data(), num_in, 0};
+    for (bool is_full = true; (input.pos < input.size || is_full) && !is_damaged;) {
+      ZSTD_outBuffer output{out.data(), out.size(), 0};
+      is_damaged = ZSTD_isError(ZSTD_decompressStream(stream.get(), &output, &input)) != 0U;
+      is_full = output.pos == output.size;
+      num_out += output.pos;
+      if (num_out > limits::kMaxBagFileBytes) {
+        return absl::InvalidArgumentError(absl::StrCat(file.path(), ": decompresses to more than ",
+                                                       limits::kMaxBagFileBytes, " bytes"));
+      }
+      if (absl::Status status = (*plain)->Write({out.data(), output.pos}); !status.ok()) {
+        return status;
+      }
+    }
+  }
+  absl::StatusOr<std::unique_ptr<BagFile>> bag = OpenBagFile((*plain)->path());
+  if (!bag.ok()) {
+    return Annotate(bag.status(), absl::StrCat(file.path(), ", decompressed"));
+  }
+  return bag;
+} catch (const std::bad_alloc&) {
+  return absl::ResourceExhaustedError(absl::StrCat(file.path(), ": out of memory"));
+}
+
+}  // namespace
+
+std::string ShortType(std::string_view type) {
+  const std::size_t msg = type.find("/msg/");
+  if (msg == std::string_view::npos) return std::string(type);
+  return absl::StrCat(ToAbsl(type.substr(0, msg)), ToAbsl(type.substr(msg + 4)));
+}
+
+absl::StatusOr<std::unique_ptr<BagFile>> OpenBagFile(const std::string& path) {
+  const absl::StatusOr<RandomFile> file = RandomFile::Open(path);
+  if (!file.ok()) return file.status();
+  const absl::StatusOr<std::string> begin =
+      file->ReadText(0, std::min<std::uint64_t>(16, file->size()));
+  if (!begin.ok()) return begin.status();
+  for (const Kind& kind : kKinds) {
+    if (begin->compare(0, kind.magic.size(), kind.magic) == 0) return kind.open(path);
+  }
+  if (begin->compare(0, kZstdMagic.size(), kZstdMagic) == 0) return OpenCompressed(*file);
+  return absl::InvalidArgumentError(
+      absl::StrCat(path, ": is no bag; MCAP, rosbag2's .db3 and ROS 1's .bag are read"));
+}
+
+}  // namespace scanloc::dataset

@@ -1,0 +1,108 @@
+#include "bag/point_field.hpp"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <limits>
+
+namespace scanloc::dataset {
+namespace {
+
+constexpr std::array<std::string_view, 5> kTimeNames = {"t", "time", "timestamp", "time_stamp",
+                                                        "offset_time"};
+
+template <typename Number>
+double Load(const char* bytes, bool big_endian) {
+  std::array<char, sizeof(Number)> raw;
+  std::memcpy(raw.data(), bytes, raw.size());
+  if (big_endian) std::reverse(raw.begin(), raw.end());
+  return static_cast<double>(std::bit_cast<Number>(raw));
+}
+
+using Loader = double (*)(const char* bytes, bool big_endian);
+
+struct Type {
+  std::size_t size_bytes;
+  Loader load;
+};
+// By number, as sensor_msgs/PointField has them.
+constexpr std::array<Type, 9> kTypes = {{{0, nullptr},
+                                         {1, &Load<std::int8_t>},
+                                         {1, &Load<std::uint8_t>},
+                                         {2, &Load<std::int16_t>},
+                                         {2, &Load<std::uint16_t>},
+                                         {4, &Load<std::int32_t>},
+                                         {4, &Load<std::uint32_t>},
+                                         {4, &Load<float>},
+                                         {8, &Load<double>}}};
+
+}  // namespace
+
+std::size_t PointField::size_bytes() const {
+  return type < kTypes.size() ? kTypes[type].size_bytes : 0;
+}
+
+bool IsReadField(std::string_view name) {
+  return name == "x" || name == "y" || name == "z" ||
+         std::find(kTimeNames.begin(), kTimeNames.end(), name) != kTimeNames.end();
+}
+
+const PointField* FindTimes(const std::vector<PointField>& fields) {
+  for (const PointField& field : fields) {
+    const bool is_time =
+        std::find(kTimeNames.begin(), kTimeNames.end(), field.name) != kTimeNames.end();
+    if (is_time && field.size_bytes() >= 4) return &field;
+  }
+  return nullptr;
+}
+
+void AppendTimes(const PointField& field, const BinaryLayout& xyz, std::size_t num_points,
+                 std::string_view bytes, std::vector<double>& values) {
+  const Loader load = kTypes[field.type].load;
+  const std::size_t step = xyz.xyz[0].stride_bytes;
+  std::array<Loader, 3> load_xyz{};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    load_xyz[axis] = xyz.xyz[axis].type == NumberType::kFloat64 ? &Load<double> : &Load<float>;
+  }
+  values.reserve(values.size() + num_points);
+  for (std::size_t i = 0; i < num_points; ++i) {
+    const char* const point = bytes.data() + i * step;
+    bool is_finite = true;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      // As a float: ReadBinary leaves out doubles beyond its range, too.
+      const double value = load_xyz[axis](point + xyz.xyz[axis].offset_bytes, xyz.big_endian);
+      is_finite &= std::abs(value) <= std::numeric_limits<float>::max();
+    }
+    if (is_finite) values.push_back(load(point + field.offset, xyz.big_endian));
+  }
+}
+
+std::vector<float> OffsetsFromStamp(const std::vector<double>& values, std::int64_t stamp_ns) {
+  constexpr double kShortest_s = 1e-3;
+  constexpr double kLongest_s = 2.0;
+  constexpr double kDay_s = 86400.0;
+  std::vector<float> offsets_s;
+  if (values.empty() || !std::all_of(values.begin(), values.end(),
+                                     [](double value) { return std::isfinite(value); })) {
+    return offsets_s;
+  }
+  const auto [least, most] = std::minmax_element(values.begin(), values.end());
+  const double stamp_s = 1e-9 * static_cast<double>(stamp_ns);
+  for (const double unit_s : {1.0, 1e-6, 1e-9}) {
+    const double sweep_s = (*most - *least) * unit_s;
+    if (sweep_s < kShortest_s || sweep_s > kLongest_s) continue;
+    const bool is_absolute = std::abs(*least * unit_s - stamp_s) < kDay_s && stamp_s > kDay_s;
+    if (!is_absolute && std::abs(*least * unit_s) > kLongest_s) continue;
+    const double zero_s = is_absolute ? stamp_s : 0.0;
+    offsets_s.reserve(values.size());
+    for (const double value : values) {
+      offsets_s.push_back(static_cast<float>(value * unit_s - zero_s));
+    }
+    return offsets_s;
+  }
+  return offsets_s;
+}
+
+}  // namespace scanloc::dataset

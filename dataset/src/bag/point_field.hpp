@@ -1,0 +1,39 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string_view>
+#include <vector>
+
+#include "scan_decoders.hpp"
+
+namespace scanloc::dataset {
+
+/// sensor_msgs/PointField.
+struct PointField {
+  std::string_view name;
+  std::uint32_t offset = 0;
+  std::uint8_t type = 0;
+
+  /// 0 if the type is not known.
+  [[nodiscard]] std::size_t size_bytes() const;
+  [[nodiscard]] bool is_float() const { return type == 7 || type == 8; }
+};
+
+/// Whether a field of this name is read: a coordinate or a time.
+[[nodiscard]] bool IsReadField(std::string_view name);
+
+/// The field of the points' times; null if there is none.
+[[nodiscard]] const PointField* FindTimes(const std::vector<PointField>& fields);
+
+/// Appends the values of a field for the points whose coordinates are finite.
+void AppendTimes(const PointField& field, const BinaryLayout& xyz, std::size_t num_points,
+                 std::string_view bytes, std::vector<double>& values);
+
+/// Values of a field of times as seconds from the stamp. Of s, us and ns the unit is taken in which
+/// all lie within 1 ms to 2 s of each other; they are absolute if the first lies within a day of
+/// the stamp, else from it. Empty if they are no times.
+[[nodiscard]] std::vector<float> OffsetsFromStamp(const std::vector<double>& values,
+                                                  std::int64_t stamp_ns);
+
+}  // namespace scanloc::dataset

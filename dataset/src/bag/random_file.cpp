@@ -1,0 +1,70 @@
+#include "bag/random_file.hpp"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <new>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+
+namespace scanloc::dataset {
+
+absl::StatusOr<RandomFile> RandomFile::Open(const std::string& path) {
+  const int fd = open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+  if (fd < 0) return absl::ErrnoToStatus(errno, path);
+  RandomFile file(fd, path, 0);
+  struct stat info {};
+  if (fstat(fd, &info) != 0) return absl::ErrnoToStatus(errno, path);
+  if (!S_ISREG(info.st_mode)) {
+    return absl::InvalidArgumentError(absl::StrCat(path, ": is not a regular file"));
+  }
+  if (info.st_size == 0) return absl::InvalidArgumentError(absl::StrCat(path, ": is empty"));
+  file.size_ = static_cast<std::uint64_t>(info.st_size);
+  return file;
+}
+
+RandomFile::RandomFile(RandomFile&& other) noexcept
+    : fd_(std::exchange(other.fd_, -1)), path_(std::move(other.path_)), size_(other.size_) {}
+
+RandomFile& RandomFile::operator=(RandomFile&& other) noexcept {
+  std::swap(fd_, other.fd_);
+  std::swap(path_, other.path_);
+  std::swap(size_, other.size_);
+  return *this;
+}
+
+RandomFile::~RandomFile() {
+  if (fd_ >= 0) close(fd_);
+}
+
+absl::Status RandomFile::ReadAt(std::uint64_t offset, std::size_t num_bytes, char* out) const {
+  if (offset > size_ || num_bytes > size_ - offset) {
+    return absl::InvalidArgumentError(absl::StrCat(path_, ": truncated: ", num_bytes,
+                                                   " bytes are needed at ", offset, " of ", size_));
+  }
+  for (std::size_t done = 0; done < num_bytes;) {
+    const ssize_t n = pread(fd_, out + done, num_bytes - done, static_cast<off_t>(offset + done));
+    if (n < 0 && errno == EINTR) continue;
+    if (n < 0) return absl::ErrnoToStatus(errno, path_);
+    if (n == 0) {
+      return absl::InvalidArgumentError(absl::StrCat(path_, ": shrank while it was read"));
+    }
+    done += static_cast<std::size_t>(n);
+  }
+  return absl::OkStatus();
+}
+
+absl::StatusOr<std::string> RandomFile::ReadText(std::uint64_t offset, std::size_t num_bytes) const
+    try {
+  if (offset > size_ || num_bytes > size_ - offset) return ReadAt(offset, num_bytes, nullptr);
+  std::string text(num_bytes, '\0');
+  if (absl::Status status = ReadAt(offset, num_bytes, text.data()); !status.ok()) return status;
+  return text;
+} catch (const std::bad_alloc&) {
+  return absl::ResourceExhaustedError(absl::StrCat(path_, ": no memory for ", num_bytes, " bytes"));
+}
+
+}  // namespace scanloc::dataset

@@ -1,0 +1,42 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+
+namespace scanloc::dataset {
+
+/// A regular file that is read at any place, by any number of threads.
+class RandomFile {
+ public:
+  /// NotFound, PermissionDenied, or InvalidArgument if it is no regular file or empty. Never waits
+  /// for a pipe.
+  [[nodiscard]] static absl::StatusOr<RandomFile> Open(const std::string& path);
+
+  RandomFile(RandomFile&& other) noexcept;
+  RandomFile& operator=(RandomFile&& other) noexcept;
+  ~RandomFile();
+
+  [[nodiscard]] const std::string& path() const { return path_; }
+  [[nodiscard]] std::uint64_t size() const { return size_; }
+
+  /// Reads num_bytes at `offset`. InvalidArgument if they are not all within the file.
+  [[nodiscard]] absl::Status ReadAt(std::uint64_t offset, std::size_t num_bytes, char* out) const;
+  /// Likewise, into memory of its own.
+  [[nodiscard]] absl::StatusOr<std::string> ReadText(std::uint64_t offset,
+                                                     std::size_t num_bytes) const;
+
+ private:
+  RandomFile(int fd, std::string path, std::uint64_t size)
+      : fd_(fd), path_(std::move(path)), size_(size) {}
+
+  int fd_ = -1;
+  std::string path_;
+  std::uint64_t size_ = 0;
+};
+
+}  // namespace scanloc::dataset

@@ -1,0 +1,235 @@
+// ROS 1's bags of version 2.0: http://wiki.ros.org/Bags/Format/2.0.
+#include <array>
+#include <optional>
+#include <string>
+
+#include "absl/strings/str_cat.h"
+#include "bag/chunked_file.hpp"
+#include "bag/little_endian.hpp"
+#include "text.hpp"
+
+namespace scanloc::dataset {
+namespace {
+
+constexpr std::string_view kMagic = "#ROSBAG V2.0\n";
+constexpr std::int64_t kNsPerS = 1'000'000'000;
+// Heads and connections are texts; longer ones are none.
+constexpr std::uint32_t kMaxTextBytes = 16 << 20;
+
+enum Op : unsigned char {
+  kMessageData = 0x02,
+  kIndexData = 0x04,
+  kChunkRecord = 0x05,
+  kConnection = 0x07,
+};
+
+std::int64_t StampOf(LittleEndian& content) {
+  const std::int64_t seconds = content.Read<std::uint32_t>();
+  return seconds * kNsPerS + content.Read<std::uint32_t>();
+}
+
+// The value of a field of a head, which is a list of "name=value".
+std::optional<std::string_view> Field(std::string_view head, std::string_view name) {
+  LittleEndian fields(head);
+  while (fields.num_left() > 0) {
+    const std::string_view field = fields.ReadString();
+    if (!fields.ok()) return std::nullopt;
+    const std::size_t equals = field.find('=');
+    if (equals == name.size() && field.substr(0, equals) == name) return field.substr(equals + 1);
+  }
+  return std::nullopt;
+}
+
+template <typename Number>
+std::optional<Number> NumberField(std::string_view head, std::string_view name) {
+  const std::optional<std::string_view> value = Field(head, name);
+  if (!value || value->size() != sizeof(Number)) return std::nullopt;
+  return LittleEndian(*value).Read<Number>();
+}
+
+class Ros1Bag : public ChunkedFile {
+ public:
+  explicit Ros1Bag(RandomFile file) : ChunkedFile(std::move(file)) {}
+
+  absl::Status Index();
+
+ protected:
+  absl::Status ScanRecords(std::string_view records, bool with_messages) override;
+  absl::StatusOr<std::string_view> PayloadAt(std::string_view records,
+                                             std::uint64_t at) const override;
+
+ private:
+  // A record of the file: its head, and where its data are.
+  struct Record {
+    std::uint64_t begin;
+    std::string head;
+    std::uint64_t data_at;
+    std::uint32_t num_data;
+  };
+  [[nodiscard]] absl::StatusOr<std::optional<Record>> ReadRecordAt(std::uint64_t at) const;
+  absl::Status ReadRecord(const Record& record);
+  absl::Status AddChunkRecord(const Record& record);
+  void AddConnection(std::string_view head, std::string_view data);
+  void AddMessageData(std::string_view head, std::uint64_t at);
+};
+
+// None where the file ends before the record's data begin.
+absl::StatusOr<std::optional<Ros1Bag::Record>> Ros1Bag::ReadRecordAt(std::uint64_t at) const {
+  const std::uint64_t size = file().size();
+  const auto length_at = [&](std::uint64_t place) -> absl::StatusOr<std::uint32_t> {
+    std::array<char, 4> raw{};
+    if (absl::Status s = file().ReadAt(place, raw.size(), raw.data()); !s.ok()) return s;
+    return LittleEndian({raw.data(), raw.size()}).Read<std::uint32_t>();
+  };
+  if (size - at < 8) return std::nullopt;
+  const absl::StatusOr<std::uint32_t> num_head = length_at(at);
+  if (!num_head.ok()) return num_head.status();
+  if (*num_head > size - at - 8) return std::nullopt;
+  if (*num_head > kMaxTextBytes) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        file().path(), ": the record at ", at, " has a head of ", *num_head, " bytes: damaged"));
+  }
+  absl::StatusOr<std::string> head = file().ReadText(at + 4, *num_head);
+  if (!head.ok()) return head.status();
+  const std::uint64_t data_at = at + 8 + *num_head;
+  const absl::StatusOr<std::uint32_t> num_data = length_at(data_at - 4);
+  if (!num_data.ok()) return num_data.status();
+  return Record{at, *std::move(head), data_at, *num_data};
+}
+
+void Ros1Bag::AddConnection(std::string_view head, std::string_view data) {
+  const auto connection = NumberField<std::uint32_t>(head, "conn");
+  const auto topic = Field(head, "topic");
+  const auto type = Field(data, "type");
+  if (!connection || !topic || !type) return;
+  AddChannel(*connection,
+             {.name = std::string(*topic), .type = ShortType(*type), .format = WireFormat::kRos1});
+}
+
+void Ros1Bag::AddMessageData(std::string_view head, std::uint64_t at) {
+  const auto connection = NumberField<std::uint32_t>(head, "conn");
+  const std::optional<std::string_view> time = Field(head, "time");
+  if (!connection || !time || time->size() != 8) return;
+  LittleEndian stamp(*time);
+  AddMessage(*connection, StampOf(stamp), at);
+}
+
+absl::Status Ros1Bag::AddChunkRecord(const Record& record) {
+  const std::string_view name = Field(record.head, "compression").value_or("");
+  const std::optional<Compression> compression = ParseCompression(name);
+  const auto num_bytes = NumberField<std::uint32_t>(record.head, "size");
+  if (!compression || !num_bytes) {
+    return absl::InvalidArgumentError(absl::StrCat(file().path(), ": the chunk at ", record.begin,
+                                                   " is damaged, or compressed by ", Quote(name),
+                                                   "; none, bz2 and lz4 are read"));
+  }
+  const std::uint64_t num_stored =
+      std::min<std::uint64_t>(record.num_data, file().size() - record.data_at);
+  return AddChunk({.offset = record.data_at,
+                   .num_stored = num_stored,
+                   .num_bytes = *num_bytes,
+                   .compression = *compression,
+                   .is_cut_off = num_stored < record.num_data});
+}
+
+absl::Status Ros1Bag::ReadRecord(const Record& record) {
+  const auto op = NumberField<unsigned char>(record.head, "op");
+  if (op == kChunkRecord) return AddChunkRecord(record);
+  if (record.num_data > file().size() - record.data_at) return absl::OkStatus();
+  if (op == kMessageData) {
+    const std::uint64_t num_record = record.data_at - record.begin + record.num_data;
+    if (absl::Status s = AddChunk({.offset = record.begin,
+                                   .num_stored = num_record,
+                                   .num_bytes = num_record,
+                                   .is_indexed = true});
+        !s.ok()) {
+      return s;
+    }
+    AddMessageData(record.head, 0);
+    return absl::OkStatus();
+  }
+  if (op != kConnection && op != kIndexData) return absl::OkStatus();
+  if (op == kConnection && record.num_data > kMaxTextBytes) return absl::OkStatus();
+  const absl::StatusOr<std::string> data = file().ReadText(record.data_at, record.num_data);
+  if (!data.ok()) return data.status();
+  if (op == kConnection) {
+    AddConnection(record.head, *data);
+    return absl::OkStatus();
+  }
+  const auto connection = NumberField<std::uint32_t>(record.head, "conn");
+  if (!connection || last_chunk() == nullptr) return absl::OkStatus();
+  last_chunk()->is_indexed = true;
+  LittleEndian entries(*data);
+  while (entries.num_left() >= 12) {
+    const std::int64_t log_time_ns = StampOf(entries);
+    AddMessage(*connection, log_time_ns, entries.Read<std::uint32_t>());
+  }
+  return absl::OkStatus();
+}
+
+absl::Status Ros1Bag::Index() {
+  // The first record says where the index at the end begins: 0 in a bag that was not closed.
+  bool is_cut_off = false;
+  for (std::uint64_t at = kMagic.size(); at < file().size();) {
+    const absl::StatusOr<std::optional<Record>> record = ReadRecordAt(at);
+    if (!record.ok()) return record.status();
+    if (!record->has_value()) {
+      is_cut_off = true;
+      break;
+    }
+    if (at == kMagic.size()) {
+      const auto index_at = NumberField<std::uint64_t>((*record)->head, "index_pos");
+      is_cut_off = index_at.value_or(0) == 0 || *index_at > file().size();
+    }
+    if (absl::Status status = ReadRecord(**record); !status.ok()) return status;
+    at = (*record)->data_at + (*record)->num_data;
+    is_cut_off |= at > file().size();
+  }
+  return FinishIndex(is_cut_off);
+}
+
+absl::Status Ros1Bag::ScanRecords(std::string_view records, bool with_messages) {
+  LittleEndian rest(records);
+  while (rest.num_left() > 0) {
+    const std::size_t at = records.size() - rest.num_left();
+    const std::string_view head = rest.ReadString();
+    const std::string_view data = rest.ReadString();
+    if (!rest.ok()) {
+      return absl::InvalidArgumentError(absl::StrCat("the record at ", at, " is not whole"));
+    }
+    const auto op = NumberField<unsigned char>(head, "op");
+    if (op == kConnection) AddConnection(head, data);
+    if (op == kMessageData && with_messages) AddMessageData(head, at);
+  }
+  return absl::OkStatus();
+}
+
+absl::StatusOr<std::string_view> Ros1Bag::PayloadAt(std::string_view records,
+                                                    std::uint64_t at) const {
+  if (at <= records.size()) {
+    LittleEndian record(records.substr(at));
+    const std::string_view head = record.ReadString();
+    const std::string_view data = record.ReadString();
+    if (record.ok() && NumberField<unsigned char>(head, "op") == kMessageData) return data;
+  }
+  return absl::InvalidArgumentError("there is no whole message; the index of the file is damaged");
+}
+
+}  // namespace
+
+absl::StatusOr<std::unique_ptr<BagFile>> OpenRos1Bag(const std::string& path) {
+  absl::StatusOr<RandomFile> file = RandomFile::Open(path);
+  if (!file.ok()) return file.status();
+  const absl::StatusOr<std::string> magic =
+      file->ReadText(0, std::min<std::uint64_t>(kMagic.size(), file->size()));
+  if (!magic.ok()) return magic.status();
+  if (*magic != kMagic) {
+    return absl::InvalidArgumentError(
+        absl::StrCat(path, ": is a bag of ROS 1, but not of version 2.0; run `rosbag fix` on it"));
+  }
+  auto bag = std::make_unique<Ros1Bag>(*std::move(file));
+  if (absl::Status status = bag->Index(); !status.ok()) return status;
+  return bag;
+}
+
+}  // namespace scanloc::dataset

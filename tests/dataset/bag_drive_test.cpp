@@ -1,0 +1,132 @@
+// Drives in bags that others' writers wrote. tests/data/bags/make_bags.py tells what they hold: a
+// robot that sees six posts, each at its own time of the sweep.
+#include "scanloc/dataset/bag_drive.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <array>
+
+#include "absl/strings/str_cat.h"
+#include "scanloc/dataset/scan_reader.hpp"
+#include "support/paths.hpp"
+#include "support/temp_dir.hpp"
+
+namespace scanloc::dataset {
+namespace {
+
+using test::TempDir;
+using ::testing::AllOf;
+using ::testing::Contains;
+using ::testing::HasSubstr;
+
+std::string BagPath(const std::string& name) {
+  return test::SourceDir() + "/tests/data/bags/" + name;
+}
+
+const std::array<Eigen::Vector3d, 6> kPosts = {
+    {{20, 5, 0}, {20, 5, 3}, {-8, 12, 1}, {3, -30, 2}, {40, 0.5, -1}, {-25, -6, 4}}};
+
+// How far the posts of a scan, moved to the map, are from where they stand, shifted [m].
+double WorstError(const Frame& frame, const Eigen::Vector3d& shift_m = Eigen::Vector3d::Zero()) {
+  const auto scan = ReadScan(frame.file());
+  EXPECT_TRUE(scan.ok()) << scan.status();
+  if (!scan.ok() || scan->points.size() != kPosts.size()) {
+    ADD_FAILURE() << "not six points";
+    return 1e9;
+  }
+  EXPECT_GE(scan->num_not_finite, 1U);
+  double worst_m = 0.0;
+  for (std::size_t i = 0; i < kPosts.size(); ++i) {
+    const Point& p = scan->points[i];
+    const Eigen::Vector3d seen = frame.T_map_sensor * Eigen::Vector3d(p.x, p.y, p.z);
+    worst_m = std::max(worst_m, (seen - shift_m - kPosts[i]).norm());
+  }
+  return worst_m;
+}
+
+TEST(BagDrive, PutsWhatIsSeenWhereItStandsInEveryFormat) {
+  for (const std::string name :
+       {"ros1.bag", "ros1_bz2.bag", "ros1_lz4.bag", "ros2", "ros2_file_zstd", "ros2_message_zstd",
+        "ros2_mcap", "zstd.mcap", "lz4.mcap", "plain.mcap", "unindexed.mcap", "unchunked.mcap"}) {
+    SCOPED_TRACE(name);
+    const auto drive = OpenBagDrive({.paths = {BagPath(name)}, .poses_from = "/odom"});
+    ASSERT_TRUE(drive.ok()) << drive.status();
+    ASSERT_EQ(drive->frames.size(), 7U);
+    EXPECT_EQ(drive->num_without_pose, 0U);
+    EXPECT_EQ(drive->frames[1].stamp_ns, 1'700'000'000'100'000'000);
+    EXPECT_EQ(drive->frames[1].name, "1700000000.100000000");
+    EXPECT_THAT(drive->notes, Contains(AllOf(HasSubstr("base_link"), HasSubstr("tf_static"))));
+    for (const Frame& frame : drive->frames) EXPECT_LT(WorstError(frame), 0.03);
+  }
+}
+
+TEST(BagDrive, TakesPosesFromOdometryPosesAndTransforms) {
+  for (const auto& [poses_from, shift_m] :
+       std::vector<std::pair<std::string, Eigen::Vector3d>>{{"/odom", {0, 0, 0}},
+                                                            {"/pose", {0, 0, 0}},
+                                                            {"tf:odom", {0, 0, 0}},
+                                                            {"tf:/map", {100, 50, 0}}}) {
+    SCOPED_TRACE(poses_from);
+    const auto drive = OpenBagDrive({.paths = {BagPath("zstd.mcap")}, .poses_from = poses_from});
+    ASSERT_TRUE(drive.ok()) << drive.status();
+    for (const Frame& frame : drive->frames) EXPECT_LT(WorstError(frame, shift_m), 0.03);
+  }
+}
+
+TEST(BagDrive, LeavesTheMotionInWhereItIsAskedTo) {
+  const auto drive =
+      OpenBagDrive({.paths = {BagPath("zstd.mcap")}, .poses_from = "/odom", .deskew = false});
+  ASSERT_TRUE(drive.ok()) << drive.status();
+  EXPECT_GT(WorstError(drive->frames[2]), 0.4) << "half a metre in 50 ms at 10 m/s";
+}
+
+TEST(BagDrive, ReadsCloudsOfAnyLayout) {
+  for (const std::string topic : {"/hesai", "/float64_big", "/organised"}) {
+    SCOPED_TRACE(topic);
+    const auto drive = OpenBagDrive({.paths = {BagPath("layouts.mcap")}, .topic = topic});
+    ASSERT_TRUE(drive.ok()) << drive.status();
+    ASSERT_EQ(drive->frames.size(), 1U);
+    EXPECT_LT(WorstError(drive->frames[0]), 0.03);
+  }
+}
+
+TEST(BagDrive, TakesAnotherMountThatIsGiven) {
+  const TempDir dir;
+  const std::string calib = dir.Write("calib.txt", "Tr: 1 0 0 5 0 1 0 0 0 0 1 0\n");
+  const auto drive =
+      OpenBagDrive({.paths = {BagPath("zstd.mcap")}, .poses_from = "/odom", .calib_file = calib});
+  ASSERT_TRUE(drive.ok()) << drive.status();
+  EXPECT_NEAR(drive->frames[0].T_map_sensor.translation().x(), 5.0, 1e-9);
+}
+
+TEST(BagDrive, ListsScansWithoutPoses) {
+  std::vector<std::string> notes;
+  const auto scans = ListBagScans({.paths = {BagPath("ros1.bag")}}, notes);
+  ASSERT_TRUE(scans.ok()) << scans.status();
+  ASSERT_EQ(scans->size(), 7U);
+  EXPECT_EQ(ReadScan(scans->front())->points.size(), kPosts.size());
+}
+
+TEST(BagDrive, RefusesWithTheTopicsThereAre) {
+  const std::string bag = BagPath("zstd.mcap");
+  const TempDir dir;
+  for (const auto& [options, reason] : std::vector<std::pair<BagDriveOptions, std::string>>{
+           {{.paths = {bag}}, "\"/odom\" (nav_msgs/Odometry), \"/pose\""},
+           {{.paths = {bag}, .topic = "/clouds"}, "\"/points\" (sensor_msgs/PointCloud2)"},
+           {{.paths = {bag}, .topic = "/odom"}, "is of type nav_msgs/Odometry"},
+           {{.paths = {bag}, .poses_from = "/points"}, "is of type sensor_msgs/PointCloud2"},
+           {{.paths = {bag}, .poses_from = "tf:"}, "tf:map"},
+           {{.paths = {bag}, .poses_from = "tf:world"}, "no transforms connect frame \"velodyne\""},
+           {{.paths = {BagPath("layouts.mcap")}}, "several topics of point clouds"},
+           {{.paths = {bag}, .poses_from = "tf:map", .calib_file = "x"}, "--calib is for"},
+           {{.paths = {bag}, .poses_from = "/odom", .calib_file = dir.File("none")}, "none"},
+           {{.paths = {}}, "no bag"}}) {
+    const auto drive = OpenBagDrive(options);
+    EXPECT_FALSE(drive.ok());
+    EXPECT_THAT(std::string(drive.status().message()), HasSubstr(reason));
+  }
+}
+
+}  // namespace
+}  // namespace scanloc::dataset
