@@ -4,12 +4,14 @@
 
 #include "absl/strings/str_format.h"
 #include "scan_context/locate.hpp"
+#include "scanloc/core/map/up.hpp"
 #include "structural/auto_search.hpp"
 #include "structural/locate.hpp"
 
 namespace scanloc {
 
-Localizer::Localizer(std::shared_ptr<const Map> map) : map_(std::move(map)) {
+Localizer::Localizer(std::shared_ptr<const Map> map, const Eigen::Vector3d& up)
+    : map_(std::move(map)) {
   const Params& params = map_->params;
   if (params.polar.enabled) {
     polar_search_ = std::make_shared<const ContextSearch>(*map_, DescriptorKind::kPolar);
@@ -17,7 +19,7 @@ Localizer::Localizer(std::shared_ptr<const Map> map) : map_(std::move(map)) {
   if (params.cart.enabled) {
     cart_search_ = std::make_shared<const ContextSearch>(*map_, DescriptorKind::kCart);
   }
-  if (params.structure.enabled) auto_search_ = std::make_shared<const AutoSearch>(*map_);
+  if (params.structure.enabled) auto_search_ = std::make_shared<const AutoSearch>(*map_, up);
 }
 
 absl::StatusOr<std::shared_ptr<const Localizer>> Localizer::Create(std::shared_ptr<const Map> map) {
@@ -28,7 +30,9 @@ absl::StatusOr<std::shared_ptr<const Localizer>> Localizer::Create(std::shared_p
         absl::StrFormat("the map has %d structures; its parameters ask for %d",
                         map->structures.size(), num_structures));
   }
-  return std::shared_ptr<const Localizer>(new Localizer(std::move(map)));
+  const absl::StatusOr<Eigen::Vector3d> up = FindUp(*map);
+  if (!up.ok()) return up.status();
+  return std::shared_ptr<const Localizer>(new Localizer(std::move(map), *up));
 }
 
 absl::Status Localizer::Check(const ScanDescriptor& scan, const Query& query,

@@ -129,7 +129,7 @@ absl::StatusOr<CalibrateSummary> CalibrateMap(const CalibrateOptions& options) {
   if (!trials.ok()) return trials.status();
   StoredCalibration stored;
   stored.calibration = FitCalibration(*trials);
-  stored.confusable = FindConfusable(*trials, stored.calibration);
+  stored.confusable = FindConfusable(*trials);
 
   absl::StatusOr<MapWriter> writer = MapWriter::Open(options.path);
   if (!writer.ok()) return writer.status();

@@ -6,6 +6,7 @@
 #include <numbers>
 #include <utility>
 
+#include "scanloc/core/scan/pose_difference.hpp"
 #include "scanloc/core/scan_context/match.hpp"
 
 namespace scanloc {
@@ -84,16 +85,24 @@ class AutoSearch::Structures : public PlaceStructures {
     return search_.map_.structures[static_cast<std::size_t>(place)].posts;
   }
 
-  Eigen::Vector2d PositionInMap(std::int32_t place, const PlanarPose& T_place_query) override {
-    const Eigen::Vector3d position(T_place_query.x_m, T_place_query.y_m, 0.0);
-    return (search_.T_map_level_[static_cast<std::size_t>(place)] * position).head<2>();
+  UprightPose Upright(std::int32_t place, const PlanarPose& T_place_query) override {
+    const Pose& T_map_level = search_.T_map_level_[static_cast<std::size_t>(place)];
+    const Eigen::Vector3d position =
+        T_map_level * Eigen::Vector3d(T_place_query.x_m, T_place_query.y_m, 0.0);
+    const Eigen::Vector3d ahead =
+        T_map_level.linear() *
+        Eigen::Vector3d(std::cos(T_place_query.yaw_rad), std::sin(T_place_query.yaw_rad), 0.0);
+    return {{position.dot(search_.east_), position.dot(search_.north_)},
+            position.dot(search_.up_),
+            std::atan2(ahead.dot(search_.north_), ahead.dot(search_.east_))};
   }
 
  private:
   const AutoSearch& search_;
 };
 
-AutoSearch::AutoSearch(const Map& map) : map_(map), places_(map.places) {
+AutoSearch::AutoSearch(const Map& map, const Eigen::Vector3d& up)
+    : map_(map), places_(map.places), up_(up), east_(up.unitOrthogonal()), north_(up.cross(east_)) {
   T_map_level_.reserve(map.places.size());
   bearings_.reserve(map.places.size());
   for (std::size_t i = 0; i < map.places.size(); ++i) {
@@ -101,6 +110,7 @@ AutoSearch::AutoSearch(const Map& map) : map_(map), places_(map.places) {
                            LevelFromSensor(map.structures[i]).inverse());
     bearings_.push_back(BearingGrid(map.structures[i].posts).Widened());
   }
+  levels_m_ = LevelsOf(map, up);
   if (map.params.polar.enabled) {
     polar_ = std::make_unique<const KeyIndex>(map.polar, KeyScale::kUnit);
   }
@@ -109,10 +119,12 @@ AutoSearch::AutoSearch(const Map& map) : map_(map), places_(map.places) {
   }
 }
 
-std::vector<Hypothesis> AutoSearch::Find(const ScanDescriptor& query, const Options& options,
-                                         const SearchControl& control, StageTimes& times) const {
+std::array<std::vector<Hypothesis>, 2> AutoSearch::Propose(const ScanDescriptor& query,
+                                                           int shortlist,
+                                                           const SearchControl& control,
+                                                           StageTimes& times) const {
   const auto search = [&](const KeyIndex& index, const Keys& keys) {
-    return index.Search(keys.retrieval_cm, options.shortlist, true, control.excluded);
+    return index.Search(keys.retrieval_cm, std::max(shortlist, kShortlist), true, control.excluded);
   };
   const auto view = [](const Context& context, const Keys& keys) {
     return ContextView{context.num_rows, context.num_cols, context.cells_cm, keys.aligning_cm};
@@ -128,53 +140,100 @@ std::vector<Hypothesis> AutoSearch::Find(const ScanDescriptor& query, const Opti
   const std::int64_t retrieved_ns = control.Now_ns();
 
   // In turns, so that the best of both kinds are verified first should time run out.
-  Proposals proposals;
+  std::array<Proposals, 2> proposals;
   for (std::size_t i = 0; i < std::max(polar_found.size(), cart_found.size()); ++i) {
+    Proposals& part = proposals[i < static_cast<std::size_t>(kShortlist) ? 0 : 1];
     if (i < polar_found.size()) {
-      ProposePolar(map_.polar, view(query.polar, polar_keys), polar_found[i].entry, proposals);
+      ProposePolar(map_.polar, view(query.polar, polar_keys), polar_found[i].entry, part);
     }
     if (i < cart_found.size()) {
       ProposeCart(map_.cart, map_.params.cart, view(query.cart, cart_keys), cart_found[i].entry,
-                  proposals);
+                  part);
     }
   }
   const BearingGrid bearings(query.structure.posts);
-  proposals.AddHeadings([&](std::int32_t place) {
-    return bearings_[static_cast<std::size_t>(place)].BestHeadings(bearings, kNumHeadings);
-  });
-  const std::int64_t matched_ns = control.Now_ns();
-
-  // Where a robot should be is looked at first, too, should time run out.
-  const std::vector<Hypothesis> predicted =
-      VerifyPredicted(query.structure, options.predicted, control);
-  Structures structures(*this);
-  std::vector<Hypothesis> verified =
-      Verify(query.structure.posts, proposals.Take(), structures, control);
-  verified.insert(verified.end(), predicted.begin(), predicted.end());
-  std::stable_sort(verified.begin(), verified.end(),
-                   [](const Hypothesis& a, const Hypothesis& b) { return a.score > b.score; });
+  std::array<std::vector<Hypothesis>, 2> proposed;
+  for (std::size_t part = 0; part < proposals.size(); ++part) {
+    proposals[part].AddHeadings([&](std::int32_t place) {
+      return bearings_[static_cast<std::size_t>(place)].BestHeadings(bearings, kNumHeadings);
+    });
+    proposed[part] = proposals[part].Take();
+  }
   times.retrieve_ns = retrieved_ns - start_ns;
-  times.match_ns = matched_ns - retrieved_ns;
-  times.verify_ns = control.Now_ns() - matched_ns;
-  return verified;
+  times.match_ns = control.Now_ns() - retrieved_ns;
+  return proposed;
 }
 
-std::vector<Hypothesis> AutoSearch::VerifyPredicted(const Structure& query,
+std::vector<Spot> AutoSearch::Find(const ScanDescriptor& query, const Options& options,
+                                   const SearchControl& control, StageTimes& times) const {
+  const Structure& structure = query.structure;
+  const std::array<std::vector<Hypothesis>, 2> proposed =
+      Propose(query, options.shortlist, control, times);
+  const std::int64_t start_ns = control.Now_ns();
+
+  QueryMatch match(structure.posts);
+  std::vector<Hypothesis> verified;
+  const auto add = [&](const std::vector<Hypothesis>& more) {
+    verified.insert(verified.end(), more.begin(), more.end());
+  };
+  // Where a robot should be is looked at first, should time run out.
+  add(VerifyPredicted(match, structure, options.predicted, control));
+  Structures structures(*this);
+  for (const std::vector<Hypothesis>& part : proposed) {
+    add(Verify(match, part, structures, control));
+  }
+  if (verified.empty()) return {};
+  const auto worse = [](const Hypothesis& a, const Hypothesis& b) { return a.score < b.score; };
+  // Whatever the time: without its rivals the best would look surer than it is.
+  add(VerifyRivals(match, structure, *std::max_element(verified.begin(), verified.end(), worse),
+                   control));
+  std::vector<Spot> spots = Distinct(structure, std::move(verified));
+  for (std::size_t i = 0; i < spots.size() && static_cast<int>(i) < options.num_supported; ++i) {
+    const Hypothesis& hypothesis = spots[i].hypothesis;
+    const std::span<const Post> place = structures.Posts(hypothesis.place);
+    match.SetPlace(place);
+    spots[i].support = SupportOf(match, structure.posts, place, hypothesis.T_place_query);
+  }
+  times.verify_ns = control.Now_ns() - start_ns;
+  return spots;
+}
+
+std::vector<Spot> AutoSearch::Distinct(const Structure& query,
+                                       std::vector<Hypothesis> verified) const {
+  std::stable_sort(verified.begin(), verified.end(),
+                   [](const Hypothesis& a, const Hypothesis& b) { return a.score > b.score; });
+  std::vector<Spot> spots;
+  for (const Hypothesis& hypothesis : verified) {
+    const Pose T_map_query = PoseInMap(query, hypothesis);
+    const bool is_known = std::any_of(spots.begin(), spots.end(), [&](const Spot& spot) {
+      return !MissOf(DifferenceOf(spot.T_map_query, T_map_query, up_)).any();
+    });
+    if (!is_known) spots.push_back({hypothesis, T_map_query, std::nullopt});
+  }
+  return spots;
+}
+
+std::optional<Hypothesis> AutoSearch::HypothesisAt(const Structure& query, const Pose& T_map_query,
+                                                   const SearchControl& control) const {
+  const auto place = places_.Nearest(T_map_query.translation(), control.excluded);
+  if (!place) return std::nullopt;
+  const Pose T_place_query =
+      T_map_level_[*place].inverse() * T_map_query * LevelFromSensor(query).inverse();
+  return Hypothesis{
+      static_cast<std::int32_t>(*place),
+      {T_place_query.translation().x(), T_place_query.translation().y(), Yaw(T_place_query)}};
+}
+
+std::vector<Hypothesis> AutoSearch::VerifyPredicted(QueryMatch& match, const Structure& query,
                                                     const std::vector<Pose>& predictions,
                                                     const SearchControl& control) const {
   std::vector<Hypothesis> predicted;
   for (const Pose& T_map_query : predictions) {
-    const auto place = places_.Nearest(T_map_query.translation(), control.excluded);
-    if (!place) return {};
-    const Pose T_place_query =
-        T_map_level_[*place].inverse() * T_map_query * LevelFromSensor(query).inverse();
-    predicted.push_back(
-        {static_cast<std::int32_t>(*place),
-         {T_place_query.translation().x(), T_place_query.translation().y(), Yaw(T_place_query)}});
+    if (auto at = HypothesisAt(query, T_map_query, control)) predicted.push_back(*at);
   }
   const int num_predicted = static_cast<int>(predicted.size());
   Structures structures(*this);
-  return Verify(query.posts, std::move(predicted), structures, control,
+  return Verify(match, std::move(predicted), structures, control,
                 {.num_fine = num_predicted, .max_fine_per_spot = num_predicted});
 }
 
@@ -200,34 +259,28 @@ std::optional<Candidate> AutoSearch::CandidateAt(const Pose& T_map_query, double
   return candidate;
 }
 
-Evidence Weigh(const AutoSearch& search, const Structure& query,
-               const std::vector<Hypothesis>& verified) {
-  if (verified.empty()) return {};
-  const auto position = [&](const Hypothesis& hypothesis) -> Eigen::Vector2d {
-    return search.PoseInMap(query, hypothesis).translation().head<2>();
-  };
-  Evidence evidence{.score = verified.front().score};
-  const Eigen::Vector2d best = position(verified.front());
-  for (const Hypothesis& hypothesis : verified) {
-    if ((position(hypothesis) - best).norm() > VerifyOptions{}.rival_radius_m) {
-      evidence.rival = std::max(evidence.rival, hypothesis.score);
-    }
+std::vector<double> ConfidencesOf(const std::vector<Spot>& spots) {
+  if (spots.empty()) return {};
+  std::vector<double> scores;
+  scores.reserve(spots.size());
+  for (const Spot& spot : spots) scores.push_back(spot.hypothesis.score);
+  const Support& support = *spots.front().support;
+  std::vector<double> confidences = Shares(scores, support.num_posts);
+  const double supported = Logistic(GenuineLogOdds(support));
+  for (double& confidence : confidences) confidence *= supported;
+  return confidences;
+}
+
+std::size_t CountDistinct(std::span<const Post> posts) {
+  constexpr double kCell_cm = 50.0;
+  std::vector<std::pair<int, int>> cells;
+  cells.reserve(posts.size());
+  for (const Post& post : posts) {
+    cells.emplace_back(static_cast<int>(std::floor(post.x_cm / kCell_cm)),
+                       static_cast<int>(std::floor(post.y_cm / kCell_cm)));
   }
-  return evidence;
-}
-
-double LogOdds(const Calibration& calibration, const Evidence& evidence) {
-  const auto log_odds = [&](const Calibration& by) {
-    return by.bias + by.score_weight * evidence.score +
-           by.margin_weight * (evidence.score - evidence.rival);
-  };
-  // Trials are made up and half of them within the map; the defaults come from real drives. A map's
-  // own trials may find it harder than those, never easier.
-  return std::min(log_odds(calibration), log_odds(Calibration{}));
-}
-
-double Confidence(const Calibration& calibration, const Evidence& evidence) {
-  return 1.0 / (1.0 + std::exp(-LogOdds(calibration, evidence)));
+  std::sort(cells.begin(), cells.end());
+  return static_cast<std::size_t>(std::unique(cells.begin(), cells.end()) - cells.begin());
 }
 
 }  // namespace scanloc

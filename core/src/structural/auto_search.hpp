@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <memory>
 #include <optional>
 #include <span>
@@ -13,31 +14,46 @@
 #include "scanloc/core/search_control.hpp"
 #include "scanloc/core/structural/verify.hpp"
 #include "structural/bearing_grid.hpp"
+#include "structural/evidence.hpp"
 
 namespace scanloc {
+
+/// A pose that a query may have been taken at.
+struct Spot {
+  Hypothesis hypothesis;
+  Pose T_map_query = Pose::Identity();
+  std::optional<Support> support;  ///< only of the best few: AutoSearch::Options::num_supported
+};
 
 /// The search behind the method `auto` (docs/algorithm.md, "Beyond the paper"): a shortlist from
 /// both kinds of context by keys of unit norm, then geometric verification.
 /// Immutable after construction; any number of threads may search at once.
 class AutoSearch {
  public:
-  static constexpr int kShortlist = 100;  ///< places of each kind of context
+  /// Places of each kind of context that every query looks at. More are looked at beside them, so
+  /// that no rival drops out of a longer list.
+  static constexpr int kShortlist = 100;
 
-  /// Requires map.params.structure.enabled. Keeps a reference to the map.
-  explicit AutoSearch(const Map& map);
+  /// Requires map.params.structure.enabled and a unit vector up in the map frame. Keeps a reference
+  /// to the map.
+  AutoSearch(const Map& map, const Eigen::Vector3d& up);
 
   struct Options {
     int shortlist = kShortlist;
     std::vector<Pose> predicted = {};  ///< T_map_query to be verified, too
+    int num_supported = 1;             ///< spots whose support is looked at
   };
 
-  /// Verified hypotheses, best first; none if there is nothing to verify.
-  [[nodiscard]] std::vector<Hypothesis> Find(const ScanDescriptor& query, const Options& options,
-                                             const SearchControl& control, StageTimes& times) const;
+  /// Where the query may have been taken: verified, all distinct poses, best first; none if there
+  /// is nothing to verify.
+  ///
+  /// Beside the shortlist, the best spot's own rivals are looked at: the same place turned, shifted
+  /// and reflected about its middle, and the places above and below it.
+  [[nodiscard]] std::vector<Spot> Find(const ScanDescriptor& query, const Options& options,
+                                       const SearchControl& control, StageTimes& times) const;
 
-  /// T_map_query of a hypothesis, in six degrees of freedom: the planar registration, and the
-  /// grounds of both scans laid on each other.
-  [[nodiscard]] Pose PoseInMap(const Structure& query, const Hypothesis& hypothesis) const;
+  /// Up in the map frame, as its places say.
+  [[nodiscard]] const Eigen::Vector3d& up() const { return up_; }
 
   /// The candidate that stands at a pose, told relative to the place nearest to it; none where all
   /// places are excluded.
@@ -48,35 +64,50 @@ class AutoSearch {
  private:
   class Structures;
 
+  /// T_map_query of a hypothesis, in six degrees of freedom: the planar registration, and the
+  /// grounds of both scans laid on each other.
+  [[nodiscard]] Pose PoseInMap(const Structure& query, const Hypothesis& hypothesis) const;
+  /// How a query at a pose lies on the place nearest to it; none where all are excluded.
+  [[nodiscard]] std::optional<Hypothesis> HypothesisAt(const Structure& query,
+                                                       const Pose& T_map_query,
+                                                       const SearchControl& control) const;
+  /// How the query may lie on the places of the shortlist: first of the kShortlist that every query
+  /// looks at, then of those that it asks for beyond.
+  [[nodiscard]] std::array<std::vector<Hypothesis>, 2> Propose(const ScanDescriptor& query,
+                                                               int shortlist,
+                                                               const SearchControl& control,
+                                                               StageTimes& times) const;
   /// Those of the poses predicted, verified.
-  [[nodiscard]] std::vector<Hypothesis> VerifyPredicted(const Structure& query,
+  [[nodiscard]] std::vector<Hypothesis> VerifyPredicted(QueryMatch& match, const Structure& query,
                                                         const std::vector<Pose>& predictions,
                                                         const SearchControl& control) const;
+  /// The verified hypotheses that are of distinct poses, best first.
+  [[nodiscard]] std::vector<Spot> Distinct(const Structure& query,
+                                           std::vector<Hypothesis> verified) const;
+  /// Heights at which there may be places, from the lowest to the highest.
+  [[nodiscard]] static std::vector<double> LevelsOf(const Map& map, const Eigen::Vector3d& up);
+  /// What else the query may be at the best hypothesis' place, verified.
+  [[nodiscard]] std::vector<Hypothesis> VerifyRivals(QueryMatch& match, const Structure& query,
+                                                     const Hypothesis& best,
+                                                     const SearchControl& control) const;
 
   const Map& map_;
   PlaceTree places_;
-  std::vector<Pose> T_map_level_;      ///< of the places' levelled frames
+  Eigen::Vector3d up_, east_, north_;  // right-handed
+  std::vector<double> levels_m_;       // heights along up_ that are probed for places
+  std::vector<Pose> T_map_level_;      // of the places' levelled frames
   std::vector<BearingGrid> bearings_;  // of the places, widened
   std::unique_ptr<const KeyIndex> polar_;
   std::unique_ptr<const KeyIndex> cart_;
 };
 
+/// How likely each spot is where the query was taken: that the best is not just alike, times each
+/// one's share among them. Requires the best one's support.
+[[nodiscard]] std::vector<double> ConfidencesOf(const std::vector<Spot>& spots);
+
 /// Fewer posts than this fit on almost anything.
 inline constexpr std::size_t kMinPosts = 20;
-/// What an unrelated place usually scores.
-inline constexpr double kUnrelatedScore = 0.2;
-
-/// What verified hypotheses say for the best of them.
-struct Evidence {
-  double score = 0.0;  ///< of the best
-  double rival = 0.0;  ///< best score of a hypothesis elsewhere (rival_radius_m); 0 without one
-};
-[[nodiscard]] Evidence Weigh(const AutoSearch& search, const Structure& query,
-                             const std::vector<Hypothesis>& verified);
-
-/// The log-odds that the best hypothesis is right, by the map's calibration.
-[[nodiscard]] double LogOdds(const Calibration& calibration, const Evidence& evidence);
-/// The same as a probability.
-[[nodiscard]] double Confidence(const Calibration& calibration, const Evidence& evidence);
+/// How many posts stand in cells of their own: a post that is said twice counts once.
+[[nodiscard]] std::size_t CountDistinct(std::span<const Post> posts);
 
 }  // namespace scanloc

@@ -6,6 +6,8 @@
 #include <numbers>
 #include <optional>
 
+#include "scanloc/core/map/up.hpp"
+#include "scanloc/core/scan/pose_difference.hpp"
 #include "structural/auto_search.hpp"
 
 namespace scanloc {
@@ -29,6 +31,9 @@ class Random {
  private:
   std::uint64_t state_;
 };
+
+/// Places on the same way, uphill or down, rise by less than this.
+constexpr double kSlope = 0.2;
 
 /// Azimuths that a vehicle next to the sensor hides.
 struct Occlusion {
@@ -102,6 +107,7 @@ void PerturbPosts(const Occlusion& occlusion, double lateral_m, bool reversed, R
 struct Visit {
   ScanDescriptor query;
   double lateral_m = 0.0;
+  double yaw_rad = 0.0;
 };
 
 Context ContextOf(const ContextTable& table, std::size_t entry) {
@@ -115,6 +121,7 @@ Visit Perturbed(const Map& map, std::size_t place, Random& random) {
   visit.query.num_voxels = static_cast<std::uint32_t>(params.search.min_voxels);
   visit.query.structure = map.structures[place];
   const bool reversed = random.Chance(0.5);
+  visit.yaw_rad = reversed ? std::numbers::pi : 0.0;
   const Occlusion occlusion{random.Uniform(-std::numbers::pi, std::numbers::pi),
                             random.Uniform(0.3, 1.0)};
   if (params.polar.enabled) {
@@ -146,7 +153,8 @@ Visit Perturbed(const Map& map, std::size_t place, Random& random) {
 }  // namespace
 
 struct Calibrator::State {
-  explicit State(std::shared_ptr<const Map> map_in) : map(std::move(map_in)), search(*map) {}
+  explicit State(std::shared_ptr<const Map> map_in)
+      : map(std::move(map_in)), search(*map, FindUp(*map).value_or(Eigen::Vector3d::UnitZ())) {}
 
   std::shared_ptr<const Map> map;
   AutoSearch search;
@@ -170,30 +178,28 @@ Calibrator::Trial Calibrator::Run(std::size_t i) const {
   Random random(i);
   const Visit visit = Perturbed(map, place, random);
 
-  const auto position = [](const Pose& pose) -> Eigen::Vector2d {
-    return pose.translation().head<2>();
-  };
+  const Eigen::Vector3d& up = state_->search.up();
   const Pose& T_map_place = map.places[place].T_map_place;
-  const double radius_m = is_lookalike ? kFar_m : kNear_m;
   std::vector<bool> excluded(map.places.size());
   for (std::size_t p = 0; p < map.places.size(); ++p) {
-    excluded[p] = (position(map.places[p].T_map_place) - position(T_map_place)).norm() < radius_m;
+    const PoseDifference off = DifferenceOf(map.places[p].T_map_place, T_map_place, up);
+    excluded[p] = is_lookalike ? off.plane_m < kFar_m &&
+                                     off.height_m < PoseLimits{}.height_m + kSlope * off.plane_m
+                               : off.plane_m < kNear_m && off.height_m < PoseLimits{}.height_m;
   }
 
   StageTimes times;
-  const std::vector<Hypothesis> verified =
+  const std::vector<Spot> spots =
       state_->search.Find(visit.query, {}, {.excluded = &excluded}, times);
   Trial trial{.place = static_cast<std::int32_t>(place)};
-  if (verified.empty()) return trial;
-  const Evidence evidence = Weigh(state_->search, visit.query.structure, verified);
-  const Eigen::Vector2d truth = position(T_map_place * PlanarOffset(visit.lateral_m, 0.0));
-  const Eigen::Vector2d found =
-      position(state_->search.PoseInMap(visit.query.structure, verified.front()));
+  if (spots.empty()) return trial;
+  const Pose truth = T_map_place * PlanarOffset(visit.lateral_m, visit.yaw_rad);
   trial.is_valid = true;
-  trial.is_right = (found - truth).norm() < kCorrect_m;
-  trial.score = evidence.score;
-  trial.margin = evidence.score - evidence.rival;
-  trial.found = verified.front().place;
+  trial.is_right = !MissOf(DifferenceOf(spots.front().T_map_query, truth, up)).any();
+  trial.score = spots.front().hypothesis.score;
+  trial.margin = spots.size() < 2 ? trial.score : trial.score - spots[1].hypothesis.score;
+  trial.confidence = ConfidencesOf(spots).front();
+  trial.found = spots.front().hypothesis.place;
   return trial;
 }
 
@@ -242,14 +248,14 @@ Calibration FitCalibration(const std::vector<Calibrator::Trial>& trials) {
           static_cast<std::int32_t>(count(true) + count(false))};
 }
 
-std::vector<ConfusablePair> FindConfusable(const std::vector<Calibrator::Trial>& trials,
-                                           const Calibration& calibration) {
+std::vector<ConfusablePair> FindConfusable(const std::vector<Calibrator::Trial>& trials) {
   constexpr double kWorthAWarning = 0.2;
   std::vector<ConfusablePair> pairs;
   for (const Calibrator::Trial& trial : trials) {
     if (!trial.is_valid || trial.is_right) continue;
-    const double confidence = Confidence(calibration, {trial.score, trial.score - trial.margin});
-    if (confidence >= kWorthAWarning) pairs.push_back({trial.place, trial.found, confidence});
+    if (trial.confidence >= kWorthAWarning) {
+      pairs.push_back({trial.place, trial.found, trial.confidence});
+    }
   }
   std::stable_sort(
       pairs.begin(), pairs.end(),

@@ -119,7 +119,9 @@ Eigen::Vector3d Step(const Sums& sums) {
   hessian << sums[0], sums[1], sums[2],  //
       sums[1], sums[3], sums[4],         //
       sums[2], sums[4], sums[5];
-  hessian.diagonal() += Eigen::Vector3d(1e-3, 1e-3, 1e-1);
+  // Along a corridor there is nothing to hold a pose: it must not run away for a grain of slope.
+  const double held = 1e-3 + 3e-4 * (hessian(0, 0) + hessian(1, 1));
+  hessian.diagonal() += Eigen::Vector3d(held, held, 1e-1);
   return hessian.inverse() * Eigen::Vector3d(sums[6], sums[7], sums[8]);
 }
 
@@ -217,18 +219,27 @@ SCANLOC_SIMD void DistanceField::Fill(const PlanarPoints& posts) {
 
 PlanarPose Register(const DistanceField& field, const PlanarPoints& points, const PlanarPose& guess,
                     const RegisterOptions& options) {
+  // Steps smaller than these are noise beside the posts' own centimetres.
+  constexpr double kSettled_m = 0.005;
+  constexpr double kSettled_rad = 0.0005;
   PlanarPose pose = guess;
   const double step_m = options.num_iterations < 2
                             ? 0.0
                             : (options.narrow_m - options.wide_m) / (options.num_iterations - 1);
-  for (int i = 0; i < options.num_iterations; ++i) {
+  for (int i = 0; i < options.num_iterations + options.max_settling; ++i) {
+    const double width_m =
+        i < options.num_iterations ? options.wide_m + step_m * i : options.narrow_m;
     Sums sums;
-    AddUp(Placed(field, pose), static_cast<float>(options.wide_m + step_m * i), points.x_m().data(),
+    AddUp(Placed(field, pose), static_cast<float>(width_m), points.x_m().data(),
           points.y_m().data(), points.x_m().size(), sums);
     const Eigen::Vector3d step = Step(sums);
     pose.x_m -= step.x();
     pose.y_m -= step.y();
     pose.yaw_rad -= step.z();
+    if (i >= options.num_iterations && step.head<2>().norm() < kSettled_m &&
+        std::abs(step.z()) < kSettled_rad) {
+      break;
+    }
   }
   pose.yaw_rad = WrapAngle(pose.yaw_rad);
   return pose;

@@ -7,6 +7,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "scanloc/core/scan/pose_difference.hpp"
 #include "structural/auto_search.hpp"
 
 namespace scanloc {
@@ -16,13 +17,16 @@ namespace {
 /// and so are their errors.
 constexpr double kMaxScanLogOdds = 6.0;
 constexpr double kMaxLogOdds = 8.0;
-/// What is left of older evidence after each scan.
-constexpr double kMemory = 0.75;
 /// Robots are seldom carried off: what a track that begins has against it while another is sure.
 constexpr double kNewTrackPenalty = 4.0;
 constexpr double kSureLogOdds = 3.0;
 /// Tracks less likely than this are given up.
-constexpr double kLeastLogOdds = -5.0;
+constexpr double kLeastLogOdds = -8.0;
+/// A spot with less than this for it is none: its track has lost sight of the map.
+constexpr double kLostLogOdds = -2.0;
+
+/// Spots of a scan that are looked at for more than their scores.
+constexpr int kNumSupported = 4;
 
 /// By odometry: how far from where it should be a track may be found, and how far turned.
 constexpr double kGate_m = 3.0;
@@ -30,33 +34,36 @@ constexpr double kGatePerMetre = 0.1;
 constexpr double kGate_rad = 0.35;
 /// Without: turned by less than half a turn between two scans.
 constexpr double kFreeGate_rad = 0.75 * std::numbers::pi;
-
-double PlanarDistance(const Pose& a, const Pose& b) {
-  return (a.translation() - b.translation()).head<2>().norm();
-}
+/// Floors are farther apart than a track moves up or down unseen, but for so much of what it moves
+/// in the plane.
+constexpr double kHeightGate_m = 1.0;
+constexpr double kHeightGatePerMetre = 0.1;
 
 }  // namespace
 
 /// A scan: where it may have been taken, and how far from their predicted poses tracks may be
 /// found.
 struct Tracker::Step {
-  struct Spot {
+  struct Candidate {
     Pose T_map_scan;
     double score = 0.0;
     double unrivalled = 0.0;  // as in Track
-    double log_odds = 0.0;    // of this scan alone
+    double log_odds = 0.0;    // of this scan, as far as scans in a row may add it up
+    double rivalry = 0.0;     // what this scan alone says against it beyond that
   };
-  std::vector<Spot> spots;  // distinct, best first
-  double best_score = 0.0;
+  std::vector<Candidate> spots;  // distinct, best first
+  Eigen::Vector3d up;
   double gate_m = 0.0;
   double gate_rad = 0.0;
   StageTimes times;
 
   /// The best spot where a track may have got to.
-  [[nodiscard]] const Spot* Find(const Pose& T_map_predicted) const {
-    const auto found = std::find_if(spots.begin(), spots.end(), [&](const Spot& spot) {
-      return PlanarDistance(spot.T_map_scan, T_map_predicted) <= gate_m &&
-             std::abs(Yaw(T_map_predicted.inverse() * spot.T_map_scan)) <= gate_rad;
+  [[nodiscard]] const Candidate* Find(const Pose& T_map_predicted) const {
+    const auto found = std::find_if(spots.begin(), spots.end(), [&](const Candidate& spot) {
+      const PoseDifference off = DifferenceOf(spot.T_map_scan, T_map_predicted, up);
+      return off.plane_m <= gate_m &&
+             off.height_m <= kHeightGate_m + kHeightGatePerMetre * off.plane_m &&
+             off.heading_deg * std::numbers::pi / 180.0 <= gate_rad;
     });
     return found == spots.end() ? nullptr : &*found;
   }
@@ -94,19 +101,28 @@ void Tracker::Move(const std::optional<Pose>& T_last_scan) {
   for (Track& track : tracks_) track.T_map_scan = track.T_map_scan * *T_last_scan;
 }
 
+void Tracker::LoseSight() {
+  // The robot may have been carried, or taken a lift: what a track had over others is gone.
+  for (Track& track : tracks_) track.log_odds = std::min(track.log_odds, 0.0);
+}
+
 void Tracker::Weigh(const Step& step) {
-  const Calibration& calibration = localizer_->map().calibration;
-  const bool is_sure = !tracks_.empty() && tracks_.front().log_odds > kSureLogOdds;
-  const double lost = std::clamp(
-      LogOdds(calibration, {std::min(kUnrelatedScore, step.best_score), step.best_score}),
-      -kMaxScanLogOdds, 0.0);
+  const double begun = tracks_.empty() ? 0.0 : tracks_.front().log_odds;
+  const double second = tracks_.size() < 2 ? 0.0 : std::max(0.0, tracks_[1].total());
+  const bool is_sure = !tracks_.empty() && tracks_.front().total() - second > kSureLogOdds;
   std::vector<bool> is_taken(step.spots.size());
   std::vector<Track> weighed;
+  bool is_best = true;
+  bool is_best_lost = true;
   for (Track track : tracks_) {
-    const Step::Spot* spot = step.Find(track.T_map_scan);
-    track.log_odds =
-        std::clamp(kMemory * track.log_odds + (spot == nullptr ? lost : spot->log_odds),
-                   -kMaxLogOdds, kMaxLogOdds);
+    const Step::Candidate* spot = step.Find(track.T_map_scan);
+    const bool is_lost = spot == nullptr || spot->log_odds < kLostLogOdds;
+    track.log_odds += spot == nullptr ? -kMaxScanLogOdds : spot->log_odds;
+    track.rivalry = 0.0;
+    if (is_best) is_best_lost = is_lost;
+    if (is_lost && is_best) LoseSight();
+    if (is_lost) track.log_odds = std::min(track.log_odds, 0.0);
+    is_best = false;
     if (spot != nullptr) {
       const auto index = static_cast<std::size_t>(spot - step.spots.data());
       // Tracks that met go on as the likelier one, which came first.
@@ -115,18 +131,28 @@ void Tracker::Weigh(const Step& step) {
       track.T_map_scan = spot->T_map_scan;
       track.score = spot->score;
       track.unrivalled = spot->unrivalled;
+      track.rivalry = spot->rivalry;
       ++track.num_scans;
     }
     weighed.push_back(track);
   }
+  // A spot that was not seen before may as well have been missed: what it has against it is only
+  // what the best is ahead of all others.
+  const double prior =
+      std::max(0.0, is_best_lost ? 0.0 : begun) - (is_sure ? kNewTrackPenalty : 0.0);
   for (std::size_t i = 0; i < step.spots.size(); ++i) {
     if (is_taken[i]) continue;
-    const Step::Spot& spot = step.spots[i];
-    weighed.push_back({spot.T_map_scan, spot.score, spot.unrivalled,
-                       spot.log_odds - (is_sure ? kNewTrackPenalty : 0.0), 1, next_id_++});
+    const Step::Candidate& spot = step.spots[i];
+    const double log_odds = prior + spot.log_odds;
+    weighed.push_back(
+        {spot.T_map_scan, spot.score, spot.unrivalled, log_odds, spot.rivalry, 1, next_id_++});
   }
   std::stable_sort(weighed.begin(), weighed.end(),
-                   [](const Track& a, const Track& b) { return a.log_odds > b.log_odds; });
+                   [](const Track& a, const Track& b) { return a.total() > b.total(); });
+  // None is surer than kMaxLogOdds; what each has over the others stays.
+  double excess = 0.0;
+  for (const Track& track : weighed) excess = std::max(excess, track.log_odds - kMaxLogOdds);
+  for (Track& track : weighed) track.log_odds -= excess;
   while (weighed.size() > 1 &&
          (weighed.size() > kMaxTracks || weighed.back().log_odds < kLeastLogOdds)) {
     weighed.pop_back();
@@ -140,13 +166,21 @@ TrackedAnswer Tracker::Tell(const Step& step, const SearchControl& control) {
   Answer& answer = told.answer;
   answer.content_id = map.content_id;
   answer.times = step.times;
-  // Against each other and against being nowhere in the map.
+  // Against each other and against being nowhere in the map; with what the last scan alone says and
+  // without, whichever is less sure.
   double sum = 1.0;
-  for (const Track& track : tracks_) sum += std::exp(track.log_odds);
+  double sum_in_a_row = 1.0;
+  for (const Track& track : tracks_) {
+    sum += std::exp(track.total());
+    sum_in_a_row += std::exp(track.log_odds);
+  }
+  const auto confidence_of = [&](const Track& track) {
+    return std::min(std::exp(track.total()) / sum, std::exp(track.log_odds) / sum_in_a_row);
+  };
   for (const Track& track : tracks_) {
     if (static_cast<int>(answer.candidates.size()) >= options_.query.max_answers) break;
     auto candidate = localizer_->auto_search_->CandidateAt(track.T_map_scan, track.score,
-                                                           std::exp(track.log_odds) / sum, control);
+                                                           confidence_of(track), control);
     if (candidate) answer.candidates.push_back(*std::move(candidate));
   }
   if (answer.candidates.empty()) {
@@ -156,7 +190,7 @@ TrackedAnswer Tracker::Tell(const Step& step, const SearchControl& control) {
   const Track& best = tracks_.front();
   told.num_scans = best.num_scans;
   const double least = options_.query.min_confidence.value_or(map.params.search.min_confidence);
-  const double confidence = std::exp(best.log_odds) / sum;
+  const double confidence = confidence_of(best);
   if (confidence >= least) {
     answer.outcome = Outcome::kLocalized;
     told.is_relocated = last_localized_ != 0 && last_localized_ != best.id;
@@ -167,7 +201,7 @@ TrackedAnswer Tracker::Tell(const Step& step, const SearchControl& control) {
     answer.outcome = Outcome::kAmbiguous;
     answer.reason = absl::StrFormat(
         "distinct spots explain the last scans: the best has a probability of %.2f, the next %.2f",
-        confidence, std::exp(tracks_[1].log_odds) / sum);
+        confidence, confidence_of(tracks_[1]));
   } else {
     answer.outcome = Outcome::kNotRecognized;
     answer.reason = absl::StrFormat(
@@ -179,8 +213,9 @@ TrackedAnswer Tracker::Tell(const Step& step, const SearchControl& control) {
 absl::StatusOr<Tracker::Step> Tracker::Look(const ScanDescriptor& scan,
                                             const std::optional<Pose>& T_last_scan,
                                             const SearchControl& control) const {
-  AutoSearch::Options search{.shortlist =
-                                 options_.query.num_candidates.value_or(AutoSearch::kShortlist)};
+  AutoSearch::Options search{
+      .shortlist = options_.query.num_candidates.value_or(AutoSearch::kShortlist),
+      .num_supported = kNumSupported};
   for (const Track& track : tracks_) {
     search.predicted.push_back(T_last_scan ? track.T_map_scan * *T_last_scan : track.T_map_scan);
   }
@@ -189,24 +224,18 @@ absl::StatusOr<Tracker::Step> Tracker::Look(const ScanDescriptor& scan,
   step.gate_m = T_last_scan ? kGate_m + kGatePerMetre * travelled_m : options_.max_step_m;
   step.gate_rad = T_last_scan ? kGate_rad : kFreeGate_rad;
   const AutoSearch& auto_search = *localizer_->auto_search_;
-  const std::vector<Hypothesis> found = auto_search.Find(scan, search, control, step.times);
+  step.up = auto_search.up();
+  const std::vector<Spot> found = auto_search.Find(scan, search, control, step.times);
   if (control.IsUnwanted()) return absl::CancelledError("nobody waits for the answer any more");
-  for (const Hypothesis& hypothesis : found) {
-    const Pose T_map_scan = auto_search.PoseInMap(scan.structure, hypothesis);
-    const bool is_known =
-        std::any_of(step.spots.begin(), step.spots.end(), [&](const Step::Spot& spot) {
-          return PlanarDistance(spot.T_map_scan, T_map_scan) < VerifyOptions{}.rival_radius_m;
-        });
-    if (!is_known) step.spots.push_back({T_map_scan, hypothesis.score});
-  }
-  if (!step.spots.empty()) step.best_score = step.spots.front().score;
-  const Calibration& calibration = localizer_->map().calibration;
-  for (std::size_t i = 0; i < step.spots.size(); ++i) {
-    const double rival = step.spots.size() < 2 ? 0.0 : step.spots[i == 0 ? 1 : 0].score;
-    Step::Spot& spot = step.spots[i];
-    spot.log_odds =
-        std::clamp(LogOdds(calibration, {spot.score, rival}), -kMaxScanLogOdds, kMaxScanLogOdds);
-    spot.unrivalled = Confidence(calibration, {spot.score, std::min(rival, kUnrelatedScore)});
+  for (const Spot& spot : found) {
+    const Support& support = spot.support ? *spot.support : *found.front().support;
+    const double best_score = found.front().hypothesis.score;
+    const double score = spot.hypothesis.score;
+    const double genuine = GenuineLogOdds(support);
+    const double in_a_row = RivalryLogOddsInARow(best_score, score, support.num_posts);
+    step.spots.push_back({spot.T_map_query, score, Logistic(SupportLogOdds(support)),
+                          std::clamp(genuine - in_a_row, -kMaxScanLogOdds, kMaxScanLogOdds),
+                          RivalryLogOdds(best_score, score, support.num_posts) - in_a_row});
   }
   return step;
 }
@@ -228,10 +257,11 @@ absl::StatusOr<TrackedAnswer> Tracker::Update(const ScanDescriptor& scan,
   }
   const SearchParams& least = localizer_->map().params.search;
   if (scan.num_voxels < static_cast<std::uint32_t>(least.min_voxels) ||
-      scan.structure.posts.size() < kMinPosts) {
+      CountDistinct(scan.structure.posts) < kMinPosts) {
     absl::StatusOr<Answer> answer = localizer_->Localize(scan, options_.query, control);
     if (!answer.ok()) return answer.status();
     Move(T_last);
+    LoseSight();
     return TrackedAnswer{.answer = *std::move(answer)};
   }
   const absl::StatusOr<Step> step = Look(scan, T_last, control);

@@ -78,19 +78,19 @@ TEST(FitCalibration, KeepsTheDefaultsWithTooFewOfEitherKind) {
 }
 
 TEST(FindConfusable, NamesTheWorstFirstAndNoRightAnswer) {
-  const std::vector<Trial> trials = {{true, true, 0.9, 0.8, 1, 1},
-                                     {true, false, 0.5, 0.3, 2, 7},
-                                     {true, false, 0.8, 0.6, 3, 8},
-                                     {true, false, 0.1, 0.0, 4, 9},
-                                     {false, false, 0.9, 0.9, 5, 0}};
-  const std::vector<ConfusablePair> pairs = FindConfusable(trials, Calibration());
+  const std::vector<Trial> trials = {{true, true, 0.9, 0.8, 0.99, 1, 1},
+                                     {true, false, 0.5, 0.3, 0.4, 2, 7},
+                                     {true, false, 0.8, 0.6, 0.7, 3, 8},
+                                     {true, false, 0.1, 0.0, 0.1, 4, 9},
+                                     {false, false, 0.9, 0.9, 0.9, 5, 0}};
+  const std::vector<ConfusablePair> pairs = FindConfusable(trials);
   ASSERT_EQ(pairs.size(), 2U);
   EXPECT_EQ(pairs[0].place, 3);
   EXPECT_EQ(pairs[0].lookalike, 8);
   EXPECT_EQ(pairs[1].place, 2);
   EXPECT_GT(pairs[0].confidence, pairs[1].confidence);
   const std::vector<Trial> many(300, trials[2]);
-  EXPECT_EQ(FindConfusable(many, Calibration()).size(), kMaxConfusable);
+  EXPECT_EQ(FindConfusable(many).size(), kMaxConfusable);
 }
 
 TEST(Calibrator, FindsPlacesAndLookalikesInAMap) {

@@ -4,6 +4,7 @@
 
 #include <limits>
 
+#include "support/building.hpp"
 #include "support/post_world.hpp"
 #include "support/same_answer.hpp"
 
@@ -84,6 +85,79 @@ TEST(Tracker, RemembersWhichTwinItIsAt) {
   const TrackedAnswer told = robot.DriveTo(1);
   ASSERT_EQ(told.answer.outcome, Outcome::kLocalized) << told.answer.reason;
   EXPECT_EQ(told.answer.candidates.front().place, 1);
+}
+
+/// Two alike floors of three places each, 4 m apart; the upper one is entered past a place that has
+/// no like.
+class AlikeFloors {
+ public:
+  AlikeFloors() {
+    for (const double height_m : {0.0, 4.0}) {
+      for (int x = 1; x <= 3; ++x) Add(x, At(x, height_m));
+    }
+    Add(9, At(0, 4.0));
+    localizer_ = building_.Open();
+  }
+  static Pose At(int x, double height_m) {
+    return test::Offset(40.0 * x, 2.0 * x, height_m, 0.1 * x);
+  }
+  /// What is seen at a place: 0 is the entry; 1 to 3 look alike on both floors.
+  [[nodiscard]] ScanDescriptor Seen(int x) { return building_.Describe(Scene(x == 0 ? 9 : x)); }
+  [[nodiscard]] std::shared_ptr<const Localizer> localizer() const { return localizer_; }
+
+ private:
+  static PointCloud Scene(int scene) {
+    return scenes::PostScan(static_cast<std::uint64_t>(scene), 70);
+  }
+  void Add(int scene, const Pose& pose) { building_.Add(Scene(scene), pose); }
+
+  test::Building building_;
+  std::shared_ptr<const Localizer> localizer_;
+};
+
+TEST(Tracker, StaysAmbiguousOnAlikeFloorsHoweverFarItGoes) {
+  AlikeFloors floors;
+  auto tracker = *Tracker::Create(floors.localizer(), {.query = {.max_answers = 2}});
+  Pose T_map_last = AlikeFloors::At(1, 4.0);
+  for (const int x : {1, 2, 3, 2, 1, 2, 3, 2, 1}) {
+    const Pose T_map_robot = AlikeFloors::At(x, 4.0);
+    const TrackedAnswer told =
+        *tracker.Update(floors.Seen(x), Pose(T_map_last.inverse() * T_map_robot));
+    T_map_last = T_map_robot;
+    EXPECT_EQ(told.answer.outcome, Outcome::kAmbiguous) << told.answer.reason;
+    EXPECT_EQ(told.answer.candidates.size(), 2U);
+  }
+}
+
+TEST(Tracker, KnowsItsFloorByTheWayIn) {
+  AlikeFloors floors;
+  auto tracker = *Tracker::Create(floors.localizer());
+  Pose T_map_last = AlikeFloors::At(0, 4.0);
+  for (const int x : {0, 1, 2, 3, 2, 1, 2, 3}) {
+    const Pose T_map_robot = AlikeFloors::At(x, 4.0);
+    const TrackedAnswer told =
+        *tracker.Update(floors.Seen(x), Pose(T_map_last.inverse() * T_map_robot));
+    T_map_last = T_map_robot;
+    ASSERT_EQ(told.answer.outcome, Outcome::kLocalized) << x << ": " << told.answer.reason;
+    EXPECT_NEAR(told.answer.candidates.front().T_map_query.translation().z(), 4.0, 0.3);
+  }
+}
+
+TEST(Tracker, IsNotSureOfItsFloorAfterALift) {
+  AlikeFloors floors;
+  auto tracker = *Tracker::Create(floors.localizer());
+  const Pose T_1_2 = AlikeFloors::At(1, 4.0).inverse() * AlikeFloors::At(2, 4.0);
+  (void)*tracker.Update(floors.Seen(0));
+  const TrackedAnswer before = *tracker.Update(
+      floors.Seen(1), Pose(AlikeFloors::At(0, 4.0).inverse() * AlikeFloors::At(1, 4.0)));
+  ASSERT_EQ(before.answer.outcome, Outcome::kLocalized) << before.answer.reason;
+  // In the cabin next to nothing is seen, and the robot reckons that it did not move.
+  (void)*tracker.Update(Describer::Create(Params{})->Describe(scenes::PostScan(5, 3)),
+                        Pose::Identity());
+  const TrackedAnswer after = *tracker.Update(floors.Seen(1), Pose::Identity());
+  EXPECT_EQ(after.answer.outcome, Outcome::kAmbiguous) << after.answer.reason;
+  const TrackedAnswer further = *tracker.Update(floors.Seen(2), T_1_2);
+  EXPECT_EQ(further.answer.outcome, Outcome::kAmbiguous) << further.answer.reason;
 }
 
 TEST(Tracker, NoticesAKidnappingAndRecovers) {

@@ -21,7 +21,7 @@ class Tracker;
 class Localizer {
  public:
   /// Builds the k-d trees: O(n log n) in the map's entries. InvalidArgument if the map's parameters
-  /// are bad.
+  /// are bad, or its places do not agree on which direction is up (FindUp).
   [[nodiscard]] static absl::StatusOr<std::shared_ptr<const Localizer>> Create(
       std::shared_ptr<const Map> map);
 
@@ -35,7 +35,7 @@ class Localizer {
  private:
   friend class Tracker;
 
-  explicit Localizer(std::shared_ptr<const Map> map);
+  Localizer(std::shared_ptr<const Map> map, const Eigen::Vector3d& up);
 
   /// What is to be refused, whatever the method.
   [[nodiscard]] absl::Status Check(const ScanDescriptor& scan, const Query& query,

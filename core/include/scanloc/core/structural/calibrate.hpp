@@ -21,9 +21,9 @@ namespace scanloc {
 class Calibrator {
  public:
   static constexpr std::size_t kMaxTrials = 400;
-  static constexpr double kNear_m = 1.2;     ///< taken out in a trial for the right answer
-  static constexpr double kFar_m = 60.0;     ///< taken out in a trial for look-alikes
-  static constexpr double kCorrect_m = 8.0;  ///< as far off an answer may be and still be right
+  static constexpr double kNear_m = 1.2;  ///< taken out in a trial for the right answer
+  static constexpr double kFar_m =
+      60.0;  ///< taken out in a trial for look-alikes; floors above and below remain
 
   /// Requires map->params.structure.enabled and a structure for every place.
   explicit Calibrator(std::shared_ptr<const Map> map);
@@ -38,6 +38,7 @@ class Calibrator {
     bool is_right = false;
     double score = 0.0;
     double margin = 0.0;  ///< score less the best rival's
+    double confidence = 0.0;
     std::int32_t place = 0;
     std::int32_t found = 0;  ///< place
   };
@@ -55,6 +56,6 @@ class Calibrator {
 /// The pairs of places that would be taken for each other, worst first, at most kMaxConfusable.
 inline constexpr std::size_t kMaxConfusable = 100;
 [[nodiscard]] std::vector<ConfusablePair> FindConfusable(
-    const std::vector<Calibrator::Trial>& trials, const Calibration& calibration);
+    const std::vector<Calibrator::Trial>& trials);
 
 }  // namespace scanloc

@@ -70,6 +70,8 @@ struct RegisterOptions {
   int num_iterations = 10;
   double wide_m = 1.5;
   double narrow_m = 0.7;
+  /// Further steps at the narrow width until they become small: what still slides is no minimum.
+  int max_settling = 0;
 };
 
 /// T_field_points that lays the points on the field's posts, from a guess.

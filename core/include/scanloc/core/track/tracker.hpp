@@ -58,9 +58,12 @@ class Tracker {
     Pose T_map_scan = Pose::Identity();
     double score = 0.0;       // of its last scan that was found again
     double unrivalled = 0.0;  // probability by that scan alone, were there no other spot
-    double log_odds = 0.0;
+    double log_odds = 0.0;    // of all its scans
+    double rivalry = 0.0;     // what only the last one says against it
     int num_scans = 0;
     std::uint64_t id = 0;
+
+    [[nodiscard]] double total() const { return log_odds - rivalry; }
   };
   struct Step;
 
@@ -71,6 +74,7 @@ class Tracker {
                                           const std::optional<Pose>& T_last_scan,
                                           const SearchControl& control) const;
   void Move(const std::optional<Pose>& T_last_scan);
+  void LoseSight();
   void Weigh(const Step& step);
   [[nodiscard]] TrackedAnswer Tell(const Step& step, const SearchControl& control);
 

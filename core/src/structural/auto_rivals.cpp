@@ -1,0 +1,128 @@
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "scanloc/core/scan/pose_difference.hpp"
+#include "structural/auto_search.hpp"
+
+// What else a query may be at the place that explains it best: looked at for every query, so that
+// no rival is missed because the shortlist did not hold it.
+
+namespace scanloc {
+namespace {
+
+/// A rival with less than this share of the best score need not be looked at from nearer by.
+constexpr double kWorthAnotherLook = 0.6;
+/// Places above and below that see what a place sees lie within so much of it in the plane.
+constexpr double kAboveRadius_m = 3.0;
+/// Floors are farther apart than two probes for them.
+constexpr double kLevelStep_m = 1.5;
+constexpr int kMaxLevels = 100;
+
+/// The pose turned on the spot, and turned by half about the middle of what the place sees: where a
+/// room is symmetrical it looks the same from there.
+std::vector<PlanarPose> TurnedGuesses(std::span<const Post> place, const PlanarPose& pose) {
+  std::vector<PlanarPose> guesses;
+  for (int quarter = 1; quarter < 4; ++quarter) {
+    guesses.push_back(
+        {pose.x_m, pose.y_m, WrapAngle(pose.yaw_rad + quarter * std::numbers::pi / 2.0)});
+  }
+  const auto [left, right] = std::minmax_element(
+      place.begin(), place.end(), [](const Post& a, const Post& b) { return a.x_cm < b.x_cm; });
+  const auto [low, high] = std::minmax_element(
+      place.begin(), place.end(), [](const Post& a, const Post& b) { return a.y_cm < b.y_cm; });
+  Eigen::Vector2d mean_m = Eigen::Vector2d::Zero();
+  for (const Post& post : place) mean_m += Eigen::Vector2d(post.x_cm, post.y_cm) * 0.01;
+  mean_m /= std::max<double>(1.0, static_cast<double>(place.size()));
+  Eigen::Vector2d middle_m = mean_m;
+  if (!place.empty()) {
+    middle_m = {(left->x_cm + right->x_cm) * 0.005, (low->y_cm + high->y_cm) * 0.005};
+  }
+  for (const Eigen::Vector2d& about_m : {middle_m, mean_m}) {
+    guesses.push_back({2.0 * about_m.x() - pose.x_m, 2.0 * about_m.y() - pose.y_m,
+                       WrapAngle(pose.yaw_rad + std::numbers::pi)});
+  }
+  return guesses;
+}
+
+/// The pose a little ahead, behind and to either side: pillars and uprights stand at equal
+/// distances.
+std::vector<PlanarPose> ShiftedGuesses(const PlanarPose& pose) {
+  std::vector<PlanarPose> guesses;
+  for (const double distance_m : {2.5, 4.5}) {
+    for (int quarter = 0; quarter < 4; ++quarter) {
+      const double direction_rad = pose.yaw_rad + quarter * std::numbers::pi / 2.0;
+      guesses.push_back({pose.x_m + distance_m * std::cos(direction_rad),
+                         pose.y_m + distance_m * std::sin(direction_rad), pose.yaw_rad});
+    }
+  }
+  return guesses;
+}
+
+}  // namespace
+
+std::vector<double> AutoSearch::LevelsOf(const Map& map, const Eigen::Vector3d& up) {
+  std::vector<double> levels_m;
+  if (map.places.empty()) return levels_m;
+  double lowest_m = std::numeric_limits<double>::infinity();
+  double highest_m = -lowest_m;
+  for (const Place& place : map.places) {
+    const double height_m = place.T_map_place.translation().dot(up);
+    lowest_m = std::min(lowest_m, height_m);
+    highest_m = std::max(highest_m, height_m);
+  }
+  const double step_m = std::max(kLevelStep_m, (highest_m - lowest_m) / kMaxLevels);
+  for (int i = 0; lowest_m + i * step_m < highest_m + step_m; ++i) {
+    levels_m.push_back(lowest_m + i * step_m);
+  }
+  return levels_m;
+}
+
+std::vector<Hypothesis> AutoSearch::VerifyRivals(QueryMatch& match, const Structure& query,
+                                                 const Hypothesis& best,
+                                                 const SearchControl& control) const {
+  const std::span<const Post> place = map_.structures[static_cast<std::size_t>(best.place)].posts;
+  const PlanarPoints coarse(place, kCoarseAtOnce.num_points);
+  std::vector<Hypothesis> rivals;
+  match.SetPlace(place);
+  for (const PlanarPose& guess : TurnedGuesses(place, best.T_place_query)) {
+    Hypothesis& rival = rivals.emplace_back(Hypothesis{best.place, guess});
+    match.LayCoarsely(coarse, kCoarseAtOnce.steps, rival);
+    rival.T_place_query = match.Settle(rival.T_place_query);
+    rival.score = match.Score(rival.T_place_query);
+  }
+  for (const PlanarPose& guess : ShiftedGuesses(best.T_place_query)) {
+    Hypothesis& rival = rivals.emplace_back(Hypothesis{best.place, match.Settle(guess)});
+    rival.score = match.Score(rival.T_place_query);
+  }
+  const auto lay = [&](Hypothesis hypothesis) {
+    match.LayFinely(map_.structures[static_cast<std::size_t>(hypothesis.place)].posts, hypothesis);
+    rivals.push_back(hypothesis);
+  };
+  // Where a turned or shifted pose has a place nearer to it, that one sees it from its own side.
+  const Pose T_map_best = PoseInMap(query, best);
+  const std::size_t num_at_place = rivals.size();
+  for (std::size_t i = 0; i < num_at_place; ++i) {
+    if (rivals[i].score < kWorthAnotherLook * best.score) continue;
+    const Pose T_map_rival = PoseInMap(query, rivals[i]);
+    if (!MissOf(DifferenceOf(T_map_best, T_map_rival, up_)).any()) continue;
+    const auto there = HypothesisAt(query, T_map_rival, control);
+    if (there && there->place != best.place) lay(*there);
+  }
+  std::int32_t last = best.place;
+  for (const double level_m : levels_m_) {
+    Pose T_map_above = T_map_best;
+    const double rise_m = level_m - T_map_best.translation().dot(up_);
+    T_map_above.pretranslate(rise_m * up_);
+    const auto above = HypothesisAt(query, T_map_above, control);
+    if (!above || above->place == last) continue;
+    last = above->place;
+    const PoseDifference off =
+        DifferenceOf(T_map_best, map_.places[static_cast<std::size_t>(last)].T_map_place, up_);
+    if (off.plane_m < kAboveRadius_m && off.height_m > PoseLimits{}.height_m) lay(*above);
+  }
+  return rivals;
+}
+
+}  // namespace scanloc

@@ -1,0 +1,173 @@
+#include "structural/evidence.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "scanloc/core/scan/pose_difference.hpp"
+#include "structural/bearing_grid.hpp"
+
+namespace scanloc {
+namespace {
+
+/// What the mean of so many posts' agreement varies by.
+double ChanceOf(std::size_t num_posts) {
+  return 1.0 / std::sqrt(static_cast<double>(std::max<std::size_t>(num_posts, 1)));
+}
+
+constexpr double kRivalWeight = 40.0;
+/// Scores that differ by less are equal.
+double EqualScores(std::size_t num_posts) { return 0.02 + 0.5 * ChanceOf(num_posts); }
+
+double FallAround(const QueryMatch& match, double score, const PlanarPose& pose) {
+  constexpr PoseLimits kLimits;
+  constexpr int kNumDirections = 8;
+  double highest = 0.0;
+  for (int i = 0; i < kNumDirections; ++i) {
+    const double direction_rad = 2.0 * std::numbers::pi * i / kNumDirections;
+    highest = std::max(
+        highest, match.Score({pose.x_m + kLimits.plane_m * std::cos(direction_rad),
+                              pose.y_m + kLimits.plane_m * std::sin(direction_rad), pose.yaw_rad}));
+  }
+  const double turn_rad = kLimits.heading_deg * std::numbers::pi / 180.0;
+  for (const double yaw_rad : {pose.yaw_rad - turn_rad, pose.yaw_rad + turn_rad}) {
+    highest = std::max(highest, match.Score({pose.x_m, pose.y_m, yaw_rad}));
+  }
+  return score - highest;
+}
+
+/// The score of the place's mirror image, laid on the query as well as it will.
+double MirrorScore(QueryMatch& match, std::span<const Post> query, std::span<const Post> place,
+                   const PlanarPose& pose) {
+  constexpr int kNumHeadings = 4;
+  std::vector<Post> mirrored(place.begin(), place.end());
+  for (Post& post : mirrored) post.y_cm = static_cast<std::int16_t>(-post.y_cm);
+  // Mirrored across its own two axes where the query stands, and as the bearings say.
+  std::vector<PlanarPose> guesses = {
+      {pose.x_m, -pose.y_m, -pose.yaw_rad},
+      {pose.x_m, -pose.y_m, WrapAngle(std::numbers::pi - pose.yaw_rad)}};
+  for (const double yaw_rad :
+       BearingGrid(mirrored).Widened().BestHeadings(BearingGrid(query), kNumHeadings)) {
+    guesses.push_back({0.0, 0.0, yaw_rad});
+  }
+  match.SetPlace(mirrored);
+  const PlanarPoints coarse(mirrored, kCoarseAtOnce.num_points);
+  double best = 0.0;
+  for (const PlanarPose& guess : guesses) {
+    Hypothesis hypothesis{.T_place_query = guess};
+    match.LayCoarsely(coarse, kCoarseAtOnce.steps, hypothesis);
+    best =
+        std::max({best, match.Score(guess), match.Score(match.Settle(hypothesis.T_place_query))});
+  }
+  match.SetPlace(place);
+  return best;
+}
+
+/// What is seen first in each direction: nothing stands before it.
+class FreeSpace {
+ public:
+  explicit FreeSpace(std::span<const Post> posts) {
+    first_m_.fill(std::numeric_limits<float>::infinity());
+    for (const Post& post : posts) {
+      const float x_m = static_cast<float>(post.x_cm) * 0.01F;
+      const float y_m = static_cast<float>(post.y_cm) * 0.01F;
+      const std::size_t sector = SectorOf(x_m, y_m);
+      // A sector's neighbours, too: beams pass between posts.
+      for (const std::size_t near : {sector + kNumSectors - 1, sector, sector + 1}) {
+        float& first_m = first_m_[near % kNumSectors];
+        first_m = std::min(first_m, std::sqrt(x_m * x_m + y_m * y_m));
+      }
+    }
+  }
+
+  /// Of another scan's posts in the directions in which anything is seen, the share that stand
+  /// clearly before what is seen first.
+  [[nodiscard]] double Contradicted(std::span<const Post> posts,
+                                    const PlanarPose& T_free_posts) const {
+    constexpr float kClear_m = 1.0F;
+    constexpr float kClearShare = 0.03F;  // of the range: what a heading's error moves
+    const auto cosine = static_cast<float>(std::cos(T_free_posts.yaw_rad));
+    const auto sine = static_cast<float>(std::sin(T_free_posts.yaw_rad));
+    int num_seen = 0;
+    int num_contradicted = 0;
+    for (const Post& post : posts) {
+      const float given_x_m = static_cast<float>(post.x_cm) * 0.01F;
+      const float given_y_m = static_cast<float>(post.y_cm) * 0.01F;
+      const float x_m =
+          cosine * given_x_m - sine * given_y_m + static_cast<float>(T_free_posts.x_m);
+      const float y_m =
+          sine * given_x_m + cosine * given_y_m + static_cast<float>(T_free_posts.y_m);
+      const float range_m = std::sqrt(x_m * x_m + y_m * y_m);
+      const float first_m = first_m_[SectorOf(x_m, y_m)];
+      if (range_m < kClear_m || !std::isfinite(first_m)) continue;
+      ++num_seen;
+      if (range_m < first_m * (1.0F - kClearShare) - kClear_m) ++num_contradicted;
+    }
+    return num_seen == 0 ? 0.0 : static_cast<double>(num_contradicted) / num_seen;
+  }
+
+ private:
+  static constexpr std::size_t kNumSectors = 180;
+
+  static std::size_t SectorOf(float x_m, float y_m) {
+    const float turns = std::atan2(y_m, x_m) / (2.0F * std::numbers::pi_v<float>)+0.5F;
+    return static_cast<std::size_t>(turns * static_cast<float>(kNumSectors)) % kNumSectors;
+  }
+
+  std::array<float, kNumSectors> first_m_{};
+};
+
+}  // namespace
+
+Support SupportOf(QueryMatch& match, std::span<const Post> query, std::span<const Post> place,
+                  const PlanarPose& T_place_query) {
+  Support support{.score = match.Score(T_place_query), .num_posts = query.size()};
+  support.sharpness = FallAround(match, support.score, T_place_query);
+  support.over_mirror = support.score - MirrorScore(match, query, place, T_place_query);
+  support.contradicted = FreeSpace(place).Contradicted(query, T_place_query) +
+                         FreeSpace(query).Contradicted(place, Inverse(T_place_query));
+  return support;
+}
+
+double SupportLogOdds(const Support& support) {
+  // Fitted by scripts/fit_evidence.py on scans of many kinds. Beyond the bounds more says no more.
+  constexpr double kMaxSharpness = 0.2;
+  constexpr double kMaxOverMirror = 0.3;
+  return -11.2 + 15.0 * support.score + 15.6 * std::min(support.sharpness, kMaxSharpness) +
+         17.8 * std::min(support.over_mirror, kMaxOverMirror) - 4.2 * support.contradicted -
+         7.2 * ChanceOf(support.num_posts);
+}
+
+double GenuineLogOdds(const Support& support) {
+  return std::min(
+      SupportLogOdds(support),
+      RivalryLogOdds(support.score, support.score - support.over_mirror, support.num_posts));
+}
+
+double RivalryLogOdds(double better_score, double score, std::size_t num_posts) {
+  return kRivalWeight * std::max(0.0, better_score - score - EqualScores(num_posts));
+}
+
+double RivalryLogOddsInARow(double better_score, double score, std::size_t num_posts) {
+  constexpr double kShared = 0.08;
+  return kRivalWeight * std::max(0.0, better_score - score - EqualScores(num_posts) - kShared);
+}
+
+std::vector<double> Shares(std::span<const double> scores, std::size_t num_posts) {
+  std::vector<double> shares(scores.begin(), scores.end());
+  if (shares.empty()) return shares;
+  const double best = *std::max_element(scores.begin(), scores.end());
+  double sum = 0.0;
+  for (double& share : shares) {
+    share = std::exp(-RivalryLogOdds(best, share, num_posts));
+    sum += share;
+  }
+  for (double& share : shares) share /= sum;
+  return shares;
+}
+
+double Logistic(double log_odds) { return 1.0 / (1.0 + std::exp(-log_odds)); }
+
+}  // namespace scanloc

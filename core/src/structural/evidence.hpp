@@ -1,0 +1,52 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "scanloc/core/scan/structure.hpp"
+#include "scanloc/core/structural/registration.hpp"
+#include "structural/query_match.hpp"
+
+namespace scanloc {
+
+/// What speaks for a scan having been taken at a pose, by the scan and the place there alone: the
+/// same for the same pose, whatever else was searched (docs/algorithm.md, "Confidence").
+struct Support {
+  double score = 0.0;  ///< QueryMatch::Score
+  /// By how much the score falls at the least when the pose is off by as much as would be wrong: 1
+  /// m in any direction, 10° to either side.
+  double sharpness = 0.0;
+  /// The score less that of the place's mirror image, laid as well as it will lie: a scene that is
+  /// like this one in all that many scenes have in common, and that the scan was not taken at.
+  double over_mirror = 0.0;
+  /// Share of the query's posts that stand where the place is seen through, and of the place's
+  /// that stand where the query is; the sum of both.
+  double contradicted = 0.0;
+  /// Of the query. Of few posts a score is high, and higher than another, by chance.
+  std::size_t num_posts = 0;
+};
+
+/// Requires match.SetPlace(place). Leaves another place set.
+[[nodiscard]] Support SupportOf(QueryMatch& match, std::span<const Post> query,
+                                std::span<const Post> place, const PlanarPose& T_place_query);
+
+/// The log-odds that a pose with such support is where the scan was taken, were there no other pose
+/// in the map with a score like it.
+[[nodiscard]] double SupportLogOdds(const Support& support);
+
+/// The same, but even where the scan lies as well on the place's mirror image: what cannot be told
+/// from that cannot be told from the next room.
+[[nodiscard]] double GenuineLogOdds(const Support& support);
+
+/// By how much the log-odds of a pose are less than those of another with a better score, by a scan
+/// of so many posts: scores that differ by no more than chance does say nothing of which is right.
+[[nodiscard]] double RivalryLogOdds(double better_score, double score, std::size_t num_posts);
+/// The same as far as scans that follow each other may add it up: they share their errors.
+[[nodiscard]] double RivalryLogOddsInARow(double better_score, double score, std::size_t num_posts);
+
+/// How likely each of some poses is the one among them, by their scores alone; sums up to 1.
+[[nodiscard]] std::vector<double> Shares(std::span<const double> scores, std::size_t num_posts);
+
+[[nodiscard]] double Logistic(double log_odds);
+
+}  // namespace scanloc
