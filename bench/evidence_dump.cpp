@@ -1,0 +1,98 @@
+// What speaks for the best answer to each query of some drives, as CSV: what
+// scripts/fit_evidence.py fits the confidence to.
+//   evidence_dump SETS > answers.csv
+// SETS: lines of KIND MAP_DRIVE QUERY_DRIVE within|elsewhere SENSOR_HEIGHT_M; a drive is a folder
+// with scans and poses.txt, or FOLDER:FROM:TO:STEP for some of them. Queries from elsewhere are
+// never right.
+#include <cstdlib>
+#include <fstream>
+#include <iostream>
+#include <memory>
+#include <sstream>
+#include <string>
+
+#include "absl/strings/str_format.h"
+#include "absl/strings/str_split.h"
+#include "scanloc/core/map/up.hpp"
+#include "scanloc/core/scan/pose_difference.hpp"
+#include "scanloc/dataset/drive.hpp"
+#include "scanloc/dataset/scan_reader.hpp"
+#include "structural/auto_search.hpp"
+
+namespace scanloc {
+namespace {
+
+[[noreturn]] void Fail(const std::string& message) {
+  std::cerr << "evidence_dump: " << message << "\n";
+  std::exit(1);
+}
+
+template <typename T>
+T Get(absl::StatusOr<T> result) {
+  if (!result.ok()) Fail(std::string(result.status().message()));
+  return *std::move(result);
+}
+
+std::vector<dataset::Frame> Frames(const std::string& drive) {
+  const std::vector<std::string> parts = absl::StrSplit(drive, ':');
+  const auto number = [&](std::size_t i, std::size_t otherwise) -> std::size_t {
+    return i < parts.size() ? std::stoul(parts[i]) : otherwise;
+  };
+  const std::vector<dataset::Frame> all =
+      Get(dataset::OpenDrive({.scans_dir = parts[0], .poses_file = parts[0] + "/poses.txt"}))
+          .frames;
+  std::vector<dataset::Frame> kept;
+  for (std::size_t i = number(1, 0); i < std::min(number(2, all.size()), all.size());
+       i += number(3, 1)) {
+    kept.push_back(all[i]);
+  }
+  return kept;
+}
+
+void Dump(const std::string& kind, const std::string& map_drive, const std::string& query_drive,
+          bool is_within, double sensor_height_m) {
+  Params params;
+  params.sensor_height_m = sensor_height_m;
+  Map map = MakeEmptyMap(params);
+  map.sessions = {"only"};
+  Describer describer = Get(Describer::Create(params));
+  for (const dataset::Frame& frame : Frames(map_drive)) {
+    map.AppendDescriptor(static_cast<std::int32_t>(map.places.size()),
+                         describer.DescribePlace(Get(dataset::ReadScan(frame.file())).points));
+    map.places.push_back({frame.T_map_sensor, 0, 0});
+  }
+  const AutoSearch search(map, Get(FindUp(map)));
+  for (const dataset::Frame& frame : Frames(query_drive)) {
+    const ScanDescriptor query = describer.Describe(Get(dataset::ReadScan(frame.file())).points);
+    if (CountDistinct(query.structure.posts) < kMinPosts) continue;
+    StageTimes times;
+    const std::vector<Spot> spots = search.Find(query, {}, {}, times);
+    if (spots.empty()) continue;
+    const Support& support = *spots.front().support;
+    const bool is_right =
+        is_within &&
+        !MissOf(DifferenceOf(spots.front().T_map_query, frame.T_map_sensor, search.up())).any();
+    std::cout << absl::StrFormat("%s,%d,%.4f,%.4f,%.4f,%.4f,%.4f,%d\n", kind, is_right,
+                                 support.score, spots.size() < 2 ? 0.0 : spots[1].hypothesis.score,
+                                 support.sharpness, support.over_mirror, support.contradicted,
+                                 support.num_posts);
+  }
+}
+
+}  // namespace
+}  // namespace scanloc
+
+int main(int argc, char** argv) {
+  if (argc != 2) scanloc::Fail("one argument: the file of sets");
+  std::ifstream sets(argv[1]);
+  std::cout << "kind,right,score,rival,sharpness,over_mirror,contradicted,num_posts\n";
+  for (std::string line; std::getline(sets, line);) {
+    std::istringstream words(line);
+    std::string kind, map_drive, query_drive, where;
+    double sensor_height_m = 0.0;
+    if (!(words >> kind >> map_drive >> query_drive >> where >> sensor_height_m)) {
+      scanloc::Fail("a line of five words was expected, not: " + line);
+    }
+    scanloc::Dump(kind, map_drive, query_drive, where == "within", sensor_height_m);
+  }
+}

@@ -1,0 +1,93 @@
+#!/usr/bin/env python3
+"""Fits the weights of SupportLogOdds (core/src/structural/evidence.cpp) to what evidence_dump wrote.
+
+  fit_evidence.py answers.csv...
+
+Needs numpy. Prints the weights, then for each kind of data how many of the right answers would be
+localized, the wrong ones that would be, the greatest confidence of a wrong one and the calibration
+error; and the same with that kind left out of the fit. Each kind weighs as the root of its number.
+"""
+import csv
+import sys
+
+import numpy as np
+
+FEATURES = ("1", "score", "sharpness", "over_mirror", "contradicted", "1/sqrt(num_posts)")
+MAX_SHARPNESS, MAX_OVER_MIRROR = 0.2, 0.3  # as in evidence.cpp
+RIVAL_WEIGHT, EQUAL_SCORES, EQUAL_BY_CHANCE = 40.0, 0.02, 0.5
+LOCALIZED = 0.8
+# Pace of the descent along each feature: they vary over ranges of different widths.
+PACE = np.array([1.0, 1.0, 5.0, 3.0, 3.0, 5.0])
+
+
+def read(files):
+    rows = []
+    for name in files:
+        with open(name, newline="", encoding="utf-8") as file:
+            rows += list(csv.DictReader(file))
+    column = lambda name: np.array([float(row[name]) for row in rows])
+    chance = 1.0 / np.sqrt(column("num_posts"))
+    features = np.stack([np.ones(len(rows)), column("score"),
+                         np.minimum(column("sharpness"), MAX_SHARPNESS),
+                         np.minimum(column("over_mirror"), MAX_OVER_MIRROR),
+                         column("contradicted"), chance], 1)
+    lead = column("score") - column("rival") - EQUAL_SCORES - EQUAL_BY_CHANCE * chance
+    over_mirror = column("over_mirror") - EQUAL_SCORES - EQUAL_BY_CHANCE * chance
+    # The mirror image is one more rival.
+    share = 1.0 / (1.0 + np.exp(-RIVAL_WEIGHT * np.maximum(lead, 0.0)) +
+                   np.exp(-RIVAL_WEIGHT * np.maximum(over_mirror, 0.0)))
+    return features, share, column("right"), np.array([row["kind"] for row in rows])
+
+
+def fit(features, share, right, weight, steps=4000):
+    """Greatest likelihood of logistic(features · b) · share, by Adam."""
+    b = np.array([-12.0, 15.0, 20.0, 20.0, -6.0, -10.0])
+    mean, square = np.zeros_like(b), np.zeros_like(b)
+    for step in range(1, steps + 1):
+        supported = 1.0 / (1.0 + np.exp(-features @ b))
+        p = np.clip(supported * share, 1e-9, 1.0 - 1e-9)
+        slope = weight * (p - right) / (p * (1.0 - p)) * share * supported * (1.0 - supported)
+        gradient = (features.T @ slope / weight.sum() + 2e-5 * b) * PACE
+        mean = 0.9 * mean + 0.1 * gradient
+        square = 0.999 * square + 0.001 * gradient**2
+        pace = 0.05 if step < 0.6 * steps else 0.01
+        b -= pace * PACE * (mean / (1.0 - 0.9**step)) / (
+            np.sqrt(square / (1.0 - 0.999**step)) + 1e-9)
+    return b
+
+
+def calibration_error(p, right, bins=10):
+    index = np.minimum((p * bins).astype(int), bins - 1)
+    return sum(abs((p[index == i] - right[index == i]).sum()) for i in range(bins)) / len(p)
+
+
+def tell(name, p, right):
+    is_right, is_wrong = right == 1.0, right == 0.0
+    localized = p >= LOCALIZED
+    print(f"  {name:24} {len(p):5} answers, right and localized "
+          f"{localized[is_right].mean() if is_right.any() else 0.0:.3f}, false "
+          f"{int(localized[is_wrong].sum())}, greatest wrong "
+          f"{p[is_wrong].max() if is_wrong.any() else 0.0:.2f}, calibration error "
+          f"{calibration_error(p, right):.3f}")
+
+
+def main(files):
+    features, share, right, kind = read(files)
+    weight = np.zeros(len(right))
+    for name in set(kind):
+        weight[kind == name] = 1.0 / np.sqrt((kind == name).sum())
+    b = fit(features, share, right, weight)
+    print("weights: " + ", ".join(f"{name} {value:.1f}" for name, value in zip(FEATURES, b)))
+    p = share / (1.0 + np.exp(-features @ b))
+    tell("all", p, right)
+    for name in sorted(set(kind)):
+        of = kind == name
+        tell(name, p[of], right[of])
+        others = fit(features[~of], share[~of], right[~of], weight[~of], steps=2000)
+        tell("  left out of the fit", (share / (1.0 + np.exp(-features @ others)))[of], right[of])
+
+
+if __name__ == "__main__":
+    if len(sys.argv) < 2:
+        sys.exit(__doc__)
+    main(sys.argv[1:])
