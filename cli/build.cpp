@@ -19,6 +19,7 @@
 #include "scanloc/dataset/drive.hpp"
 #include "scanloc/dataset/scan_reader.hpp"
 #include "scanloc/mapdb/build_map.hpp"
+#include "scanloc/mapdb/check_session.hpp"
 #include "scanloc/mapdb/map_file.hpp"
 
 namespace scanloc::cli {
@@ -44,6 +45,10 @@ class BuildCommand : public Command {
   [[nodiscard]] absl::StatusOr<std::vector<dataset::Frame>> ChooseFrames() const;
   [[nodiscard]] absl::StatusOr<mapdb::BuildOptions> MakeBuildOptions(
       const std::string& session) const;
+  /// InvalidArgument where the poses contradict the scans, or the map that is appended to.
+  [[nodiscard]] absl::Status CheckConsistency(const mapdb::BuildOptions& options,
+                                              const mapdb::SessionPlan& plan,
+                                              const std::vector<dataset::Frame>& frames) const;
   [[nodiscard]] absl::StatusOr<mapdb::BuildSummary> Build(const mapdb::BuildOptions& options,
                                                           const mapdb::SessionPlan& plan,
                                                           const std::vector<dataset::Frame>& frames,
@@ -60,6 +65,7 @@ class BuildCommand : public Command {
   bool resume_ = false;
   bool calibrate_ = true;
   bool skip_bad_scans_ = false;
+  bool accept_inconsistent_ = false;
   int commit_interval_ = mapdb::BuildOptions().commit_interval;
   int num_threads_ = 0;
   bool quiet_ = false;
@@ -86,6 +92,9 @@ void BuildCommand::Declare(CLI::App& app) {
                "[yes]; without, confidences are by the defaults");
   app.add_flag("--skip-bad-scans", skip_bad_scans_,
                "Pass over scans that cannot be read, instead of stopping");
+  app.add_flag("--accept-inconsistent", accept_inconsistent_,
+               "Build though the poses contradict what the scans show, or, with --append, stand in "
+               "another frame than the map");
   app.add_option("--commit-interval", commit_interval_,
                  "Scans that are lost at most when the build is killed")
       ->check(InRange(1, 1e6))
@@ -184,6 +193,25 @@ absl::StatusOr<mapdb::BuildSummary> BuildCommand::Build(const mapdb::BuildOption
   return summary;
 }
 
+absl::Status BuildCommand::CheckConsistency(const mapdb::BuildOptions& options,
+                                            const mapdb::SessionPlan& plan,
+                                            const std::vector<dataset::Frame>& frames) const {
+  if (accept_inconsistent_ || options.mode == mapdb::BuildMode::kResume) return absl::OkStatus();
+  const mapdb::ScanLoader load_scan = [&](std::size_t i) -> absl::StatusOr<PointCloud> {
+    if (Interrupted()) return absl::CancelledError("interrupted before anything was written");
+    absl::StatusOr<dataset::Scan> scan = dataset::ReadScan(frames[i].file());
+    if (!scan.ok()) return scan.status();
+    return std::move(scan->points);
+  };
+  absl::Status status = mapdb::CheckPoses(options.params, plan, load_scan);
+  if (status.ok() && options.mode == mapdb::BuildMode::kAppend) {
+    status = mapdb::CheckFrame(map_, plan, load_scan);
+  }
+  if (!absl::IsInvalidArgument(status)) return status;
+  return absl::InvalidArgumentError(absl::StrCat(
+      status.message(), ". Nothing was written; --accept-inconsistent builds all the same"));
+}
+
 absl::Status BuildCommand::Run() {
   const auto start = std::chrono::steady_clock::now();
   CatchInterrupts();
@@ -197,6 +225,7 @@ absl::Status BuildCommand::Run() {
   }
   const absl::StatusOr<mapdb::BuildOptions> options = MakeBuildOptions(plan.name);
   if (!options.ok()) return options.status();
+  if (absl::Status s = CheckConsistency(*options, plan, *frames); !s.ok()) return s;
   ReadCounts counts;
   const absl::StatusOr<mapdb::BuildSummary> summary = Build(*options, plan, *frames, &counts);
   if (!summary.ok()) return summary.status();

@@ -1,0 +1,27 @@
+#pragma once
+
+#include "absl/status/status.h"
+#include "scanloc/core/params.hpp"
+#include "scanloc/mapdb/build_map.hpp"
+
+namespace scanloc::mapdb {
+
+/// Whether the poses of a drive agree with what its scans show, found out from a sample of at most
+/// 80 scans before anything is written. OK where they do, and where the scans show too little.
+///
+/// InvalidArgument: neighbouring scans lie on each other elsewhere than their poses say; the text
+/// tells how many pairs, the worst of them, and the likely cause.
+/// What the loader returns as Cancelled is passed on; scans it cannot read are passed over.
+[[nodiscard]] absl::Status CheckPoses(const Params& params, const SessionPlan& plan,
+                                      const ScanLoader& load_scan);
+
+/// Whether a drive that is to be appended stands in the map's frame: a sample of at most 40 scans
+/// is localized in the map. OK where their poses agree with the answers, and where nothing is
+/// found.
+///
+/// InvalidArgument: the same places are found in both, but most of their poses disagree; the text
+/// tells by how much. Other errors are those of LoadMap and of CheckPoses.
+[[nodiscard]] absl::Status CheckFrame(const std::string& map_path, const SessionPlan& plan,
+                                      const ScanLoader& load_scan);
+
+}  // namespace scanloc::mapdb

@@ -1,0 +1,140 @@
+#include "scanloc/mapdb/check_session.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <functional>
+#include <numbers>
+#include <string>
+
+#include "support/scenes.hpp"
+#include "support/temp_dir.hpp"
+
+namespace scanloc::mapdb {
+namespace {
+
+using testing::HasSubstr;
+
+constexpr std::size_t kNumScans = 48;
+
+/// A drive among posts: straight, round a bend, straight again.
+class CheckSessionTest : public testing::Test {
+ protected:
+  CheckSessionTest() {
+    Pose pose = Pose::Identity();
+    pose.translation().x() = -12.0;
+    for (std::size_t i = 0; i < kNumScans; ++i) {
+      poses_.push_back(pose);
+      pose.translate(Eigen::Vector3d(1.0, 0.0, 0.0));
+      const double turn_deg = i >= 16 && i < 32 ? 11.0 : 0.0;
+      pose.rotate(Eigen::AngleAxisd(turn_deg * std::numbers::pi / 180.0, Eigen::Vector3d::UnitZ()));
+    }
+  }
+
+  [[nodiscard]] SessionPlan Plan(const std::function<Pose(std::size_t)>& pose_of) const {
+    SessionPlan plan{.name = "drive"};
+    for (std::size_t i = 0; i < kNumScans; ++i) {
+      plan.scans.push_back({std::to_string(i) + ".bin", 0, pose_of(i)});
+    }
+    return plan;
+  }
+  [[nodiscard]] SessionPlan RightPlan() const {
+    return Plan([&](std::size_t i) { return poses_[i]; });
+  }
+  [[nodiscard]] ScanLoader Loader() const {
+    return [this](std::size_t i) -> absl::StatusOr<PointCloud> {
+      return scenes::SeenFrom(scene_, poses_[i]);
+    };
+  }
+  [[nodiscard]] absl::Status Check(const std::function<Pose(std::size_t)>& pose_of) const {
+    return CheckPoses(params_, Plan(pose_of), Loader());
+  }
+
+  Params params_;
+  PointCloud scene_ = scenes::PostScan(7, 160);
+  std::vector<Pose> poses_;
+};
+
+TEST_F(CheckSessionTest, AcceptsPosesThatAgreeWithTheScans) {
+  EXPECT_EQ(CheckPoses(params_, RightPlan(), Loader()), absl::OkStatus());
+}
+
+TEST_F(CheckSessionTest, NamesTheMistakeThatPosesWereMadeWith) {
+  Eigen::Matrix3d camera_from_sensor;
+  camera_from_sensor << 0, -1, 0, 0, 0, -1, 1, 0, 0;
+  const struct {
+    const char* cause;
+    std::function<Pose(std::size_t)> pose_of;
+  } kCases[] = {
+      {"millimetres",
+       [&](std::size_t i) {
+         Pose pose = poses_[i];
+         pose.translation() *= 1000.0;
+         return pose;
+       }},
+      {"inverted", [&](std::size_t i) { return poses_[i].inverse(); }},
+      {"of a camera",
+       [&](std::size_t i) {
+         Pose pose = Pose::Identity();
+         pose.linear() = camera_from_sensor * poses_[i].linear() * camera_from_sensor.transpose();
+         pose.translation() = camera_from_sensor * poses_[i].translation();
+         return pose;
+       }},
+      {"reverse order", [&](std::size_t i) { return poses_[kNumScans - 1 - i]; }},
+      {"shifted against each other by 3 places",
+       [&](std::size_t i) { return poses_[i < 3 ? 0 : i - 3]; }},
+  };
+  for (const auto& c : kCases) {
+    const absl::Status status = Check(c.pose_of);
+    EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument) << c.cause;
+    EXPECT_THAT(std::string(status.message()), HasSubstr(c.cause));
+  }
+}
+
+TEST_F(CheckSessionTest, NoticesFilesInTheOrderOfTheirTexts) {
+  std::vector<std::size_t> order(kNumScans);
+  for (std::size_t i = 0; i < kNumScans; ++i) order[i] = i;
+  std::sort(order.begin(), order.end(),
+            [](std::size_t a, std::size_t b) { return std::to_string(a) < std::to_string(b); });
+  const absl::Status status = CheckPoses(params_, RightPlan(), [&](std::size_t i) {
+    return absl::StatusOr<PointCloud>(scenes::SeenFrom(scene_, poses_[order[i]]));
+  });
+  EXPECT_THAT(std::string(status.message()), HasSubstr("order of the files"));
+}
+
+TEST_F(CheckSessionTest, SaysNothingWhereThereIsTooLittleToSee) {
+  const auto bare = [](std::size_t) { return absl::StatusOr<PointCloud>(scenes::PostScan(1, 5)); };
+  EXPECT_EQ(CheckPoses(params_, RightPlan(), bare), absl::OkStatus());
+}
+
+TEST_F(CheckSessionTest, PassesOverScansThatCannotBeReadButNotOverAnInterrupt) {
+  const auto unreadable = [](std::size_t) -> absl::StatusOr<PointCloud> {
+    return absl::DataLossError("half a file");
+  };
+  EXPECT_EQ(CheckPoses(params_, RightPlan(), unreadable), absl::OkStatus());
+  const auto interrupted = [](std::size_t) -> absl::StatusOr<PointCloud> {
+    return absl::CancelledError("interrupted");
+  };
+  EXPECT_TRUE(absl::IsCancelled(CheckPoses(params_, RightPlan(), interrupted)));
+}
+
+TEST_F(CheckSessionTest, TellsByHowMuchASecondDriveStandsInAnotherFrame) {
+  const test::TempDir dir;
+  const std::string path = dir.File("a.scanloc");
+  ASSERT_TRUE(BuildMap({.path = path, .params = params_}, RightPlan(), Loader()).ok());
+  EXPECT_EQ(CheckFrame(path, RightPlan(), Loader()), absl::OkStatus());
+
+  const SessionPlan moved = Plan([&](std::size_t i) {
+    Pose pose = poses_[i];
+    pose.pretranslate(Eigen::Vector3d(6.0, 0.0, 0.0));
+    return pose;
+  });
+  EXPECT_EQ(CheckPoses(params_, moved, Loader()), absl::OkStatus());
+  const absl::Status status = CheckFrame(path, moved, Loader());
+  EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_THAT(std::string(status.message()), HasSubstr("by 6.0"));
+}
+
+}  // namespace
+}  // namespace scanloc::mapdb
