@@ -37,12 +37,17 @@ class SimulateCommand : public Command {
     if (mount_deg_.size() == 3) {
       options.session.mount_deg = Eigen::Map<const Eigen::Vector3d>(mount_deg_.data());
     }
+    const bool is_given = length_ != nullptr && length_->count() > 0;
+    if (!is_given && !sim::IsMadeForLength(options.world.kind)) {
+      options.town.length_m = sim::kWholeRoute_m;
+    }
     return options;
   }
 
   std::string out_;
   sim::SimulateOptions options_;
   std::vector<double> mount_deg_;
+  const CLI::Option* length_ = nullptr;
   int num_threads_ = 0;
   bool quiet_ = false;
 };
@@ -85,9 +90,10 @@ void SimulateCommand::DeclareWorld(CLI::App& app) {
   };
   add("--town-seed,--world-seed", options_.town.town_seed,
       "Another number, another town or other world");
-  add("--length-m", options_.town.length_m,
-      "Length of the route: part of what a town, campus, forest or tunnel is; in other worlds the "
-      "route ends there at the latest [m]");
+  length_ = app.add_option("--length-m", options_.town.length_m,
+                           "Length of the route [m]: part of what a town, campus, forest or tunnel "
+                           "is [1000]; in other worlds the route ends there at the latest [all]")
+                ->group(group);
   add("--floors", options_.world.num_floors, "Storeys of an office, decks of a garage");
   add("--aisles", options_.world.num_aisles, "Aisles of a warehouse");
   add("--changed-share", options_.world.changed_share,

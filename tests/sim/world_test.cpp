@@ -171,11 +171,16 @@ TEST(Scene, HasAlikeStoreys) {
 
 TEST(Walk, RoundsCornersAndStaysLevelOnStairs) {
   const Walk walk({{0, 0, 0}, {10, 0, 0}, {10, 10, 0}, {10, 14, 3}, {10, 14, 6}});
-  EXPECT_DOUBLE_EQ(walk.length_m(), 28.0);
+  EXPECT_DOUBLE_EQ(walk.length_m(), 25.0) << "a lift takes no way";
   EXPECT_EQ(walk.At(15.0), Eigen::Vector3d(10, 5, 0));
   EXPECT_NEAR(walk.Heading(10.0).x(), std::sqrt(0.5), 1e-9);
   EXPECT_EQ(walk.Slope(22.0), 0.0) << "no ramp is as steep";
-  EXPECT_NEAR(walk.Heading(27.0).y(), 1.0, 1e-9) << "in a lift, as when it was entered";
+  EXPECT_EQ(walk.At(25.0).z(), 6.0);
+  const Walk lift({{0, 0, 0}, {5, 0, 0}, {5, 0, 3}, {0, 0, 3}});
+  EXPECT_EQ(lift.At(4.9).z(), 0.0);
+  EXPECT_EQ(lift.At(5.1).z(), 3.0);
+  EXPECT_NEAR(lift.Heading(5.0).x(), 1.0, 1e-9) << "as when it was entered";
+  EXPECT_NEAR(lift.Heading(9.0).x(), -1.0, 1e-9);
   EXPECT_NEAR(Walk({{0, 0, 0}, {10, 0, 1}}).Slope(5.0), 0.1, 1e-9);
 }
 

@@ -29,6 +29,7 @@ struct Plan {
   double half_depth_m;
   double storey_m;
   std::vector<RoomPlan> rooms;
+  bool has_lift;  ///< instead of stairs
 };
 
 Plan MakePlan(std::uint64_t seed) {
@@ -48,6 +49,7 @@ Plan MakePlan(std::uint64_t seed) {
   }
   std::stable_sort(plan.rooms.begin(), plan.rooms.end(),
                    [](const RoomPlan& a, const RoomPlan& b) { return a.door_at_m < b.door_at_m; });
+  plan.has_lift = random.Chance(0.4);
   return plan;
 }
 
@@ -74,6 +76,10 @@ std::vector<Vector2d> Way(const Plan& plan, bool from_entrance) {
 
 void BuildFloor(const Plan& plan, SceneBuilder* to) {
   const double half = plan.half_depth_m;
+  if (plan.has_lift) {
+    to->Slab({{0.0, -half}, {plan.length_m, half}}, -kSlab_m, 0.0);
+    return;
+  }
   to->Slab({{kStairs_m, -half}, {plan.length_m, half}}, -kSlab_m, 0.0);
   to->Slab({{0.0, kHalfCore_m}, {kStairs_m, half}}, -kSlab_m, 0.0);
   to->Slab({{0.0, -half}, {kStairs_m, -kHalfCore_m}}, -kSlab_m, 0.0);
@@ -103,6 +109,19 @@ void WalkStairs(const Plan& plan, SceneBuilder* to) {
   to->WalkTo({0.75, kFlight_m}, middle);
   to->WalkTo({1.5, kFlight_m}, middle);
   to->WalkTo({kStairs_m, kFlight_m}, plan.storey_m);
+}
+
+/// Open towards the landing: the scans from within it are taken with open doors.
+void BuildLift(const Plan& plan, SceneBuilder* to) {
+  const double high = plan.storey_m - kSlab_m;
+  to->Wall({2.2, -1.1}, {kStairs_m, -1.1}, high);
+  to->Wall({2.2, 1.1}, {kStairs_m, 1.1}, high);
+  to->Wall({2.2, -1.1}, {2.2, 1.1}, high);
+}
+
+void RideLift(const Plan& plan, SceneBuilder* to) {
+  to->WalkTo({3.3, 0.0});
+  to->WalkTo({3.3, 0.0}, plan.storey_m);
 }
 
 void BuildWalls(const Plan& plan, bool has_entrance, SceneBuilder* to) {
@@ -171,9 +190,14 @@ Scene MakeOffice(const SceneOptions& options) {
     builder.Furnish(corridor, 4);
     builder.People({{0.0, -plan.half_depth_m}, {plan.length_m, plan.half_depth_m}}, 6);
     builder.WalkAlong(way);
+    if (plan.has_lift) BuildLift(plan, &builder);
     if (floor + 1 == num_floors) break;
-    BuildStairs(plan, &builder);
-    WalkStairs(plan, &builder);
+    if (plan.has_lift) {
+      RideLift(plan, &builder);
+    } else {
+      BuildStairs(plan, &builder);
+      WalkStairs(plan, &builder);
+    }
   }
   builder.BeginStorey(num_floors * plan.storey_m, {});
   builder.Slab({{0.0, -plan.half_depth_m}, {plan.length_m, plan.half_depth_m}}, -kSlab_m, 0.0);

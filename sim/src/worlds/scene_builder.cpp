@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 
+#include "worlds/walk.hpp"
+
 namespace scanloc::sim {
 namespace {
 
@@ -191,7 +193,7 @@ Scene SceneBuilder::Finish(double length_m) {
   double length = 0.0;
   for (std::size_t i = 0; i + 1 < scene_.walk.size(); ++i) {
     const Eigen::Vector3d step = scene_.walk[i + 1] - scene_.walk[i];
-    const double step_m = std::sqrt(step.dot(step));
+    const double step_m = WayOf(step);
     if (length + step_m >= length_m) {
       scene_.walk[i + 1] = scene_.walk[i] + step * ((length_m - length) / step_m);
       scene_.walk.resize(i + 2);

@@ -6,6 +6,7 @@
 namespace scanloc::sim {
 
 /// A way through a scene, on its floor: straight from corner to corner, up and down with it.
+/// Straight up is a lift: no way is gone in it.
 class Walk {
  public:
   /// Of at least two corners, of which no two in a row are the same.
@@ -23,5 +24,8 @@ class Walk {
   std::vector<Eigen::Vector3d> corners_;
   std::vector<double> ends_m_;  // distance from the beginning to each corner
 };
+
+/// What a step counts for [m].
+[[nodiscard]] double WayOf(const Eigen::Vector3d& step);
 
 }  // namespace scanloc::sim

@@ -17,7 +17,7 @@ enum class WorldKind : std::uint8_t {
   kForest,     ///< a winding path over hills between trees
   kTunnel,     ///< a road tunnel with niches at equal distances
   kWarehouse,  ///< alike aisles of high racks
-  kOffice,     ///< alike storeys: a corridor, rooms, stairs
+  kOffice,     ///< alike storeys: a corridor, rooms, stairs or a lift
   kGarage,     ///< alike decks: columns, parked cars, ramps
   kHome,       ///< one flat with its furniture
   kRoom,       ///< one room with its furniture
@@ -29,6 +29,14 @@ enum class WorldKind : std::uint8_t {
 /// InvalidArgument that lists them: no such world.
 [[nodiscard]] absl::StatusOr<WorldKind> ParseWorldKind(std::string_view name);
 [[nodiscard]] std::vector<std::string> WorldKindNames();
+
+/// Whether the length of its route is part of what such a world is.
+[[nodiscard]] constexpr bool IsMadeForLength(WorldKind kind) {
+  return kind == WorldKind::kTown || kind == WorldKind::kCampus || kind == WorldKind::kForest ||
+         kind == WorldKind::kTunnel;
+}
+/// Longer than the route of any other world.
+inline constexpr double kWholeRoute_m = 100'000.0;
 
 /// What a world that is no town is made of, beside the seed and the length of a TownOptions. The
 /// length of a campus, forest or tunnel is part of what it is; in the others the route ends there
