@@ -111,6 +111,23 @@ std::string KindTable(const EvalReport& report,
   return Table(columns, rows);
 }
 
+std::string OutcomeTable(const std::vector<const eval::MethodResult*>& results) {
+  std::vector<Row> rows;
+  for (const eval::MethodResult* result : results) {
+    const eval::OutcomeCounts& counts = result->outcomes;
+    rows.push_back({result->name});
+    for (const std::size_t count :
+         {counts.num_localized_right, counts.num_false, counts.num_false_plane,
+          counts.num_false_height, counts.num_false_heading, counts.num_ambiguous,
+          counts.num_not_recognized, counts.num_insufficient}) {
+      rows.back().push_back(absl::StrCat(count));
+    }
+  }
+  return Table({"method", "localized and right", "false", "missed in the plane", "in height",
+                "in heading", "ambiguous", "not recognised", "too few points"},
+               rows);
+}
+
 std::string TimeTable(const std::vector<const eval::MethodResult*>& results) {
   std::vector<Row> rows;
   for (const eval::MethodResult* result : results) {
@@ -138,9 +155,11 @@ std::string Tables(const EvalReport& report) {
                     " revisits)</h2>\n", ResultTable(ResultsWithin(report, told_m)));
   }
   absl::StrAppend(&html, "<h2>Recall@1 by kind of revisit (their number)</h2>\n",
-                  KindTable(report, results), "<h2>Errors of right matches</h2>\n",
-                  ErrorTable(results), "<h2>Mean time of each stage a query, one thread</h2>\n",
-                  TimeTable(results));
+                  KindTable(report, results),
+                  "<h2>Answers by their pose: within 1 m, 1 m of "
+                  "height and 10 degrees of heading</h2>\n",
+                  OutcomeTable(results), "<h2>Errors of right matches</h2>\n", ErrorTable(results),
+                  "<h2>Mean time of each stage a query, one thread</h2>\n", TimeTable(results));
   return html;
 }
 

@@ -87,6 +87,10 @@ TEST(Evaluate, JudgesEveryMethodByTheSameTruth) {
     EXPECT_EQ(results[methods.size() + i].within_m, 1.0);
   }
   EXPECT_EQ(RecallAt(1, results[0].first_right, results[0].num_candidates), 1.0);
+  const OutcomeCounts& outcomes = results[0].outcomes;
+  EXPECT_EQ(outcomes.num_queries, small.queries.size());
+  EXPECT_EQ(outcomes.num_pose_right, std::size_t{SmallEvaluation::kNumPlaces});
+  EXPECT_EQ(outcomes.num_localized, outcomes.num_localized_right + outcomes.num_false);
   EXPECT_TRUE(results[0].yaw_deg.has_value());
   EXPECT_FALSE(results[3].yaw_deg.has_value()) << "a baseline tells no pose";
   EXPECT_EQ(results[1].num_candidates, 1);

@@ -21,6 +21,8 @@ TEST(EvalReport, HasNoValueWhereNothingCanBeSaid) {
   const json document = json::parse(EvalAsJson(ReportOf(small, results)));
   const json& few = document.at("results")[0];
   EXPECT_TRUE(few.at("recall_at_1").is_number());
+  EXPECT_EQ(few.at("num_localized_right").get<int>() + few.at("num_false").get<int>(),
+            few.at("num_localized").get<int>());
   EXPECT_TRUE(few.at("recall_at_5").is_null()) << "of two candidates";
   EXPECT_TRUE(few.at("recall_at_10").is_null());
   EXPECT_TRUE(document.at("results")[1].at("recall_at_10").is_number());
