@@ -83,7 +83,7 @@ def storeys(quick, seed, walk):
     for s in range(seed, seed + (1 if quick else 3)):
         for world, sensor, step in (("office", MID, 1.5), ("garage", CAR, 2.0)):
             at = lambda session, *more: drive(world, s, session, sensor, "--floors", 6,
-                                              "--changed-share", 1, "--length-m", 5000, *more)
+                                              "--changed-share", 1, *more)
             ask = at(2, "--spacing-m", 1 if walk else 5 if quick else 3,
                      *(["--odometry-noise", 1] if walk else []),
                      *(["--to-m", 350] if walk and quick else []))
@@ -95,7 +95,7 @@ def storeys(quick, seed, walk):
 def small(quick, seed):
     """Maps that hold no rival: a room, a place of a street, an aisle."""
     made = Set("one room, one place, one aisle")
-    for s in range(seed, seed + (2 if quick else 8)):
+    for s in range(seed, seed + (2 if quick else 6)):
         for world, sensor, pool, part in (
                 ("room", MID, "mid", []), ("room", LOW, "low", []),
                 ("town", CAR, "mid", ["--length-m", 500, "--to-m", 1.5]),
@@ -119,7 +119,7 @@ def halls(quick, seed):
 
 def low_robot(quick, seed):
     made = Set("office floor, home, low robot")
-    for s in range(seed, seed + (2 if quick else 8)):
+    for s in range(seed, seed + (2 if quick else 6)):
         for world in ("office", "home"):
             at = lambda n, session, *more: drive(world, n, session, LOW, "--floors", 1, *more)
             made.cases.append(Case(f"{world} {s}", at(s, 1, "--spacing-m", 0.7), [
@@ -133,8 +133,7 @@ def warehouses(quick, seed):
     made = Set("warehouse of 20 alike aisles, some unmapped")
     for s in range(seed, seed + (1 if quick else 3)):
         for sensor, name in ((MID, "32 rays"), (LOW, "low robot"))[:1 if quick else 2]:
-            at = lambda session, *more: drive("warehouse", s, session, sensor, "--length-m", 3000,
-                                              *more)
+            at = lambda session, *more: drive("warehouse", s, session, sensor, *more)
             made.cases.append(Case(f"warehouse {s} {name}", at(1, "--spacing-m", 2, "--to-m", 750),
                                    [Ask(at(2, "--spacing-m", 8 if quick else 3)),
                                     Ask(at(3, "--spacing-m", 9 if quick else 5, "--reverse"))],
@@ -158,9 +157,9 @@ def mounts(quick, seed):
 def pool(name, quick, seed):
     """Drives of other worlds than any that is mapped, by a sensor like that of the map."""
     sensor = {"low": LOW, "mid": MID}[name]
-    step = 3.0 if quick else 1.0
+    step = 3.0 if quick else 1.5
     drives = []
-    for s in range(seed + 500, seed + (502 if quick else 506)):
+    for s in range(seed + 500, seed + (502 if quick else 504)):
         for world, spacing in (("room", 1), ("home", 2), ("office", 4), ("hall", 2),
                                ("warehouse", 8), ("garage", 6), ("tunnel", 6), ("forest", 6),
                                ("campus", 6), ("town", 8)):
