@@ -1,15 +1,12 @@
 #include "metrics.hpp"
 
 #include <prometheus/counter.h>
-#include <prometheus/exposer.h>
 #include <prometheus/gauge.h>
 #include <prometheus/histogram.h>
 #include <prometheus/registry.h>
 #include <prometheus/text_serializer.h>
 
 #include <chrono>
-#include <exception>
-#include <mutex>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -23,9 +20,6 @@ using prometheus::Histogram;
 using prometheus::MetricType;
 
 constexpr double kSecondsPerNs = 1e-9;
-// A silent connection holds a thread as long as it is waited for.
-constexpr const char* kNumHttpThreads = "4";
-constexpr const char* kHttpPatience_ms = "2000";
 
 Histogram::BucketBoundaries CallSeconds() {
   return {0.0005, 0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0};
@@ -58,14 +52,7 @@ class Looked : public prometheus::Collectable {
  public:
   explicit Looked(std::function<Metrics::Gauges()> look) : look_(std::move(look)) {}
 
-  void Stop() {
-    const std::lock_guard lock(mutex_);
-    look_ = nullptr;
-  }
-
   [[nodiscard]] std::vector<prometheus::MetricFamily> Collect() const override {
-    const std::lock_guard lock(mutex_);
-    if (!look_) return {};
     const Metrics::Gauges now = look_();
     return {
         FamilyOf("scanloc_queue_depth", "Queries that wait for a thread.", MetricType::Gauge,
@@ -86,13 +73,12 @@ class Looked : public prometheus::Collectable {
   }
 
  private:
-  mutable std::mutex mutex_;
-  std::function<Metrics::Gauges()> look_;
+  const std::function<Metrics::Gauges()> look_;
 };
 
 }  // namespace
 
-struct Metrics::State : public prometheus::Collectable {
+struct Metrics::State {
   explicit State(std::function<Gauges()> look) : looked(std::move(look)) {
     prometheus::BuildGauge()
         .Name("scanloc_build_info")
@@ -102,7 +88,7 @@ struct Metrics::State : public prometheus::Collectable {
         .Set(1.0);
   }
 
-  [[nodiscard]] std::vector<prometheus::MetricFamily> Collect() const override {
+  [[nodiscard]] std::vector<prometheus::MetricFamily> Collect() const {
     std::vector<prometheus::MetricFamily> families = registry.Collect();
     for (const prometheus::Collectable* more :
          {static_cast<const prometheus::Collectable*>(&looked),
@@ -182,10 +168,15 @@ struct Metrics::State : public prometheus::Collectable {
           .Name("scanloc_tls_expiry_seconds")
           .Help("When the certificate in force expires [Unix time, s].")
           .Register(registry);
+  prometheus::Family<prometheus::Gauge>& unusable_files =
+      prometheus::BuildGauge()
+          .Name("scanloc_file_unusable")
+          .Help("1 while a file that is read again on change cannot be read, or is bad.")
+          .Register(registry);
 };
 
-Metrics::Metrics(std::function<Gauges()> look) : state_(std::make_shared<State>(std::move(look))) {}
-Metrics::~Metrics() { state_->looked.Stop(); }
+Metrics::Metrics(std::function<Gauges()> look) : state_(std::make_unique<State>(std::move(look))) {}
+Metrics::~Metrics() = default;
 
 void Metrics::CountCall(const std::string& method, absl::StatusCode code,
                         const std::string& outcome, std::optional<double> seconds) {
@@ -235,37 +226,12 @@ void Metrics::SetTlsExpiry(std::int64_t unix_s) {
   state_->tls_expiries.Add({}).Set(static_cast<double>(unix_s));
 }
 
-std::string Metrics::Text() const {
-  return prometheus::TextSerializer().Serialize(state_->Collect());
+void Metrics::SetFileUnusable(const std::string& file, bool is_unusable) {
+  state_->unusable_files.Add({{"file", file}}).Set(is_unusable ? 1.0 : 0.0);
 }
 
-struct MetricsEndpoint::Exposer {
-  Exposer(const std::string& address, std::shared_ptr<prometheus::Collectable> collected)
-      : metrics(std::move(collected)),
-        server(std::vector<std::string>{"listening_ports", address, "num_threads", kNumHttpThreads,
-                                        "request_timeout_ms", kHttpPatience_ms}) {
-    server.RegisterCollectable(metrics);
-  }
-  std::shared_ptr<prometheus::Collectable> metrics;  // the server holds it weakly
-  prometheus::Exposer server;
-};
-
-MetricsEndpoint::~MetricsEndpoint() = default;
-
-absl::StatusOr<std::unique_ptr<MetricsEndpoint>> MetricsEndpoint::Listen(const std::string& address,
-                                                                         const Metrics& metrics) {
-  auto endpoint = std::unique_ptr<MetricsEndpoint>(new MetricsEndpoint());
-  try {
-    endpoint->exposer_ = std::make_unique<Exposer>(address, metrics.state_);
-    const std::vector<int> ports = endpoint->exposer_->server.GetListeningPorts();
-    endpoint->address_ =
-        absl::StrCat(address.substr(0, address.rfind(':')), ":", ports.empty() ? 0 : ports.front());
-  } catch (const std::exception& error) {
-    return absl::UnavailableError(
-        absl::StrCat("cannot serve metrics on ", address, ": ", error.what(),
-                     "; is the host one of this machine's, and is the port free and allowed?"));
-  }
-  return endpoint;
+std::string Metrics::Text() const {
+  return prometheus::TextSerializer().Serialize(state_->Collect());
 }
 
 }  // namespace scanloc::server

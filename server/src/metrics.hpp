@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "absl/status/status.h"
-#include "absl/status/statusor.h"
 #include "scanloc/proto/messages.hpp"
 
 namespace scanloc::server {
@@ -26,7 +25,7 @@ class Metrics {
     std::vector<MapSummary> maps;
   };
 
-  /// look may be called until StopLooking, from other threads.
+  /// look may be called from other threads, by Text.
   explicit Metrics(std::function<Gauges()> look);
   ~Metrics();
   Metrics(const Metrics&) = delete;
@@ -49,32 +48,15 @@ class Metrics {
   void CountFailedTlsReload();
   void SetTlsExpiry(std::int64_t unix_s);
 
+  /// Whether what a file of that name holds is unknown: it cannot be read, or is bad.
+  void SetFileUnusable(const std::string& file, bool is_unusable);
+
   /// All of it in Prometheus' text format.
   [[nodiscard]] std::string Text() const;
 
  private:
-  friend class MetricsEndpoint;
   struct State;
-  std::shared_ptr<State> state_;
-};
-
-/// Serves Metrics over HTTP at /metrics. A client that sends half a request is hung up on after
-/// some seconds, and keeps a few others from nothing.
-class MetricsEndpoint {
- public:
-  /// HOST:PORT; port 0 takes a free one. Unavailable: cannot listen there.
-  [[nodiscard]] static absl::StatusOr<std::unique_ptr<MetricsEndpoint>> Listen(
-      const std::string& address, const Metrics& metrics);
-  ~MetricsEndpoint();
-
-  /// HOST:PORT with the port that was really taken.
-  [[nodiscard]] const std::string& address() const { return address_; }
-
- private:
-  struct Exposer;
-  MetricsEndpoint() = default;
-  std::string address_;
-  std::unique_ptr<Exposer> exposer_;
+  const std::unique_ptr<State> state_;
 };
 
 }  // namespace scanloc::server

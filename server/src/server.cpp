@@ -25,6 +25,7 @@
 #include "map_keeper.hpp"
 #include "map_sources.hpp"
 #include "metrics.hpp"
+#include "metrics_endpoint.hpp"
 #include "query_capture.hpp"
 #include "reception.hpp"
 #include "reflection_service.hpp"
