@@ -3,12 +3,10 @@
 #include <openssl/crypto.h>
 #include <openssl/sha.h>
 #include <spdlog/spdlog.h>
-#include <sys/stat.h>
 
 #include <algorithm>
 #include <cctype>
 #include <cstring>
-#include <fstream>
 #include <set>
 #include <sstream>
 #include <utility>
@@ -21,7 +19,6 @@ namespace {
 constexpr std::size_t kMinTokenBytes = 16;
 constexpr std::size_t kMaxTokenBytes = 512;
 constexpr std::size_t kMaxTokens = 10'000;
-constexpr std::chrono::seconds kLookInterval(1);
 constexpr std::string_view kScheme = "Bearer ";
 
 absl::Status NoToken(const char* what) {
@@ -35,14 +32,6 @@ Access::Digest Access::DigestOf(std::string_view token) {
   Digest digest;
   SHA256(reinterpret_cast<const unsigned char*>(token.data()), token.size(), digest.data());
   return digest;
-}
-
-Access::FileStamp Access::StampOf(const std::string& path) {
-  struct stat status = {};
-  if (stat(path.c_str(), &status) != 0) return {};
-  return {.inode = static_cast<std::int64_t>(status.st_ino),
-          .changed_ns = status.st_mtim.tv_sec * 1'000'000'000 + status.st_mtim.tv_nsec,
-          .num_bytes = status.st_size};
 }
 
 absl::StatusOr<Access::Token> Access::ParseLine(const std::string& line) {
@@ -71,9 +60,8 @@ absl::StatusOr<Access::Token> Access::ParseLine(const std::string& line) {
   return token;
 }
 
-absl::StatusOr<Access::Tokens> Access::Read(const std::string& path) {
-  std::ifstream file(path);
-  if (!file) return absl::NotFoundError(absl::StrCat("cannot read token file ", path));
+absl::StatusOr<Access::Tokens> Access::Parse(const std::string& text) {
+  std::istringstream file(text);
   Tokens tokens;
   std::set<Digest> digests;
   std::string line;
@@ -90,52 +78,56 @@ absl::StatusOr<Access::Tokens> Access::Read(const std::string& path) {
     }
     if (!status.ok()) {
       return absl::InvalidArgumentError(
-          absl::StrCat("line ", number, " of token file ", path, " ", status.message()));
+          absl::StrCat("line ", number, " of the token file ", status.message()));
     }
     tokens.push_back(*token);
   }
-  if (file.bad()) return absl::DataLossError(absl::StrCat("cannot read token file ", path));
   return tokens;
+}
+
+Access::Access(const std::string& token_file)
+    : token_file_(token_file),
+      watch_({.name = "tokens",
+              .paths = {token_file},
+              .take_up = [this](const FileWatch::Texts& texts) { return TakeUp(texts.front()); }}) {
 }
 
 absl::StatusOr<std::unique_ptr<Access>> Access::Create(const std::string& token_file) {
   auto access = std::unique_ptr<Access>(new Access(token_file));
   if (token_file.empty()) return access;
-  access->stamp_ = StampOf(token_file);
-  auto tokens = Read(token_file);
-  if (!tokens.ok()) return tokens.status();
-  access->tokens_ = std::make_shared<const Tokens>(*std::move(tokens));
+  if (auto status = access->LookAtFile(); !status.ok()) {
+    return absl::Status(status.code(), absl::StrCat("token file: ", status.message()));
+  }
   return access;
 }
 
-void Access::LookAtFile() {
-  const std::unique_lock look(look_mutex_, std::try_to_lock);
-  if (!look) return;  // another call is at it
-  const auto now = std::chrono::steady_clock::now();
-  if (now < next_look_) return;
-  next_look_ = now + kLookInterval;
-  const FileStamp stamp = StampOf(token_file_);
-  if (stamp == stamp_) return;
-  stamp_ = stamp;
-  auto tokens = Read(token_file_);
-  if (!tokens.ok()) {
-    return spdlog::error("the tokens before stay in force: {}",
-                         absl::StrCat(tokens.status().message()));
-  }
-  spdlog::info("token file {} read again: {} tokens", token_file_, tokens->size());
-  auto next = std::make_shared<const Tokens>(*std::move(tokens));
-  const std::lock_guard lock(mutex_);
-  tokens_.swap(next);
+void Access::StartWatching(Metrics& metrics) {
+  if (!token_file_.empty()) watch_.Start(metrics);
 }
 
-std::shared_ptr<const Access::Tokens> Access::Current() {
-  LookAtFile();
+void Access::StopWatching() { watch_.Stop(); }
+
+absl::Status Access::TakeUp(const std::string& text) {
+  auto tokens = Parse(text);
+  if (!tokens.ok()) return tokens.status();
+  auto next = std::make_shared<const Tokens>(*std::move(tokens));
+  spdlog::info("token file read: {} tokens", next->size());
   const std::lock_guard lock(mutex_);
-  return tokens_;
+  tokens_.swap(next);
+  return absl::OkStatus();
 }
 
 absl::StatusOr<std::string> Access::Look(const Digest& digest, Role role) {
-  const std::shared_ptr<const Tokens> tokens = Current();
+  if (watch_.UnknownFor() > kMaxUnknown) {
+    return absl::UnavailableError(
+        "the server has not been able to use its token file for some minutes, and so does not know "
+        "who may call; its log says why");
+  }
+  std::shared_ptr<const Tokens> tokens;
+  {
+    const std::lock_guard lock(mutex_);
+    tokens = tokens_;
+  }
   // Every token is compared to its last byte, so that the time taken tells nothing.
   const Token* found = nullptr;
   for (const Token& token : *tokens) {

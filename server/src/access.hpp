@@ -13,6 +13,8 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "file_watch.hpp"
+#include "metrics.hpp"
 
 namespace scanloc::server {
 
@@ -25,22 +27,34 @@ struct Caller {
   std::string digest;  ///< of the token; never to be logged
 };
 
-/// The tokens of a server. Of each only the SHA-256 is kept. The file is looked at again at most
-/// once a second, when somebody calls, and by that one call; while a new one is bad, the one before
-/// stays in force and the log says why. Thread-safe.
+/// The tokens of a server. Of each only the SHA-256 is kept. While it is not known what the file
+/// holds, because it is gone, cannot be read or has a bad line, the tokens before stay in force for
+/// kMaxUnknown, and then none is good until the file is. Thread-safe.
 class Access {
  public:
+  static constexpr std::chrono::minutes kMaxUnknown{5};
+
   /// An empty path admits everybody to everything but administration. Errors tell the line, never
   /// the token.
   [[nodiscard]] static absl::StatusOr<std::unique_ptr<Access>> Create(
       const std::string& token_file);
 
+  /// Looks at the file every second from now on, and tells the metrics whether it can be used; they
+  /// must outlive StopWatching.
+  void StartWatching(Metrics& metrics);
+  void StopWatching();
+
   /// Unauthenticated: no bearer token, or one that is not in the file. PermissionDenied: its role
-  /// does not allow it.
+  /// does not allow it. Unavailable: the file has been unknown for too long.
   [[nodiscard]] absl::StatusOr<Caller> Admit(const grpc::CallbackServerContext& context, Role role);
 
   /// Whether the caller would be admitted still.
   [[nodiscard]] absl::Status AdmitAgain(const Caller& caller, Role role);
+
+  /// One look at the file, as if at that time.
+  absl::Status LookAtFile(FileWatch::Clock::time_point now = FileWatch::Clock::now()) {
+    return watch_.Look(now);
+  }
 
  private:
   using Digest = std::array<unsigned char, 32>;
@@ -50,29 +64,18 @@ class Access {
     Digest digest = {};
   };
   using Tokens = std::vector<Token>;
-  struct FileStamp {
-    std::int64_t inode = 0;
-    std::int64_t changed_ns = 0;
-    std::int64_t num_bytes = -1;  // -1: no such file
-    friend bool operator==(const FileStamp&, const FileStamp&) = default;
-  };
-
-  explicit Access(std::string token_file) : token_file_(std::move(token_file)) {}
+  explicit Access(const std::string& token_file);
 
   [[nodiscard]] static Digest DigestOf(std::string_view token);
-  [[nodiscard]] static FileStamp StampOf(const std::string& path);
-  [[nodiscard]] static absl::StatusOr<Tokens> Read(const std::string& path);
+  [[nodiscard]] static absl::StatusOr<Tokens> Parse(const std::string& text);
   [[nodiscard]] static absl::StatusOr<Token> ParseLine(const std::string& line);
-  void LookAtFile();
-  [[nodiscard]] std::shared_ptr<const Tokens> Current();
+  [[nodiscard]] absl::Status TakeUp(const std::string& text);
   [[nodiscard]] absl::StatusOr<std::string> Look(const Digest& digest, Role role);
 
   const std::string token_file_;
-  std::mutex look_mutex_;  // held while the file is read; nobody waits for it
-  FileStamp stamp_;
-  std::chrono::steady_clock::time_point next_look_;
   std::mutex mutex_;  // held only to take or change the pointer
   std::shared_ptr<const Tokens> tokens_;
+  FileWatch watch_;
 };
 
 }  // namespace scanloc::server

@@ -50,7 +50,12 @@ class Reception {
         metrics_(metrics),
         rates_(max_rate_per_s),
         log_(log),
-        log_limit_(kMaxLinesPerSecond, kNsPerSecond) {}
+        log_limit_(kMaxLinesPerSecond, kNsPerSecond) {
+    access_.StartWatching(metrics_);
+  }
+  ~Reception() { access_.StopWatching(); }
+  Reception(const Reception&) = delete;
+  Reception& operator=(const Reception&) = delete;
 
   /// Names the call, tells the client that name in the initial metadata, and says in `admitted`
   /// whether it may go on.

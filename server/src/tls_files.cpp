@@ -5,11 +5,7 @@
 #include <openssl/ssl.h>
 #include <spdlog/spdlog.h>
 
-#include <chrono>
 #include <ctime>
-#include <fstream>
-#include <iterator>
-#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -18,8 +14,6 @@
 
 namespace scanloc::server {
 namespace {
-
-constexpr std::chrono::seconds kLookInterval(1);
 
 template <auto Free>
 struct FreeWith {
@@ -35,13 +29,6 @@ using Context = std::unique_ptr<SSL_CTX, FreeWith<SSL_CTX_free>>;
 
 Bio BioOf(const std::string& text) {
   return Bio(BIO_new_mem_buf(text.data(), static_cast<int>(text.size())));
-}
-
-absl::StatusOr<std::string> ReadText(const std::string& path, const char* what) {
-  std::ifstream file(path);
-  std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-  if (file) return text;
-  return absl::InvalidArgumentError(absl::StrCat("cannot read ", what, " '", path, "'"));
 }
 
 /// All that the text holds, the first of them first; none if one is damaged.
@@ -84,17 +71,9 @@ absl::StatusOr<std::int64_t> ExpiryOf(const X509& certificate) {
   return timegm(&time);
 }
 
-/// Fills in what there is, whether it is of use or not.
-absl::Status Read(const TlsOptions& options, TlsMaterial& found) {
-  for (const auto& [path, what, text] :
-       {std::tuple(&options.cert_file, "the certificate", &found.cert),
-        std::tuple(&options.key_file, "the private key", &found.key),
-        std::tuple(&options.client_ca_file, "the clients' CA", &found.client_ca)}) {
-    if (path->empty()) continue;
-    auto read = ReadText(*path, what);
-    if (!read.ok()) return read.status();
-    *text = *std::move(read);
-  }
+absl::StatusOr<TlsMaterial> MaterialOf(const TlsOptions& options, const FileWatch::Texts& texts) {
+  TlsMaterial found{.cert = texts[0], .key = texts[1]};
+  if (texts.size() > 2) found.client_ca = texts[2];
   const std::vector<Certificate> chain = ParseCertificates(found.cert);
   if (chain.empty()) return NoCertificate(options.cert_file, "the certificate");
   if (!AreOfUse(chain, found.key)) {
@@ -108,29 +87,34 @@ absl::Status Read(const TlsOptions& options, TlsMaterial& found) {
   if (!options.client_ca_file.empty() && ParseCertificates(found.client_ca).empty()) {
     return NoCertificate(options.client_ca_file, "the clients' CA");
   }
-  return absl::OkStatus();
+  return found;
+}
+
+std::vector<std::string> PathsOf(const TlsOptions& options) {
+  std::vector<std::string> paths = {options.cert_file, options.key_file};
+  if (!options.client_ca_file.empty()) paths.push_back(options.client_ca_file);
+  return paths;
 }
 
 }  // namespace
 
+TlsFiles::TlsFiles(const TlsOptions& options, Metrics& metrics)
+    : options_(options),
+      metrics_(metrics),
+      watch_({.name = "tls",
+              .paths = PathsOf(options),
+              .take_up = [this](const FileWatch::Texts& texts) { return TakeUp(texts); },
+              .on_trouble = [&metrics] { metrics.CountFailedTlsReload(); }}) {}
+
 absl::StatusOr<std::unique_ptr<TlsFiles>> TlsFiles::Open(const TlsOptions& options,
                                                          Metrics& metrics) {
-  TlsMaterial material;
-  if (auto status = Read(options, material); !status.ok()) return status;
   auto files = std::unique_ptr<TlsFiles>(new TlsFiles(options, metrics));
-  metrics.StartCountingTlsReloads();
-  files->TakeUp(std::move(material));
-  files->thread_ = std::thread([raw = files.get()] { raw->Watch(); });
-  return files;
-}
-
-TlsFiles::~TlsFiles() {
-  {
-    const std::lock_guard lock(mutex_);
-    is_ending_ = true;
+  if (auto status = files->watch_.Look(); !status.ok()) {
+    return absl::InvalidArgumentError(absl::StrCat("TLS files: ", status.message()));
   }
-  ends_.notify_all();
-  if (thread_.joinable()) thread_.join();
+  metrics.StartCountingTlsReloads();
+  files->watch_.Start(metrics);
+  return files;
 }
 
 std::shared_ptr<const TlsMaterial> TlsFiles::Current() const {
@@ -138,41 +122,16 @@ std::shared_ptr<const TlsMaterial> TlsFiles::Current() const {
   return current_;
 }
 
-void TlsFiles::Watch() {
-  std::unique_lock lock(mutex_);
-  while (!ends_.wait_for(lock, kLookInterval, [this] { return is_ending_; })) {
-    lock.unlock();
-    Look();
-    lock.lock();
-  }
-}
-
-void TlsFiles::Look() {
-  TlsMaterial found;
-  if (auto status = Read(options_, found); !status.ok()) return Refuse(status, found);
-  why_bad_ = absl::OkStatus();
-  if (found == *Current()) return;
-  spdlog::info("new TLS certificate in force, good until {}",
-               absl::FormatTime(absl::FromUnixSeconds(found.expires_s), absl::UTCTimeZone()));
-  TakeUp(std::move(found));
-}
-
-void TlsFiles::Refuse(const absl::Status& why, const TlsMaterial& found) {
-  // At the first look an operator may just be between two files.
-  if (why != why_bad_ || found != bad_) {
-    why_bad_ = why;
-    bad_ = found;
-    is_told_ = false;
-  } else if (!std::exchange(is_told_, true)) {
-    metrics_.CountFailedTlsReload();
-    spdlog::error("the TLS files before stay in force: {}", absl::StrCat(why.message()));
-  }
-}
-
-void TlsFiles::TakeUp(TlsMaterial material) {
-  metrics_.SetTlsExpiry(material.expires_s);
+absl::Status TlsFiles::TakeUp(const FileWatch::Texts& texts) {
+  auto found = MaterialOf(options_, texts);
+  if (!found.ok()) return found.status();
+  spdlog::info("TLS certificate in force, good until {}",
+               absl::FormatTime(absl::FromUnixSeconds(found->expires_s), absl::UTCTimeZone()));
+  metrics_.SetTlsExpiry(found->expires_s);
+  auto next = std::make_shared<const TlsMaterial>(*std::move(found));
   const std::lock_guard lock(mutex_);
-  current_ = std::make_shared<const TlsMaterial>(std::move(material));
+  current_.swap(next);
+  return absl::OkStatus();
 }
 
 }  // namespace scanloc::server

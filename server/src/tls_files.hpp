@@ -1,13 +1,12 @@
 #pragma once
 
-#include <condition_variable>
 #include <cstdint>
 #include <memory>
 #include <mutex>
 #include <string>
-#include <thread>
 
 #include "absl/status/statusor.h"
+#include "file_watch.hpp"
 #include "metrics.hpp"
 #include "scanloc/server/server_options.hpp"
 
@@ -23,10 +22,8 @@ struct TlsMaterial {
   friend bool operator==(const TlsMaterial&, const TlsMaterial&) = default;
 };
 
-/// The certificate, key and clients' CA of a server. The files are looked at every second; what is
-/// new takes the place of what was before once key and certificate belong together and all of it
-/// can be used. While it is bad, what was before stays in force, and log and metrics say so; a pair
-/// that is replaced one file after the other is not bad unless it stays so for a second.
+/// The certificate, key and clients' CA of a server, as FileWatch takes them up: what is new takes
+/// the place of what was before once key and certificate belong together and all of it can be used.
 /// Thread-safe.
 class TlsFiles {
  public:
@@ -34,35 +31,21 @@ class TlsFiles {
   /// or key and certificate do not belong together.
   [[nodiscard]] static absl::StatusOr<std::unique_ptr<TlsFiles>> Open(const TlsOptions& options,
                                                                       Metrics& metrics);
-  ~TlsFiles();
-  TlsFiles(const TlsFiles&) = delete;
-  TlsFiles& operator=(const TlsFiles&) = delete;
-
   /// What is in force; the same object as long as it is.
   [[nodiscard]] std::shared_ptr<const TlsMaterial> Current() const;
 
   [[nodiscard]] bool is_mutual() const { return !options_.client_ca_file.empty(); }
 
  private:
-  TlsFiles(TlsOptions options, Metrics& metrics)
-      : options_(std::move(options)), metrics_(metrics) {}
+  TlsFiles(const TlsOptions& options, Metrics& metrics);
 
-  void Watch();
-  void Look();
-  void TakeUp(TlsMaterial material);
-  void Refuse(const absl::Status& why, const TlsMaterial& found);
+  [[nodiscard]] absl::Status TakeUp(const FileWatch::Texts& texts);
 
   const TlsOptions options_;
   Metrics& metrics_;
-  // Of the watching thread: what was bad at its last look, why, and whether that was told.
-  TlsMaterial bad_;
-  absl::Status why_bad_;
-  bool is_told_ = false;
-  mutable std::mutex mutex_;
-  std::condition_variable ends_;
-  bool is_ending_ = false;
+  mutable std::mutex mutex_;  // guards current_
   std::shared_ptr<const TlsMaterial> current_;
-  std::thread thread_;
+  FileWatch watch_;
 };
 
 }  // namespace scanloc::server

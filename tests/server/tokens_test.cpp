@@ -14,7 +14,9 @@
 #include "support/paths.hpp"
 #include "support/process.hpp"
 #include "support/raw_call.hpp"
+#include "support/small_map.hpp"
 #include "support/temp_dir.hpp"
+#include "support/test_server.hpp"
 
 namespace scanloc::server {
 namespace {
@@ -106,6 +108,40 @@ TEST_F(TokensTest, EndsAStreamWhoseTokenIsWithdrawn) {
   absl::Status status;
   while (status.ok()) status = stream->Locate(test::QueryScan(1, 2)).status();
   EXPECT_EQ(status.code(), absl::StatusCode::kUnauthenticated) << status;
+}
+
+// Same size, same times: only what it holds is another.
+TEST_F(TokensTest, WithdrawsATokenThatIsOverwrittenInPlace) {
+  const std::string tokens = dir_.Write("tokens", std::string("fleet query ") + kToken + "\n");
+  const auto written = std::filesystem::last_write_time(tokens);
+  Start({"--token-file", tokens});
+  options_.token = kToken;
+  EXPECT_TRUE(Ask().ok()) << Ask();
+  dir_.Write("tokens", std::string("fleet query ") + kOther + "\n");
+  std::filesystem::last_write_time(tokens, written);
+  while (Ask().ok()) std::this_thread::yield();
+  EXPECT_EQ(Ask().code(), absl::StatusCode::kUnauthenticated);
+  options_.token = kOther;
+  EXPECT_TRUE(Ask().ok()) << Ask();
+}
+
+TEST_F(TokensTest, TellsOfATokenFileThatCannotBeReadAndTakesItUpWhenItCan) {
+  const std::string tokens = dir_.Write("tokens", std::string("fleet query ") + kToken + "\n");
+  const test::Maps maps = {{"town", test::SmallMap(1, 4)}};
+  ServerOptions server_options = test::OptionsFor(maps);
+  server_options.token_file = tokens;
+  const auto server = test::StartServer(maps, server_options);
+  const auto await = [&](const std::string& line) {
+    while (server->MetricsText().find(line) == std::string::npos) std::this_thread::yield();
+  };
+  await("scanloc_file_unusable{file=\"tokens\"} 0\n");
+  options_ = {.address = server->address(), .token = kToken};
+  std::filesystem::remove(tokens);
+  await("scanloc_file_unusable{file=\"tokens\"} 1\n");
+  EXPECT_TRUE(Ask().ok()) << Ask();
+  dir_.Write("tokens", std::string("fleet query ") + kOther + "\n");
+  await("scanloc_file_unusable{file=\"tokens\"} 0\n");
+  EXPECT_EQ(Ask().code(), absl::StatusCode::kUnauthenticated);
 }
 
 TEST_F(TokensTest, RefusesABadTokenFileAtTheStart) {
