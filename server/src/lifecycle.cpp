@@ -16,6 +16,7 @@
 #include <thread>
 #include <utility>
 
+#include "scanloc/core/printable.hpp"
 #include "scanloc/server/build_info.hpp"
 #include "service_manager.hpp"
 
@@ -175,7 +176,7 @@ int RunUntilStopped(Server& server, std::chrono::duration<double> drain,
       loading = false;
       loaded = event.loaded;
       if (!loaded.ok()) {
-        std::cerr << "scanlocd: " << loaded.message() << '\n';
+        std::cerr << "scanlocd: " << Printable(std::string(loaded.message())) << '\n';
       } else if (!std::exchange(ready, true)) {
         spdlog::info("ready on {}: scanlocd {}, built by {}", server.address(), BuildVersion(),
                      BuildCompiler());

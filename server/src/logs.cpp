@@ -6,12 +6,15 @@
 #include <spdlog/spdlog.h>
 
 #include <atomic>
+#include <cmath>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <utility>
 
 #include "absl/strings/escaping.h"
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "scanloc/core/printable.hpp"
 
 namespace scanloc::server {
 namespace {
@@ -23,9 +26,39 @@ constexpr char kFieldsMark = '\x1e';
 
 std::atomic<LogFormat> log_format = LogFormat::kText;
 
-std::string ToLine(const Json& json) {
-  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+double Rounded(double value) { return std::round(1e3 * value) / 1e3; }
+std::int64_t Rounded(std::int64_t value) { return value; }
+const std::string& Rounded(const std::string& text) { return text; }
+
+std::string TextOf(double value) { return absl::StrFormat("%.3f", value); }
+std::string TextOf(std::int64_t value) { return absl::StrCat(value); }
+std::string TextOf(const std::string& text) {
+  const bool is_word = !text.empty() && text.find_first_of(" \"=") == std::string::npos;
+  const char* quote = is_word ? "" : "\"";
+  return absl::StrCat(quote, absl::Utf8SafeCEscape(text), quote);
 }
+
+std::string ToLine(const Json& json) {
+  return json.dump(-1, ' ', /*ensure_ascii=*/true, Json::error_handler_t::replace);
+}
+
+/// A line for people.
+class TextFormatter : public spdlog::formatter {
+ public:
+  void format(const spdlog::details::log_msg& entry, spdlog::memory_buf_t& line) override {
+    const std::string payload = Printable({entry.payload.data(), entry.payload.size()});
+    spdlog::details::log_msg printable = entry;
+    printable.payload = payload;
+    formatter_.format(printable, line);
+  }
+
+  [[nodiscard]] std::unique_ptr<spdlog::formatter> clone() const override {
+    return std::make_unique<TextFormatter>();
+  }
+
+ private:
+  spdlog::pattern_formatter formatter_;
+};
 
 /// `{"time":...,"level":...` of any line.
 class JsonFormatter : public spdlog::formatter {
@@ -60,6 +93,8 @@ void StartLogging(spdlog::level::level_enum level, LogFormat format) {
                                                  std::make_shared<spdlog::sinks::stderr_sink_mt>());
   if (format == LogFormat::kJson) {
     logger->set_formatter(std::make_unique<JsonFormatter>());
+  } else {
+    logger->set_formatter(std::make_unique<TextFormatter>());
   }
   spdlog::set_default_logger(std::move(logger));
   spdlog::set_level(level);
@@ -69,16 +104,16 @@ void LogWith(spdlog::level::level_enum level, const std::string& message, const 
   if (!spdlog::should_log(level)) return;
   if (log_format == LogFormat::kJson) {
     Json json{{"message", message}};
-    for (const auto& [name, value] : fields) json[name] = value;
+    for (const auto& [name, value] : fields) {
+      std::visit([&, &name = name](const auto& told) { json[name] = Rounded(told); }, value);
+    }
     spdlog::log(level, "{}{}", kFieldsMark, ToLine(json));
     return;
   }
   std::string line = message;
   for (const auto& [name, value] : fields) {
-    const bool is_word = value.find_first_of(" \"=") == std::string::npos;
-    const std::string escaped = absl::Utf8SafeCEscape(value);
-    absl::StrAppend(&line, " ", name, "=", is_word && !value.empty() ? "" : "\"", escaped,
-                    is_word && !value.empty() ? "" : "\"");
+    absl::StrAppend(&line, " ", name, "=",
+                    std::visit([](const auto& told) { return TextOf(told); }, value));
   }
   spdlog::log(level, "{}", line);
 }

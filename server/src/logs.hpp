@@ -7,6 +7,7 @@
 #include <optional>
 #include <string>
 #include <utility>
+#include <variant>
 #include <vector>
 
 namespace scanloc::server {
@@ -14,10 +15,14 @@ namespace scanloc::server {
 enum class LogFormat : std::uint8_t { kText, kJson };
 
 /// Sends the log of this process to stderr: lines for people, or one JSON object a line with time,
-/// level, message and what fields a line has. Call once, before other threads log.
+/// level, message and what fields a line has. Whatever a text holds, wherever it comes from, it is
+/// one line of printable characters (scanloc::Printable; in JSON, ASCII). Call once, before other
+/// threads log.
 void StartLogging(spdlog::level::level_enum level, LogFormat format);
 
-using LogFields = std::vector<std::pair<std::string, std::string>>;
+/// A number is one in JSON, too; one with a fraction is told with three decimals.
+using LogValue = std::variant<std::string, std::int64_t, double>;
+using LogFields = std::vector<std::pair<std::string, LogValue>>;
 
 /// One line with fields: `message name=value ...`, or members of the JSON object. Values may hold
 /// any bytes.

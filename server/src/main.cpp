@@ -6,14 +6,17 @@
 #include <exception>
 #include <iostream>
 #include <map>
+#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "config_file.hpp"
 #include "health_probe.hpp"
 #include "library_logs.hpp"
 #include "lifecycle.hpp"
 #include "logs.hpp"
+#include "scanloc/core/printable.hpp"
 #include "scanloc/mapdb/map_file.hpp"
 #include "scanloc/server/build_info.hpp"
 #include "scanloc/server/server.hpp"
@@ -39,6 +42,7 @@ struct CommandLine {
   std::string log_level = "info";
   LogFormat log_format = LogFormat::kText;
   Probe probe;
+  std::shared_ptr<ConfigFile> config = std::make_shared<ConfigFile>();
 };
 
 void Declare(CLI::App& app, CommandLine& line) {
@@ -112,10 +116,11 @@ void Declare(CLI::App& app, CommandLine& line) {
                "serve metrics beyond this machine, where nothing protects them; --allow-plaintext "
                "says so, too");
   app.add_option("--capture-dir", options.capture_dir,
-                 "keep queries without a place in this folder, for scanloc locate --replay")
+                 "keep queries without a place in this folder, made if need be, for scanloc locate "
+                 "--replay")
       ->type_name("DIR");
   app.add_option("--max-capture-bytes", options.max_capture_bytes,
-                 "bound of that folder; the oldest go first [bytes]")
+                 "of the disk that its files may take; the oldest go first [bytes]")
       ->capture_default_str();
   app.add_option("--log-requests", options.log_requests,
                  "requests that get a line in the log, at most 100 a second")
@@ -127,6 +132,7 @@ void Declare(CLI::App& app, CommandLine& line) {
           std::map<std::string, LogFormat>{{"text", LogFormat::kText}, {"json", LogFormat::kJson}}))
       ->default_str("text");
   app.allow_config_extras(CLI::config_extras_mode::error);
+  app.config_formatter(line.config);
   app.set_config("--config", "",
                  "read options from this TOML file; the command line goes before it")
       ->type_name("FILE");
@@ -147,8 +153,22 @@ void Declare(CLI::App& app, CommandLine& line) {
 }
 
 int Fail(int exit_status, const absl::Status& status) {
-  std::cerr << "scanlocd: " << status.message() << '\n';
+  std::cerr << "scanlocd: " << Printable(std::string(status.message())) << '\n';
   return exit_status;
+}
+
+absl::StatusOr<Map> LoadMap(const std::string& path) {
+  auto map = mapdb::LoadMap(path);
+  if (!map.ok()) return map;
+  const auto info = mapdb::ReadInfo(path);
+  if (info.ok() && !info->complete) {
+    LogWith(spdlog::level::warn,
+            "a half-built map is served; complete it with scanloc build --resume",
+            {{"file", path},
+             {"scans_built", info->num_places + info->num_empty + info->num_unreadable},
+             {"scans_planned", info->num_scans}});
+  }
+  return map;
 }
 
 int Run(CommandLine line) {
@@ -169,7 +189,7 @@ int Run(CommandLine line) {
   RouteLibraryLogs();
   std::signal(SIGPIPE, SIG_IGN);
   BlockStopSignals();
-  const auto server = Server::Start(line.options, mapdb::LoadMap);
+  const auto server = Server::Start(line.options, LoadMap);
   if (!server.ok()) return Fail(kExitFailed, server.status());
   return RunUntilStopped(**server, std::chrono::duration<double>(line.options.drain_s));
 }
@@ -185,11 +205,15 @@ int main(int argc, char** argv) {
     try {
       app.parse(argc, argv);
     } catch (const CLI::ParseError& error) {
-      return app.exit(error) == 0 ? 0 : scanloc::server::kExitUsage;
+      const std::string path = app.get_config_ptr()->as<std::string>();
+      const auto in_file = line.config->Explain(error, path, {argv + 1, argv + argc});
+      if (!in_file) return app.exit(error) == 0 ? 0 : scanloc::server::kExitUsage;
+      std::cerr << "scanlocd: " << scanloc::Printable(*in_file) << '\n';
+      return scanloc::server::kExitUsage;
     }
     return scanloc::server::Run(std::move(line));
   } catch (const std::exception& error) {
-    std::cerr << "scanlocd: " << error.what() << '\n';
+    std::cerr << "scanlocd: " << scanloc::Printable(error.what()) << '\n';
     return scanloc::server::kExitFailed;
   }
 }

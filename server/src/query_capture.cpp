@@ -1,5 +1,7 @@
 #include "query_capture.hpp"
 
+#include <sys/stat.h>
+
 #include <algorithm>
 #include <cctype>
 #include <fstream>
@@ -22,6 +24,17 @@ constexpr const char* kEnding = ".query";
 constexpr const char* kUnfinished = ".query.part";
 constexpr std::size_t kMaxIdBytesInName = 64;
 
+/// What a file takes of the disk: its blocks, or those that it will have, and its name.
+std::int64_t CostOf(const fs::path& path, std::int64_t num_bytes) {
+  constexpr std::int64_t kBlockBytes = 4096;
+  constexpr std::int64_t kNameBytes = 512;
+  struct stat status = {};
+  const std::int64_t blocks_bytes =
+      stat(path.c_str(), &status) == 0 ? std::int64_t{status.st_blocks} * 512 : 0;
+  const std::int64_t whole_bytes = (num_bytes + kBlockBytes - 1) / kBlockBytes * kBlockBytes;
+  return std::max(blocks_bytes, whole_bytes) + kNameBytes;
+}
+
 /// Sorts by time; holds nothing of the client's but letters, digits and '-'.
 std::string FileName(const v1::CapturedQuery& query, std::uint64_t number) {
   const absl::Time received = absl::FromUnixSeconds(query.received().seconds()) +
@@ -39,9 +52,14 @@ absl::StatusOr<std::unique_ptr<QueryCapture>> QueryCapture::Open(const std::stri
                                                                  std::int64_t max_bytes,
                                                                  Metrics& metrics) {
   std::error_code error;
-  if (!fs::is_directory(folder, error)) {
+  if (fs::create_directories(folder, error)) {
+    fs::permissions(folder, fs::perms::owner_all, error);  // scans of where robots are
+  }
+  std::error_code none;
+  if (!fs::is_directory(folder, none)) {
     return absl::InvalidArgumentError(
-        absl::StrCat("the folder for captured queries, ", folder, ", is none; make it first"));
+        absl::StrCat("the folder for captured queries, ", folder,
+                     ", is none and cannot be made: ", error.message()));
   }
   const fs::path probe = fs::path(folder) / absl::StrCat("probe", kUnfinished);
   if (!std::ofstream(probe, std::ios::binary)) {
@@ -72,7 +90,8 @@ void QueryCapture::Adopt() {
     if (name.ends_with(kUnfinished)) {
       fs::remove(entry.path(), ignored);
     } else if (name.ends_with(kEnding) && entry.is_regular_file(ignored)) {
-      files_.push_back({entry.path(), static_cast<std::int64_t>(entry.file_size(ignored))});
+      const auto num_bytes = static_cast<std::int64_t>(entry.file_size(ignored));
+      files_.push_back({entry.path(), CostOf(entry.path(), num_bytes)});
     }
   }
   std::sort(files_.begin(), files_.end(),
@@ -116,18 +135,17 @@ void QueryCapture::Tell(const absl::Status& failure) {
   const auto num_left_out = log_limit_.MayLog(NowNs());
   if (!num_left_out) return;
   LogWith(spdlog::level::warn, "query not captured",
-          {{"reason", absl::StrCat(failure.message())},
-           {"not_logged_before", absl::StrCat(*num_left_out)}});
+          {{"reason", absl::StrCat(failure.message())}, {"not_logged_before", *num_left_out}});
 }
 
 absl::Status QueryCapture::Write(const v1::CapturedQuery& query) {
   const std::string bytes = query.SerializeAsString();
-  const auto num_bytes = static_cast<std::int64_t>(bytes.size());
-  if (num_bytes > max_bytes_) {
+  const std::int64_t cost_bytes = CostOf("", static_cast<std::int64_t>(bytes.size()));
+  if (cost_bytes > max_bytes_) {
     return absl::ResourceExhaustedError(
-        absl::StrCat("it has ", num_bytes, " bytes, the whole folder ", max_bytes_));
+        absl::StrCat("it takes ", cost_bytes, " bytes, the whole folder may take ", max_bytes_));
   }
-  num_bytes_ += num_bytes;
+  num_bytes_ += cost_bytes;
   RemoveOldest();
   const std::string name = FileName(query, num_written_++);
   const fs::path unfinished = folder_ / (name + kUnfinished);
@@ -141,13 +159,16 @@ absl::Status QueryCapture::Write(const v1::CapturedQuery& query) {
   }
   if (!error) fs::rename(unfinished, path, error);
   if (error) {
-    num_bytes_ -= num_bytes;
+    num_bytes_ -= cost_bytes;
     std::error_code ignored;
     fs::remove(unfinished, ignored);
     return absl::UnavailableError(
         absl::StrCat("cannot write ", path.string(), ": ", error.message()));
   }
-  files_.push_back({path, num_bytes});
+  const std::int64_t taken_bytes = CostOf(path, static_cast<std::int64_t>(bytes.size()));
+  files_.push_back({path, taken_bytes});
+  num_bytes_ += taken_bytes - cost_bytes;
+  RemoveOldest();
   return absl::OkStatus();
 }
 

@@ -21,8 +21,10 @@ namespace scanloc::server {
 /// dropped. Thread-safe.
 class QueryCapture {
  public:
-  /// Takes over files of its own that an earlier server left. InvalidArgument: no folder there, or
-  /// it cannot be written to.
+  /// Makes the folder if there is none, for the server's user alone, and takes over files of its
+  /// own that an earlier server left. max_bytes bounds what they take of the disk: whole blocks,
+  /// and half a kB for the name of each. InvalidArgument: it is no folder, or cannot be made or
+  /// written to.
   [[nodiscard]] static absl::StatusOr<std::unique_ptr<QueryCapture>> Open(const std::string& folder,
                                                                           std::int64_t max_bytes,
                                                                           Metrics& metrics);

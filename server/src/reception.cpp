@@ -100,12 +100,12 @@ void Reception::Log(const Call& call, const absl::Status& status, double seconds
                    {"method", call.method},
                    {"client", call.client},
                    {"code", absl::StatusCodeToString(status.code())},
-                   {"duration_ms", absl::StrFormat("%.3f", 1e3 * seconds)}};
+                   {"duration_ms", 1e3 * seconds}};
   if (!call.map.empty()) fields.emplace_back("map", call.map);
   if (!call.content_id.empty()) fields.emplace_back("content_id", call.content_id);
   if (call.outcome) fields.emplace_back("outcome", OutcomeName(*call.outcome));
   if (!status.ok()) fields.emplace_back("reason", absl::StrCat(status.message()));
-  if (*num_unlogged > 0) fields.emplace_back("requests_not_logged", absl::StrCat(*num_unlogged));
+  if (*num_unlogged > 0) fields.emplace_back("requests_not_logged", *num_unlogged);
   const bool is_ours = status.code() == absl::StatusCode::kInternal ||
                        status.code() == absl::StatusCode::kUnknown ||
                        status.code() == absl::StatusCode::kDataLoss;

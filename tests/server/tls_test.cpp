@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <csignal>
 #include <cstdlib>
 #include <filesystem>
 #include <stdexcept>
@@ -10,6 +11,7 @@
 #include <vector>
 
 #include "scanloc/client/client.hpp"
+#include "support/map_files.hpp"
 #include "support/paths.hpp"
 #include "support/process.hpp"
 #include "support/small_map.hpp"
@@ -177,6 +179,32 @@ TEST_F(TlsTest, IsProbedOverTls) {
   EXPECT_TRUE(probe(*mutual, own));
   EXPECT_FALSE(probe(*mutual, {"--tls-ca", Path("ca.pem")}));
   EXPECT_FALSE(probe(*mutual, {"--tls-ca", Path("absent")}));
+}
+
+TEST_F(TlsTest, LogsWhyAHandshakeFailed) {
+  const std::string map = Path("town.scanloc");
+  test::WriteSmallMap(map, 1, 2);
+  test::Process scanlocd({test::BinDir() + "/scanlocd", "--map", "town=" + map, "--listen",
+                          "127.0.0.1:0", "--tls-cert", Path("server.pem"), "--tls-key",
+                          Path("server.key"), "--tls-client-ca", Path("ca.pem")});
+  const std::string ready = scanlocd.ReadLine();
+  const std::string address = ready.substr(ready.rfind(' ') + 1);
+  client::ClientOptions options{.address = address, .tls_ca_file = Path("ca.pem")};
+  const auto ask = [&] {
+    const auto client = client::Client::Connect(options);
+    return client.ok() ? client->ListMaps().status() : client.status();
+  };
+  EXPECT_FALSE(ask().ok());  // shows no certificate
+  options.tls_cert_file = Path("intruder.pem");
+  options.tls_key_file = Path("intruder.key");
+  EXPECT_FALSE(ask().ok());  // one of another CA
+  options = {.address = address};
+  EXPECT_FALSE(ask().ok());  // speaks without TLS
+  scanlocd.Signal(SIGTERM);
+  EXPECT_EQ(scanlocd.Wait(), 0);
+  for (const char* meaning : {"shows no certificate", "not of --tls-client-ca", "without TLS"}) {
+    EXPECT_THAT(scanlocd.stderr_text(), HasSubstr(meaning));
+  }
 }
 
 TEST_F(TlsTest, IsRefusedAtTheStartWithFilesThatAreNone) {

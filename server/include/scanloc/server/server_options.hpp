@@ -111,8 +111,8 @@ struct ServerOptions {
 
   RequestLog log_requests = RequestLog::kFailed;
 
-  /// An existing folder where queries without a place are kept for replay, and its bound [bytes]:
-  /// the oldest go first. Empty: none are kept.
+  /// A folder, made if there is none, where queries without a place are kept for replay, and what
+  /// its files may take of the disk [bytes]: the oldest go first. Empty: none are kept.
   std::string capture_dir;
   std::int64_t max_capture_bytes = std::int64_t{1} << 30;
 

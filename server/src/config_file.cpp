@@ -1,0 +1,64 @@
+#include "config_file.hpp"
+
+#include <algorithm>
+#include <sstream>
+
+#include "absl/strings/match.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/strip.h"
+
+namespace scanloc::server {
+namespace {
+
+/// Of the first line that begins so, behind blanks and quotes; 0 if none does.
+std::size_t LineOf(const std::vector<std::string>& lines, const std::string& begin) {
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    const std::size_t start = lines[i].find_first_not_of(" \t\"'");
+    if (start != std::string::npos && absl::StartsWith(lines[i].substr(start), begin)) return i + 1;
+  }
+  return 0;
+}
+
+}  // namespace
+
+std::vector<CLI::ConfigItem> ConfigFile::from_config(std::istream& input) const {
+  lines_.clear();
+  std::string text;
+  for (std::string line; std::getline(input, line);) {
+    absl::StrAppend(&text, line, "\n");
+    lines_.push_back(line);
+  }
+  std::istringstream stream(text);
+  std::vector<CLI::ConfigItem> found = CLI::ConfigTOML::from_config(stream);
+  for (const CLI::ConfigItem& item : found) names_.push_back(item.fullname());
+  return found;
+}
+
+std::optional<std::string> ConfigFile::Explain(const CLI::ParseError& error,
+                                               const std::string& path,
+                                               const std::vector<std::string>& arguments) const {
+  const std::string what = error.what();
+  for (const std::string& name : names_) {
+    const std::string flag = absl::StrCat("--", name);
+    const bool is_unknown = dynamic_cast<const CLI::ConfigError*>(&error) != nullptr &&
+                            absl::EndsWith(what, absl::StrCat(" ", name));
+    const bool is_on_command_line =
+        std::any_of(arguments.begin(), arguments.end(), [&](const std::string& argument) {
+          return argument == flag || absl::StartsWith(argument, absl::StrCat(flag, "="));
+        });
+    const bool is_bad = !is_on_command_line && absl::StrContains(what, flag);
+    if (!is_unknown && !is_bad) continue;
+    absl::string_view begin = name;
+    const bool is_section = absl::ConsumeSuffix(&begin, ".++");  // as CLI11 calls its opening
+    const std::size_t line = LineOf(
+        lines_, is_section ? absl::StrCat("[", begin)
+                           : std::string(begin.substr(begin.rfind('.') + 1)));  // npos + 1 is 0
+    const std::string where = absl::StrCat(path, ":", line, ": ");
+    if (is_section) return absl::StrCat(where, "there are no sections; leave out [", begin, "]");
+    if (is_unknown) return absl::StrCat(where, "no option is named \"", name, "\"; see --help");
+    return absl::StrCat(where, what);
+  }
+  return std::nullopt;
+}
+
+}  // namespace scanloc::server
