@@ -14,6 +14,9 @@ constexpr int kMaxGrpcThreads = 16;
 // A client may ping this often; one that does so faster is told to go away.
 constexpr int kMinPingInterval_ms = 10'000;
 constexpr int kMaxPingStrikes = 5;
+// All headers of a call [bytes]. A call with more ends its whole connection (gRPC loses its place
+// in the compressed headers), and with it the calls of others behind the same proxy.
+constexpr int kMaxHeaderBytes = 64 << 10;
 constexpr int kHandshakeTimeout_ms = 10'000;
 // Connections that carry nothing are closed; clients open them again when they need them.
 constexpr int kMaxIdle_ms = 10 * 60 * 1000;
@@ -32,6 +35,7 @@ void LimitConnections(grpc::ServerBuilder& builder, std::int64_t max_memory_byte
   builder.SetCompressionAlgorithmSupportStatus(GRPC_COMPRESS_DEFLATE, false);
   builder.SetCompressionAlgorithmSupportStatus(GRPC_COMPRESS_GZIP, false);
   builder.AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS, kMaxCalls);
+  builder.AddChannelArgument(GRPC_ARG_MAX_METADATA_SIZE, kMaxHeaderBytes);
   builder.AddChannelArgument(GRPC_ARG_HTTP2_MIN_RECV_PING_INTERVAL_WITHOUT_DATA_MS,
                              kMinPingInterval_ms);
   builder.AddChannelArgument(GRPC_ARG_HTTP2_MAX_PING_STRIKES, kMaxPingStrikes);

@@ -5,8 +5,12 @@
 
 #include "absl/status/statusor.h"
 #include "absl/strings/str_cat.h"
+#include "absl/strings/strip.h"
 #include "inbound_call.hpp"
+#include "scanloc/core/limits.hpp"
+#include "scanloc/core/printable.hpp"
 #include "scanloc/proto/status.hpp"
+#include "scanloc/server/server.hpp"
 #include "unary_call.hpp"
 
 namespace scanloc::server {
@@ -20,6 +24,18 @@ namespace {
 // long.
 constexpr std::size_t kMaxKeptNameBytes = 512;
 constexpr double kWatchRetry_s = 5.0;
+absl::Status Unknown(const std::string& service) {
+  absl::string_view name = service;
+  const bool is_map = absl::ConsumePrefix(&name, HealthName(""));
+  return absl::NotFoundError(
+      absl::StrCat(is_map ? "no map is named \"" : "no service is named \"",
+                   Printable(std::string(name.substr(0, limits::kMaxNameBytes))), "\" here"));
+}
+
+/// A request that is there so soon counts for nothing while it is received.
+constexpr std::chrono::milliseconds kReceivedAtOnce(250);
+/// How long one may take to arrive once the server drains.
+constexpr std::chrono::seconds kReceiveGrace(1);
 
 }  // namespace
 
@@ -126,7 +142,13 @@ class HealthService::Watcher final : public Reactor,
   std::shared_ptr<Watcher> self_;  // until gRPC is done with it
 };
 
-HealthService::HealthService(WaitingRoom& inbox) : inbox_(inbox) {
+HealthService::HealthService(std::chrono::duration<double> receive)
+    : inbox_(
+          {.max_waiters = kMaxReceiving,
+           .grace = kReceivedAtOnce,
+           .timeout = receive,
+           .full = "as many health checks as may be are on their way; try again later",
+           .expired = absl::StrCat("the request did not arrive within ", receive.count(), " s")}) {
   using Context = grpc::CallbackServerContext;
   Serve("/grpc.health.v1.Health/Check", [this](Context* context) { return Check(context); });
   Serve("/grpc.health.v1.Health/Watch", [this](Context* context) { return Watch(context); });
@@ -174,6 +196,7 @@ void HealthService::Set(const std::string& service, bool serving) {
 }
 
 void HealthService::StartDraining() {
+  inbox_.Drain(kReceiveGrace);
   const std::lock_guard lock(mutex_);
   draining_ = true;
   for (auto& [service, status] : statuses_) status = HealthCheckResponse::NOT_SERVING;
@@ -186,7 +209,7 @@ RawService::Reactor* HealthService::Check(grpc::CallbackServerContext* context) 
       [this](const HealthCheckRequest& request) -> absl::StatusOr<HealthCheckResponse> {
     const std::lock_guard lock(mutex_);
     const auto found = statuses_.find(request.service());
-    if (found == statuses_.end()) return absl::NotFoundError("no such service");
+    if (found == statuses_.end()) return Unknown(request.service());
     HealthCheckResponse response;
     response.set_status(found->second);
     return response;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -21,8 +22,13 @@ class HealthService final : public RawService {
   static constexpr int kMaxWatchers = 1000;
   static constexpr int kMaxWatchersOfAddress = 100;
 
-  /// Requests are received in the inbox, which must outlive the service.
-  explicit HealthService(WaitingRoom& inbox);
+  /// Requests on their way that are counted (WaitingRoom::Options::grace) at once. Whoever reaches
+  /// the server may send them, without a token: they have a room of their own, and take no place
+  /// of a robot's.
+  static constexpr int kMaxReceiving = 32;
+
+  /// A request may take so long to arrive.
+  explicit HealthService(std::chrono::duration<double> receive);
 
   /// From then on the service is known, and watchers are told of every change.
   void Set(const std::string& service, bool serving);
@@ -41,7 +47,7 @@ class HealthService final : public RawService {
   [[nodiscard]] absl::Status Add(const std::shared_ptr<Watcher>& watcher);
   void Remove(const std::shared_ptr<Watcher>& watcher);
 
-  WaitingRoom& inbox_;
+  WaitingRoom inbox_;
   std::mutex mutex_;  // guards all below and the state of every watcher
   std::map<std::string, Status> statuses_;
   std::set<std::shared_ptr<Watcher>> watchers_;

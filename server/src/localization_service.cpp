@@ -28,6 +28,11 @@ SearchControl ControlOf(const grpc::CallbackServerContext& context,
   return control;
 }
 
+RobotStreams::Limits WithBytes(RobotStreams::Limits limits, std::int64_t max_bytes) {
+  limits.max_bytes = max_bytes;
+  return limits;
+}
+
 }  // namespace
 
 struct LocalizationService::Robot {
@@ -60,8 +65,8 @@ LocalizationService::LocalizationService(const MapRegistry& maps, WorkerPool& wo
       capture_(capture),
       limits_(limits),
       describers_(workers.num_threads()),
-      waiting_bytes_(limits.max_waiting_bytes),
-      streams_(workers, waiting_bytes_, limits.streams) {
+      waiting_bytes_(limits.max_waiting_bytes / 2),
+      streams_(workers, WithBytes(limits.streams, limits.max_waiting_bytes / 2)) {
   using Context = grpc::CallbackServerContext;
   RawService::Serve("/scanloc.v1.Localization/Localize",
                     [this](Context* context) { return Localize(context); });
@@ -73,11 +78,11 @@ LocalizationService::LocalizationService(const MapRegistry& maps, WorkerPool& wo
                     [this](Context* context) { return GetMapInfo(context); });
 }
 
-absl::Status LocalizationService::CheckMemory() const {
-  if (!waiting_bytes_.is_overdrawn()) return absl::OkStatus();
+absl::Status LocalizationService::CheckMemory(const std::string& client) const {
+  if (!waiting_bytes_.IsOverdrawnFor(client)) return absl::OkStatus();
   return proto::WithRetryAfter(
-      absl::ResourceExhaustedError(
-          "the requests that wait fill the memory meant for them; try again later"),
+      absl::ResourceExhaustedError("the requests that wait fill the memory meant for them, or this "
+                                   "client's part of it; try again later"),
       kMemoryRetry_s);
 }
 
@@ -86,7 +91,7 @@ RawService::Reactor* LocalizationService::Localize(grpc::CallbackServerContext* 
   auto ended = [this, call](const absl::Status& status) { reception_.End(*call, status); };
   if (!call->admitted.ok()) return InboundCall::Refuse(call->admitted, std::move(ended));
   // What would be refused need not be received first.
-  absl::Status room = CheckMemory();
+  absl::Status room = CheckMemory(call->client);
   if (room.ok()) room = workers_.CheckRoomFor(call->client);
   if (!room.ok()) {
     metrics_.CountRejected("busy");
@@ -94,8 +99,9 @@ RawService::Reactor* LocalizationService::Localize(grpc::CallbackServerContext* 
   }
   const auto act = [this, call, context](InboundCall& inbound) {
     call->arrived_ns = NowNs();  // how long the client took to send it is not the server's time
-    ByteBudget::Share share(waiting_bytes_, static_cast<std::int64_t>(inbound.request().Length()));
-    absl::Status taken = CheckMemory();
+    ByteBudget::Share share(waiting_bytes_, call->client,
+                            static_cast<std::int64_t>(inbound.request().Length()));
+    absl::Status taken = CheckMemory(call->client);
     if (taken.ok()) {
       taken = Guard([&] {
         return workers_.Submit(
@@ -134,7 +140,11 @@ void LocalizationService::Note(const v1::LocalizeRequest& request, const Localiz
   call.content_id = reply.answer.content_id;
   call.outcome = reply.answer.outcome;
   metrics_.AddReply(reply);
-  if (capture_ == nullptr || reply.answer.outcome == Outcome::kLocalized) return;
+  // A scan of next to nothing tells nothing, and whoever sends such could push the others out.
+  if (capture_ == nullptr || reply.answer.outcome == Outcome::kLocalized ||
+      reply.answer.outcome == Outcome::kInsufficientScan) {
+    return;
+  }
   v1::CapturedQuery query;
   query.set_request_id(call.request_id);
   query.set_server_version(BuildVersion());

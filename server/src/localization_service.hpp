@@ -34,7 +34,8 @@ class LocalizationService final : public RawService {
     std::size_t max_points = 0;
     int max_candidates = 0;
     bool allow_slow_methods = false;
-    std::int64_t max_waiting_bytes = 0;  ///< of requests that run or wait for a worker
+    /// Of requests that run or wait for a worker; half of it for those of streams.
+    std::int64_t max_waiting_bytes = 0;
   };
 
   /// All but the limits must outlive the service; capture may be null. Requests are received in the
@@ -58,8 +59,8 @@ class LocalizationService final : public RawService {
   template <typename Request, typename Act>
   Reactor* RespondHere(const char* method, grpc::CallbackServerContext* context, Act act);
 
-  /// Whether requests may be held that wait for a worker.
-  [[nodiscard]] absl::Status CheckMemory() const;
+  /// Whether further requests of the client may be held that wait for a worker.
+  [[nodiscard]] absl::Status CheckMemory(const std::string& client) const;
 
   /// What a worker does for a query.
   [[nodiscard]] absl::Status Serve(InboundCall& inbound, Call& call,

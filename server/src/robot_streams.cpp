@@ -1,12 +1,14 @@
 #include "robot_streams.hpp"
 
 #include <atomic>
+#include <list>
 #include <map>
 #include <set>
 #include <utility>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "byte_budget.hpp"
 #include "reception.hpp"
 #include "scanloc/proto/status.hpp"
 #include "unary_call.hpp"
@@ -26,9 +28,9 @@ absl::Status DrainingError() {
 }  // namespace
 
 struct RobotStreams::Registry {
-  Registry(WorkerPool& pool, ByteBudget& bytes, const Limits& limits)
+  Registry(WorkerPool& pool, const Limits& limits)
       : workers(pool),
-        budget(bytes),
+        budget(limits.max_bytes),
         max_streams(limits.max_streams),
         max_per_client(limits.max_per_client > 0 ? limits.max_per_client : limits.max_streams),
         idle({.max_waiters = limits.max_streams,
@@ -39,21 +41,29 @@ struct RobotStreams::Registry {
 
   /// With mutex held.
   [[nodiscard]] absl::Status CheckRoomFor(const std::string& client) const;
+  [[nodiscard]] std::shared_ptr<Stream> TakeReadable();
+
+  /// Whether the stream may read its next request now; if not it is held, and is told to when there
+  /// is memory.
+  [[nodiscard]] bool MayRead(const std::shared_ptr<Stream>& stream);
+  /// To be called when a request is let go of.
+  void ResumeHeld();
 
   WorkerPool& workers;
-  ByteBudget& budget;
+  ByteBudget budget;  // of requests that run or wait for a worker
   const int max_streams;
   const int max_per_client;
   mutable std::mutex mutex;
   std::set<std::shared_ptr<Stream>> streams;  // those that were let in
   std::map<std::string, int> num_by_client;
+  std::list<std::shared_ptr<Stream>> held;  // with their next request unread, in order
   bool is_draining = false;
   WaitingRoom idle;  // streams that wait for their robots, to send or to read
 };
 
 /// One stream. Its work goes round: a read, a task on a worker, a write. Whoever does the next step
 /// has it alone, and only who has it may end it: the waiting room while the robot is waited for,
-/// the worker while it answers.
+/// the worker while it answers, the registry while it is held.
 class RobotStreams::Stream : public Reactor,
                              public Waiter,
                              public std::enable_shared_from_this<Stream> {
@@ -68,10 +78,12 @@ class RobotStreams::Stream : public Reactor,
     self_ = shared_from_this();
   }
 
-  /// Waits for the next request.
+  /// Waits for the next request, once there is memory for it.
   void Read() {
-    request_.Clear();
-    share_ = {};
+    if (registry_.MayRead(shared_from_this())) ReadNow();
+  }
+
+  void ReadNow() {
     AwaitRobot([this] { StartRead(&request_); });
     // Drain may have passed by before the stream came to wait.
     if (is_draining_ && registry_.idle.Leave(*this)) End(DrainingError());
@@ -92,7 +104,8 @@ class RobotStreams::Stream : public Reactor,
     if (!registry_.idle.Leave(*this)) return;       // it has been ended
     if (!ok) return End(absl::OkStatus());          // the robot has said all, or has gone
     if (is_draining_) return End(DrainingError());  // not begun yet
-    share_ = ByteBudget::Share(registry_.budget, static_cast<std::int64_t>(request_.Length()));
+    share_ =
+        ByteBudget::Share(registry_.budget, client(), static_cast<std::int64_t>(request_.Length()));
     const std::int64_t arrived_ns = NowNs();
     const absl::Status taken =
         Guard([&] { return registry_.workers.Submit(client(), TaskOf(arrived_ns)); });
@@ -110,6 +123,7 @@ class RobotStreams::Stream : public Reactor,
   void OnDone() override {
     const std::shared_ptr<Stream> self = std::move(self_);
     if (!is_counted_) return;
+    LetGoOfRequest();
     const std::lock_guard lock(registry_.mutex);
     registry_.streams.erase(self);
     if (const auto count = registry_.num_by_client.find(client()); --count->second == 0) {
@@ -124,6 +138,12 @@ class RobotStreams::Stream : public Reactor,
     End(why);
   }
 
+  void LetGoOfRequest() {
+    request_.Clear();
+    share_ = {};
+    registry_.ResumeHeld();
+  }
+
   void AwaitRobot(const std::function<void()>& start) {
     if (auto status = registry_.idle.Enter(shared_from_this(), client(), start); !status.ok()) {
       End(status);
@@ -132,6 +152,8 @@ class RobotStreams::Stream : public Reactor,
 
   [[nodiscard]] WorkerPool::Task TaskOf(std::int64_t arrived_ns) {
     return [this, arrived_ns](const absl::StatusOr<int>& worker) {
+      // Without a time to come back it had no place, but there was no memory.
+      if (!worker.ok() && !proto::RetryAfter(worker.status())) return End(worker.status());
       if (!worker.ok()) return TryLater(arrived_ns);
       Answer(arrived_ns, *worker);
     };
@@ -151,6 +173,7 @@ class RobotStreams::Stream : public Reactor,
     const absl::Status status = Respond<v1::LocalizeStreamRequest>(
         request_, &response_,
         [&](const auto& request) { return handler_.answer(request, arrived_ns, worker); });
+    LetGoOfRequest();  // whether the robot reads the answer or not
     if (!status.ok()) return End(status);
     is_writing_ = true;
     AwaitRobot([this] { StartWrite(&response_); });
@@ -185,8 +208,45 @@ absl::Status RobotStreams::Registry::CheckRoomFor(const std::string& client) con
   return absl::OkStatus();
 }
 
-RobotStreams::RobotStreams(WorkerPool& workers, ByteBudget& budget, const Limits& limits)
-    : registry_(std::make_unique<Registry>(workers, budget, limits)) {}
+std::shared_ptr<RobotStreams::Stream> RobotStreams::Registry::TakeReadable() {
+  auto best = held.end();
+  std::int64_t least_bytes = 0;
+  for (auto stream = held.begin(); stream != held.end(); ++stream) {
+    const std::string& client = (*stream)->client();
+    const std::int64_t num_bytes = budget.BytesOf(client);
+    if ((best != held.end() && num_bytes >= least_bytes) || budget.IsOverdrawnFor(client)) continue;
+    best = stream;
+    least_bytes = num_bytes;
+  }
+  if (best == held.end()) return nullptr;
+  std::shared_ptr<Stream> taken = std::move(*best);
+  held.erase(best);
+  return taken;
+}
+
+bool RobotStreams::Registry::MayRead(const std::shared_ptr<Stream>& stream) {
+  const std::lock_guard lock(mutex);
+  if (is_draining || !budget.IsOverdrawnFor(stream->client())) return true;
+  held.push_back(stream);
+  return false;
+}
+
+void RobotStreams::Registry::ResumeHeld() {
+  // One for one, so that not all of them send at once; all, where nothing else will resume them.
+  do {
+    std::shared_ptr<Stream> next;
+    {
+      const std::lock_guard lock(mutex);
+      if (held.empty()) return;
+      next = TakeReadable();
+    }
+    if (next == nullptr) return;
+    next->ReadNow();
+  } while (budget.IsEmpty());
+}
+
+RobotStreams::RobotStreams(WorkerPool& workers, const Limits& limits)
+    : registry_(std::make_unique<Registry>(workers, limits)) {}
 
 RobotStreams::~RobotStreams() = default;
 
@@ -215,12 +275,15 @@ RobotStreams::Reactor* RobotStreams::Open(StreamHandler handler, absl::Status ad
 
 void RobotStreams::Drain() {
   std::vector<std::shared_ptr<Stream>> streams;
+  std::list<std::shared_ptr<Stream>> held;
   {
     const std::lock_guard lock(registry_->mutex);
     registry_->is_draining = true;
     streams.assign(registry_->streams.begin(), registry_->streams.end());
+    held.swap(registry_->held);
   }
   for (const std::shared_ptr<Stream>& stream : streams) stream->Drain();
+  for (const std::shared_ptr<Stream>& stream : held) stream->End(DrainingError());
   registry_->idle.Drain(kAnswerGrace);
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <chrono>
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <mutex>
@@ -8,7 +9,6 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
-#include "byte_budget.hpp"
 #include "metrics.hpp"
 #include "raw_service.hpp"
 #include "scanloc/server/worker_pool.hpp"
@@ -35,8 +35,9 @@ struct StreamHandler {
 /// The open streams of a server, at most so many. Of each stream one request at a time is read,
 /// answered and its answer written, so that a robot that sends faster than it is answered is held
 /// up by the flow control of its own connection. A request that the workers have no room for waits
-/// until they have. A robot that neither sends nor reads for too long loses its stream.
-/// Thread-safe.
+/// until they have; while such requests fill the memory meant for them, or a client's part of it,
+/// the next one of a stream is left unread. A robot that neither sends nor reads for too long loses
+/// its stream. Thread-safe.
 class RobotStreams {
  public:
   using Reactor = RawService::Reactor;
@@ -45,11 +46,11 @@ class RobotStreams {
     int max_streams = 0;
     int max_per_client = 0;  ///< 0: as many as there may be
     std::chrono::duration<double> idle{};
+    std::int64_t max_bytes = 0;  ///< of requests that run or wait for a worker
   };
 
-  /// The pool and the budget, in which requests count that wait for a worker, must outlive the
-  /// streams, and they end before this does.
-  RobotStreams(WorkerPool& workers, ByteBudget& budget, const Limits& limits);
+  /// The pool must outlive the streams, and they end before this does.
+  RobotStreams(WorkerPool& workers, const Limits& limits);
   ~RobotStreams();
 
   /// Begins a stream; one too many ends with ResourceExhausted at once, and one that is not

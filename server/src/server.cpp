@@ -92,7 +92,7 @@ struct Server::State {
               {.reload = [this](const std::string& name) { return keeper.Reload(name); },
                .load = [this](const std::string& name) { return keeper.LoadNew(name); },
                .unload = [this](const std::string& name) { return keeper.Unload(name); }}),
-        health(inbox),
+        health(std::chrono::duration<double>(server_options.receive_s)),
         keeper(MapSources(server_options.maps, server_options.maps_dir), std::move(loader), maps,
                health, metrics),
         reflection(ServicesOf(server_options)) {}

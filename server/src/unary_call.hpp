@@ -7,6 +7,7 @@
 #include <exception>
 #include <new>
 #include <string>
+#include <system_error>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
@@ -24,6 +25,9 @@ absl::Status Guard(Work&& work) {
     return work();
   } catch (const std::bad_alloc&) {
     return absl::ResourceExhaustedError("the server is out of memory; try again later");
+  } catch (const std::system_error& error) {
+    return absl::ResourceExhaustedError(
+        absl::StrCat("the system does not allow it: ", error.what()));
   } catch (const std::exception& error) {
     return absl::InternalError(absl::StrCat("unexpected error: ", error.what()));
   } catch (...) {
@@ -36,6 +40,10 @@ absl::Status Guard(Work&& work) {
 
 /// Where the call comes from, without the port: nobody has to say who he is for it.
 [[nodiscard]] std::string AddressOf(const grpc::CallbackServerContext& context);
+
+/// The same of what gRPC calls the peer. Of an IPv6 address only the network, of 64 bits, counts:
+/// whoever has one has all of its addresses.
+[[nodiscard]] std::string AddressOfPeer(const std::string& peer);
 
 /// InvalidArgument if a request that can only be small is not.
 [[nodiscard]] absl::Status CheckSmall(const grpc::ByteBuffer& request);

@@ -113,7 +113,7 @@ TEST_F(ClockJumpTest, ChangesNothingForQueriesTokensMetricsRatesAndCaptures) {
     Await("the new token", [&] { return Ask(renewed).ok(); });
     EXPECT_THAT(Log(), testing::HasSubstr("\"time\":\"" + YearAt(offset_s)));
     // A query without a place is kept.
-    EXPECT_TRUE(renewed.LocalizeScan(test::SomePoints(3)).ok());
+    EXPECT_TRUE(renewed.LocalizeScan(test::QueryScan(77, 3)).ok());
     AwaitMetric(kCaptured, [=](double value) { return value >= round; });
   }
   is_over = true;

@@ -26,7 +26,7 @@ std::vector<std::string> Turns(FairLine& line, std::size_t count,
 }
 
 void Add(FairLine& line, const std::string& client, int count) {
-  for (int i = 0; i < count; ++i) line.Add(client, Nothing());
+  for (int i = 0; i < count; ++i) line.Add({client, Nothing()});
 }
 
 TEST(FairLine, GivesAlikeClientsTurnsAsTheyCame) {
@@ -87,7 +87,7 @@ TEST(FairLine, TakesTheLastOfWhoHasMost) {
   FairLine line;
   std::string called;
   for (const char* task : {"a1", "a2", "a3"}) {
-    line.Add("a", [&called, task](const absl::StatusOr<int>&) { called = task; });
+    line.Add({"a", [&called, task](const absl::StatusOr<int>&) { called = task; }});
   }
   Add(line, "b", 2);
   EXPECT_FALSE(line.HasToSpareFor("b"));
@@ -102,7 +102,7 @@ TEST(FairLine, StaysBoundedAmongClientsThatComeOnce) {
   FairLine line;
   for (int i = 0; i < 20'000; ++i) {
     const std::string client = std::to_string(i);
-    line.Add(client, Nothing());
+    line.Add({client, Nothing()});
     EXPECT_EQ(line.TakeNext(0.01).client, client);
   }
   EXPECT_LE(line.num_remembered(), 4096U);

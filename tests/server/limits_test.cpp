@@ -107,6 +107,43 @@ TEST_F(LimitsTest, EndsACallWhoseRequestDoesNotArrive) {
   ExpectAnswer();
 }
 
+// Strangers' health checks take no place of a robot that is slow to send, though all come from one
+// address.
+TEST_F(LimitsTest, ReceivesARobotBesideHalfSentHealthChecks) {
+  StartWith({"--max-memory-bytes", "67108864"});  // eight requests of the largest size
+  const std::string scan = test::ScanRequest(test::QueryScan(1, 2)).SerializeAsString();
+  const std::string request = test::GrpcMessage(scan.size(), scan);
+  const std::string half = test::GrpcMessage(1000, "half");
+  constexpr const char* kCheck = "/grpc.health.v1.Health/Check";
+  test::RawHttp2 strangers(address_);
+  for (int i = 0; i < 80; ++i) strangers.Send(strangers.Call(kCheck), half);
+  test::RawHttp2 robot(address_);
+  const std::uint32_t call = robot.Call(kLocalize);
+  robot.Send(call, request.substr(0, request.size() / 2));
+  // One too many is told so once it counts, and then the robot, which came before, counts, too.
+  const std::uint32_t last = strangers.Call(kCheck);
+  strangers.Send(last, half);
+  strangers.AwaitEnd(last);
+  robot.Send(call, request.substr(request.size() / 2));
+  robot.AwaitEnd(call);
+  EXPECT_TRUE(robot.HasMessage(call));
+}
+
+// Behind a proxy robots share a connection.
+TEST_F(LimitsTest, KeepsTheConnectionOfACallWithLongHeaders) {
+  StartWith({});
+  test::RawHttp2 shared(address_);
+  const std::uint32_t other = shared.Call(kReflection);
+  shared.Send(other, kListServices);
+  shared.AwaitHeaders(other);
+  const std::uint32_t long_call = shared.Call(kReload, std::string(9000, 'x'));
+  shared.AwaitEnd(long_call);
+  const std::uint32_t next = shared.Call(kReflection);
+  shared.Send(next, kListServices);
+  shared.AwaitHeaders(next);
+  EXPECT_FALSE(shared.is_closed());
+}
+
 TEST_F(LimitsTest, StopsDespiteWhoNeverEnds) {
   StartWith({"--drain-seconds", "3600"});
   test::RawHttp2 hostile(address_);

@@ -1,5 +1,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <filesystem>
 #include <fstream>
@@ -71,6 +72,17 @@ TEST_F(ObservabilityTest, NamesARequestThatHasNoIdOrABadOne) {
     ids.insert(TellsId());
   }
   EXPECT_EQ(ids.size(), 3U);
+}
+
+// As a time point of nanoseconds it would be long past.
+TEST_F(ObservabilityTest, TakesADeadlineBeyondTheYear2262) {
+  Start(Options());
+  grpc::ClientContext context;
+  context.set_deadline(
+      gpr_time_add(gpr_now(GPR_CLOCK_REALTIME), gpr_time_from_hours(300 * 366 * 24, GPR_TIMESPAN)));
+  const grpc::Status status =
+      stub_->Localize(&context, test::ScanRequest(test::QueryScan(1, 1)), &response_);
+  EXPECT_TRUE(status.ok()) << status.error_message();
 }
 
 TEST_F(ObservabilityTest, CountsCallsByMethodCodeAndOutcome) {
@@ -234,16 +246,17 @@ class CaptureTest : public ObservabilityTest {
     return options;
   }
 
-  /// A scan of a single post: nothing to recognise a place by.
-  static v1::LocalizeRequest Nothing(int num_points = 1) {
-    PointCloud points(static_cast<std::size_t>(num_points), Point{5.0F, 0.0F, 0.0F});
+  /// A scan of another town, as large as is wanted.
+  static v1::LocalizeRequest Lost(std::size_t num_more_points = 0) {
+    PointCloud points = test::QueryScan(77, 3);
+    points.insert(points.end(), num_more_points, points.front());
     return test::ScanRequest(points);
   }
 };
 
 TEST_F(CaptureTest, KeepsAQueryWithoutAPlaceAndWhatWasSaid) {
   Start(Capturing());
-  const v1::LocalizeRequest request = Nothing();
+  const v1::LocalizeRequest request = Lost();
   ASSERT_TRUE(Ask(request, "robot 7").ok());  // a bad id: replaced
   ASSERT_TRUE(Ask(request, "../../robot-7").ok());
   server_.reset();  // writes what waits
@@ -255,14 +268,14 @@ TEST_F(CaptureTest, KeepsAQueryWithoutAPlaceAndWhatWasSaid) {
   ASSERT_TRUE(query.ParseFromIstream(&file));
   EXPECT_EQ(query.request_id(), "../../robot-7");
   EXPECT_EQ(query.request().SerializeAsString(), request.SerializeAsString());
-  EXPECT_EQ(query.response().outcome(), v1::OUTCOME_INSUFFICIENT_SCAN);
+  EXPECT_EQ(query.response().outcome(), v1::OUTCOME_NOT_RECOGNIZED);
   EXPECT_EQ(query.response().map(), "town");
   EXPECT_GT(query.received().seconds(), 1'600'000'000);
 }
 
 TEST_F(CaptureTest, KeepsWhatCanBeReadBackAndNoPieceOfItCan) {
   Start(Capturing());
-  v1::LocalizeRequest request = Nothing();
+  v1::LocalizeRequest request = Lost();
   request.set_map("town");
   request.mutable_options()->set_max_answers(7);
   ASSERT_TRUE(Ask(request, "robot-7").ok());
@@ -273,10 +286,11 @@ TEST_F(CaptureTest, KeepsWhatCanBeReadBackAndNoPieceOfItCan) {
   ASSERT_TRUE(query.ok()) << query.status();
   EXPECT_EQ(query->request_id, "robot-7");
   EXPECT_EQ(query->map, "town");
-  EXPECT_EQ(query->options.max_answers, 7);
-  EXPECT_EQ(query->scan.size(), 1U);
-  EXPECT_EQ(query->reply.answer.outcome, Outcome::kInsufficientScan);
+  EXPECT_EQ(query->query.max_answers, 7);
+  EXPECT_EQ(query->scan.size(), test::QueryScan(77, 3).size());
+  EXPECT_EQ(query->reply.answer.outcome, Outcome::kNotRecognized);
   for (std::size_t length = 0; length < bytes.size(); ++length) {
+    if (length > 300 && length + 300 < bytes.size()) continue;  // within the points
     // Cut between two fields it is a message still, but without a query or an answer.
     const auto piece = proto::ParseCapturedQuery(bytes.substr(0, length));
     EXPECT_EQ(piece.status().code(), absl::StatusCode::kInvalidArgument) << length;
@@ -293,16 +307,35 @@ TEST_F(CaptureTest, KeepsNoQueryThatFoundItsPlace) {
   EXPECT_TRUE(Files().empty());
 }
 
+// Whoever sends scans of nothing would push out what tells something.
+TEST_F(CaptureTest, KeepsNoScanOfNextToNothing) {
+  Start(Capturing());
+  ASSERT_TRUE(Ask(test::ScanRequest(PointCloud(9, Point{5.0F, 0.0F, 0.0F}))).ok());
+  ASSERT_EQ(response_.outcome(), v1::OUTCOME_INSUFFICIENT_SCAN);
+  server_.reset();
+  EXPECT_TRUE(Files().empty());
+}
+
+/// What the folder's files take of the disk.
+std::int64_t DiskBytes(const std::vector<std::filesystem::path>& files) {
+  std::int64_t num_bytes = 0;
+  for (const auto& path : files) {
+    struct stat status = {};
+    EXPECT_EQ(stat(path.c_str(), &status), 0);
+    num_bytes += std::int64_t{status.st_blocks} * 512;
+  }
+  return num_bytes;
+}
+
 TEST_F(CaptureTest, BoundsTheFolderAndDropsTheOldest) {
   ServerOptions options = Capturing();
   options.max_capture_bytes = 1 << 20;
-  for (int start = 0; start < 3; ++start) {
+  const std::size_t num_points = Lost().scan().num_points();
+  for (std::size_t start = 0; start < 3; ++start) {
     Start(options);
-    for (int i = 0; i < 4; ++i) ASSERT_TRUE(Ask(Nothing(20'000 + start)).ok());
+    for (int i = 0; i < 4; ++i) ASSERT_TRUE(Ask(Lost(20'000 + start - num_points)).ok());
     server_.reset();
-    std::uintmax_t num_bytes = 0;
-    for (const auto& path : Files()) num_bytes += std::filesystem::file_size(path);
-    EXPECT_LE(num_bytes, std::uintmax_t{1} << 20);
+    EXPECT_LE(DiskBytes(Files()), 1 << 20);
   }
   const auto files = Files();
   EXPECT_EQ(files.size(), 4U);  // 240 kB each
@@ -310,6 +343,18 @@ TEST_F(CaptureTest, BoundsTheFolderAndDropsTheOldest) {
   std::ifstream file(files.back(), std::ios::binary);
   ASSERT_TRUE(newest.ParseFromIstream(&file));
   EXPECT_EQ(newest.request().scan().num_points(), 20'002U);
+}
+
+// Of what the bound allows in bytes, small files take many times as much in blocks.
+TEST_F(CaptureTest, BoundsWhatSmallFilesTakeOfTheDisk) {
+  ServerOptions options = Capturing();
+  options.max_capture_bytes = 1 << 20;
+  for (int i = 0; i < 600; ++i) dir_.Write(std::to_string(i + 1000) + ".query", "small");
+  Start(options);
+  ASSERT_TRUE(Ask(Lost()).ok());
+  server_.reset();
+  EXPECT_LE(DiskBytes(Files()), 1 << 20);
+  EXPECT_GT(Files().size(), 200U);
 }
 
 TEST_F(CaptureTest, LeavesOthersFilesAloneAndRemovesUnfinishedOnes) {
@@ -322,13 +367,21 @@ TEST_F(CaptureTest, LeavesOthersFilesAloneAndRemovesUnfinishedOnes) {
   EXPECT_FALSE(std::filesystem::exists(unfinished));
 }
 
-TEST_F(CaptureTest, RefusesAFolderThatIsNone) {
+TEST_F(CaptureTest, MakesItsFolderAndRefusesOneThatCannotBe) {
   ServerOptions options = Options();
-  options.capture_dir = dir_.File("missing");
+  options.capture_dir = dir_.File("missing/captures");
+  Start(options);
+  ASSERT_TRUE(Ask(Lost()).ok());
+  server_.reset();
+  EXPECT_EQ(std::filesystem::status(options.capture_dir).permissions(),
+            std::filesystem::perms::owner_all);
+  EXPECT_FALSE(std::filesystem::is_empty(options.capture_dir));
+
+  options.capture_dir = dir_.Write("file", "no folder");
   const auto server = Server::Start(options, test::LoaderOf(maps_));
   ASSERT_FALSE(server.ok());
   EXPECT_EQ(server.status().code(), absl::StatusCode::kInvalidArgument);
-  EXPECT_THAT(std::string(server.status().message()), HasSubstr("missing"));
+  EXPECT_THAT(std::string(server.status().message()), HasSubstr(options.capture_dir));
 }
 
 }  // namespace

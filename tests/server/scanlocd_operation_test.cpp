@@ -51,13 +51,13 @@ TEST_F(ScanlocdOperationTest, ServesMetricsBesideSilentConnections) {
 
 TEST_F(ScanlocdOperationTest, GivesUpConnectionsThatSendNoWholeRequest) {
   StartMetered({"--map", "town=" + WriteMap("town", 1)});
-  // More than there are threads for them.
   std::vector<std::unique_ptr<test::TcpConnection>> silent;
-  for (int i = 0; i < 10; ++i) {
+  for (int i = 0; i < 40; ++i) {
     silent.push_back(std::make_unique<test::TcpConnection>(metrics_address_));
     silent.back()->Send("GET /metrics HTTP/1.0\r\n");
   }
   EXPECT_EQ(Metric("scanloc_in_flight"), 0.0);
+  EXPECT_TRUE(silent.back()->IsOpen()) << "nobody has to be given up before others are served";
   for (const auto& connection : silent) {
     EXPECT_THAT(connection->ReadAll(), Not(HasSubstr("scanloc_in_flight")));
   }
@@ -83,7 +83,7 @@ TEST_F(ScanlocdOperationTest, TellsOnceThatQueriesCannotBeCaptured) {
   std::filesystem::remove(folder);
   const client::Client client = Connect();
   for (int i = 0; i < 20; ++i) {
-    ASSERT_TRUE(client.LocalizeScan(PointCloud{{5.0F, 0.0F, 0.0F}}).ok());
+    ASSERT_TRUE(client.LocalizeScan(test::QueryScan(77, 3)).ok());
   }
   scanlocd_->Signal(SIGTERM);
   ASSERT_EQ(scanlocd_->Wait(), 0);
@@ -121,6 +121,7 @@ TEST_F(ScanlocdOperationTest, LogsOneJsonObjectALine) {
   ASSERT_EQ(requests.size(), 2U) << scanlocd_->stderr_text();
   EXPECT_EQ(requests[0]["request_id"], "robot-7");
   EXPECT_EQ(requests[0]["code"], "OK");
+  EXPECT_TRUE(requests[0]["duration_ms"].is_number());
   EXPECT_EQ(requests[0]["map"], "town");
   EXPECT_TRUE(requests[0].contains("outcome"));
   EXPECT_NE(requests[1]["code"], "OK");
@@ -171,6 +172,65 @@ TEST_F(ScanlocdOperationTest, RefusesAConfigFileThatItDoesNotUnderstand) {
     test::Process scanlocd(Command({"--map", map, "--config", config}));
     EXPECT_EQ(scanlocd.Wait(), 2) << config;
     EXPECT_NE(scanlocd.stderr_text(), "");
+  }
+}
+
+TEST_F(ScanlocdOperationTest, SaysInWhichLineOfTheConfigFileTheMistakeIs) {
+  struct Case {
+    const char* text;
+    const char* told;
+  };
+  for (const auto& [text, told] :
+       {Case{"# limits\n\nmax-pionts = 100\n", ":3: no option is named \"max-pionts\""},
+        Case{"max-points = 100\n  max-inflight = \"many\"\n", ":2: "},
+        Case{"max-points 100\n", ":1: "}, Case{"max-points = 1\n[limits]\nmax-rate = 1\n", ":2: "},
+        Case{"log-requests = \"most\"\n", ":1: --log-requests"}}) {
+    const std::string config = dir_.Write("scanlocd.toml", text);
+    const test::ProcessResult result =
+        test::RunProcess(Command({"--map", "town=town.scanloc", "--config", config}));
+    EXPECT_EQ(result.status, 2) << text;
+    EXPECT_THAT(result.err, HasSubstr(config + told));
+    EXPECT_THAT(result.err, Not(HasSubstr("INI")));
+  }
+}
+
+#ifndef SCANLOC_SANITIZED
+TEST_F(ScanlocdOperationTest, SaysThatThereCanBeNoSoManyThreads) {
+  const std::string map = WriteMap("town", 1);
+  const test::ProcessResult result =
+      test::RunProcess({"/bin/sh", "-c",
+                        "ulimit -v 3000000; exec " + test::BinDir() +
+                            "/scanlocd --threads 1000 --listen 127.0.0.1:0 --map town=" + map});
+  EXPECT_EQ(result.status, 1) << result.err;
+  EXPECT_THAT(result.err, HasSubstr("cannot start 1000 threads that answer queries"));
+}
+#endif
+
+TEST_F(ScanlocdOperationTest, WarnsOfAHalfBuiltMap) {
+  const std::string path = dir_.File("half.scanloc");
+  test::WriteSmallMap(path, 1, 3, {}, /*num_left=*/2);
+  Start({"--map", "half=" + path});
+  scanlocd_->Signal(SIGTERM);
+  ASSERT_EQ(scanlocd_->Wait(), 0);
+  EXPECT_THAT(scanlocd_->stderr_text(), HasSubstr("half-built"));
+  EXPECT_THAT(scanlocd_->stderr_text(), HasSubstr("scans_built=3 scans_planned=5"));
+}
+
+// What a client or a map says cannot end a line, steer the terminal or turn what is read.
+TEST_F(ScanlocdOperationTest, LogsForeignTextAsItMayBeShown) {
+  const std::string name = "x\u202e\u009b31m\nforged line\x1b[31m";
+  const std::string map = WriteMap("town", 1);
+  for (const char* format : {"text", "json"}) {
+    Start({"--map", "town=" + map, "--log-format", format});
+    EXPECT_EQ(Connect().LocalizeScan(test::QueryScan(1, 1), {.map = name}).status().code(),
+              absl::StatusCode::kNotFound);
+    scanlocd_->Signal(SIGTERM);
+    ASSERT_EQ(scanlocd_->Wait(), 0);
+    const std::string log = scanlocd_->stderr_text();
+    EXPECT_THAT(log, HasSubstr("forged line"));
+    for (const char* bad : {"\u202e", "\u009b", "\x1b", "\nforged"}) {
+      EXPECT_THAT(log, Not(HasSubstr(bad)));
+    }
   }
 }
 

@@ -31,13 +31,21 @@ inline std::string Http2Opening(std::uint32_t window_bytes = 65535) {
          Http2Frame(4, 0, 0, BigEndian(4, 2) + BigEndian(window_bytes, 4));
 }
 
+/// The length of a text in a block of headers (RFC 7541, 5.1: seven bits, then seven at a time).
+inline std::string HpackLength(std::size_t length) {
+  if (length < 127) return {static_cast<char>(length)};
+  std::string bytes = "\x7f";
+  for (length -= 127; length >= 128; length /= 128) bytes += static_cast<char>(length % 128 + 128);
+  return bytes + static_cast<char>(length);
+}
+
 /// The headers of a call, up to its message; with a bearer token if it is not empty.
 inline std::string Http2CallHeaders(std::uint32_t stream, const std::string& path,
                                     const std::string& token = "",
                                     const std::string& encoding = "") {
   const auto literal = [](const std::string& name, const std::string& value) {
-    return std::string(1, '\0') + static_cast<char>(name.size()) + name +
-           static_cast<char>(value.size()) + value;
+    return std::string(1, '\0') + HpackLength(name.size()) + name + HpackLength(value.size()) +
+           value;
   };
   std::string headers = literal(":method", "POST") + literal(":scheme", "http") +
                         literal(":path", path) + literal(":authority", "localhost") +

@@ -61,6 +61,13 @@ class RawHttp2 {
     while (!is_over(stream) && !streams_[stream].has_headers) Take();
   }
 
+  /// Whether the call was sent a message.
+  [[nodiscard]] bool HasMessage(std::uint32_t stream) const {
+    const auto found = streams_.find(stream);
+    return found != streams_.end() && found->second.has_message;
+  }
+  [[nodiscard]] bool is_closed() const { return is_closed_; }
+
   /// Answers what the server asks until it hangs up.
   void AwaitClose() {
     while (!is_closed_) Take();
@@ -77,6 +84,7 @@ class RawHttp2 {
     std::int64_t window = 0;
     bool is_ended = false;
     bool has_headers = false;
+    bool has_message = false;
   };
 
   [[nodiscard]] bool is_over(std::uint32_t stream) {
@@ -102,6 +110,9 @@ class RawHttp2 {
     const char flags = header[4];
     const std::uint32_t stream = Number(header, 5, 4);
     switch (header[3]) {
+      case 0:  // DATA
+        streams_[stream].has_message = true;
+        break;
       case 1:  // HEADERS
         streams_[stream].has_headers = true;
         if ((flags & 1) != 0) streams_[stream].is_ended = true;

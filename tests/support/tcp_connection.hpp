@@ -6,6 +6,7 @@
 #include <sys/time.h>
 #include <unistd.h>
 
+#include <cerrno>
 #include <cstddef>
 #include <cstdint>
 #include <stdexcept>
@@ -70,6 +71,12 @@ class TcpConnection {
       all.append(buffer, static_cast<std::size_t>(count));
     }
     return all;
+  }
+
+  /// The other side has not hung up, and has sent nothing that was not read.
+  [[nodiscard]] bool IsOpen() const {
+    char byte = 0;
+    return recv(fd_, &byte, 1, MSG_PEEK | MSG_DONTWAIT) < 0 && errno == EAGAIN;
   }
 
   /// Whether something came before the other side hung up. Waits for either.

@@ -28,19 +28,20 @@ class FairLine {
     Task task;
   };
 
-  /// Tasks of one client keep their order.
-  void Add(const std::string& client, Task task);
+  /// Tasks of one client keep their order. Where memory is short it throws std::bad_alloc, and the
+  /// turn and the line are as they were.
+  void Add(Turn&& turn);
 
   /// The first task of the client whose turn it is; of those alike, who has waited longest. The
   /// client is charged `expected_s` at once. Requires one that waits.
-  [[nodiscard]] Turn TakeNext(double expected_s);
+  [[nodiscard]] Turn TakeNext(double expected_s) noexcept;
 
   /// Charges what a task took beyond (or short of) what was expected of it.
   void Correct(const std::string& client, double seconds);
 
   /// The last task of the client that has most, if it has at least two more than this one; else
   /// null.
-  [[nodiscard]] Task TakeLastFor(const std::string& client);
+  [[nodiscard]] Task TakeLastFor(const std::string& client) noexcept;
   [[nodiscard]] bool HasToSpareFor(const std::string& client) const;
 
   [[nodiscard]] int size() const { return num_tasks_; }
@@ -52,12 +53,13 @@ class FairLine {
   struct Queue {
     double used_s = 0.0;
     std::uint64_t since = 0;  // when it last got in line behind those alike
-    std::deque<Task> tasks;   // never empty
+    std::deque<Turn>
+        turns;  // never empty; each has the client's name, so that taking it needs none
   };
   using Queues = std::map<std::string, Queue>;
 
   [[nodiscard]] Queues::const_iterator Longest() const;
-  void Keep(const std::string& client, double used_s);
+  void Keep(const std::string& client, double used_s) noexcept;
 
   Queues queues_;                                   // of clients that have tasks here
   std::unordered_map<std::string, double> absent_;  // what others have used [s]

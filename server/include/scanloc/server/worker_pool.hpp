@@ -25,8 +25,9 @@ class WorkerPool {
     int num_running = 0;
   };
 
-  /// Requires num_threads ≥ 1 and max_inflight ≥ 1. max_wait_s: a task that would wait longer, as
-  /// the ones before it last on the average, is one too many; infinite: none is.
+  /// Throws std::system_error where there can be no so many threads. Requires num_threads ≥ 1 and
+  /// max_inflight ≥ 1. max_wait_s: a task that would wait longer, as the ones before it last on the
+  /// average, is one too many; infinite: none is.
   WorkerPool(int num_threads, int max_inflight,
              double max_wait_s = std::numeric_limits<double>::infinity());
 
@@ -61,7 +62,7 @@ class WorkerPool {
  private:
   void Run(int worker);
   /// All with mutex_ held.
-  void LetPatientIn();
+  [[nodiscard]] Task LetPatientIn();  // a task that there was no memory for; else null
   [[nodiscard]] bool HasRoom() const;
   [[nodiscard]] absl::Status BusyError() const;
 
