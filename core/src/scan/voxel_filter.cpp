@@ -94,9 +94,9 @@ void CountSkipped(PointView points, ScanCounts& counts) {
 }
 
 /// The mean on one axis, on the voxel's side of zero: a sum of zeros has forgotten their sign.
-float Centroid(std::uint64_t key, int axis, float sum, float num_points) {
+float Centroid(std::uint64_t key, int axis, double sum, double num_points) {
   const bool is_negative = (key >> (axis * kAxisBits) & 1U) != 0;
-  return std::copysign(sum / num_points, is_negative ? -1.0F : 1.0F);
+  return std::copysign(static_cast<float>(sum / num_points), is_negative ? -1.0F : 1.0F);
 }
 
 /// Nobody who sends a scan may know which voxels share a slot, or he could make all of them do so.

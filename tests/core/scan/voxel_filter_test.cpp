@@ -41,6 +41,21 @@ TEST(VoxelFilter, GivesTheCentroidOfEachOccupiedVoxel) {
   }
 }
 
+TEST(VoxelFilter, DoesNotDriftHoweverManyPointsAVoxelHolds) {
+  PointCloud scan;
+  for (int i = 0; i < 200'000; ++i) {
+    // Two voxels in turn, so that every point is added by itself.
+    scan.push_back(
+        {i % 2 == 0 ? 60.3F : -60.3F, 60.2F + 1e-3F * static_cast<float>(i % 200), 0.1F});
+  }
+  VoxelFilter filter(0.5);
+  const PointCloud& centroids = filter.Apply(scan);
+  ASSERT_EQ(centroids.size(), 2U);
+  EXPECT_NEAR(centroids[0].x, 60.3, 1e-5);
+  EXPECT_NEAR(centroids[0].y, 60.299, 1e-5);
+  EXPECT_NEAR(centroids[1].y, 60.3, 1e-5);
+}
+
 TEST(VoxelFilter, GivesTheSameBitsWhenUsedAgain) {
   const PointCloud first = scenes::RandomScan(1, 50'000);
   const PointCloud second = scenes::RandomScan(2, 5'000);

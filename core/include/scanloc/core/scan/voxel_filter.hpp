@@ -41,7 +41,9 @@ class VoxelFilter {
  private:
   struct Slot {
     std::uint64_t key;
-    alignas(16) float sum[4];  // x, y, z [m] and the number of points
+    // x, y, z [m] and the number of points; a float would drift where 100,000 points lie in a
+    // voxel.
+    alignas(16) double sum[4];
   };
 
   Slot& Find(std::uint64_t key);
