@@ -137,6 +137,33 @@ TEST(Localizer, RecoversEveryShiftOfAWholeColumnAheadAndReversed) {
   }
 }
 
+TEST(Localizer, TellsABoundedShiftOfMoreThanHalfTheColumns) {
+  Params params;
+  params.search.min_voxels = 10;
+  params.cart.shift_mode = ShiftMode::kBounded;
+  params.cart.max_shift_cols = 39;
+  auto describer = *Describer::Create(params);
+  for (const float side : {1.0F, -1.0F}) {
+    // Points in the middle of cells, at 21 to 37 m on one side.
+    PointCloud place_scan;
+    for (const Point& p : scenes::RandomScan(9, 600, 99.0F)) {
+      place_scan.push_back({std::floor(p.x / 5.0F) * 5.0F + 2.5F,
+                            side * (std::floor(std::abs(p.y) * 0.09F) * 2.0F + 21.0F), p.z});
+    }
+    auto map = std::make_shared<Map>(MakeEmptyMap(params));
+    map->sessions = {"s"};
+    map->AppendDescriptor(0, describer.DescribePlace(place_scan));
+    map->places.push_back({Pose::Identity(), 0, 0});
+    const auto answer =
+        (*Localizer::Create(map))
+            ->Localize(
+                describer.Describe(scenes::SeenFrom(place_scan, PlanarOffset(side * 44.0F, 0.0))),
+                {.method = *ParseMethod("cc")});
+    ASSERT_TRUE(answer.ok()) << answer.status();
+    EXPECT_DOUBLE_EQ(answer->candidates.at(0).lateral_m, side * 44.0);
+  }
+}
+
 TEST(Localizer, FindsAReversedAndShiftedDriveWithTheAugmentedMethods) {
   const World world;
   for (std::size_t i = 0; i < world.scans.size(); ++i) {

@@ -125,8 +125,10 @@ Candidate ContextSearch::CandidateFrom(const Scored& scored) const {
     candidate.yaw_rad = WrapAngle(scored.match.shift * (2.0 * std::numbers::pi / num_cols));
     candidate.lateral_m = variant.root_shift_m;
   } else {
-    const int shift =
-        scored.match.shift >= num_cols / 2 ? scored.match.shift - num_cols : scored.match.shift;
+    // Only a circular shift comes from either side; a bounded one has its own sign.
+    const bool is_from_right =
+        map_.params.cart.shift_mode == ShiftMode::kCircular && scored.match.shift >= num_cols / 2;
+    const int shift = is_from_right ? scored.match.shift - num_cols : scored.match.shift;
     const double lateral_m = shift * (2.0 * map_.params.cart.max_y_m / num_cols);
     candidate.yaw_rad = variant.flipped ? std::numbers::pi : 0.0;
     candidate.lateral_m = variant.flipped ? -lateral_m : lateral_m;

@@ -26,7 +26,9 @@ struct Match {
 /// imgDist).
 ///
 /// The mean of 1 - cosine over the columns that at least one side has; a column that only one side
-/// has counts 1, one that neither has says nothing and is left out. No column at all: 1.
+/// has counts 1, one that neither has says nothing and is left out. No column at all: 1. Bounded,
+/// the map's columns are what is compared: one that no query column lies on faces nothing, while a
+/// query column that was shifted out says nothing. So query and place cannot be exchanged.
 [[nodiscard]] double ShiftedDistance(const ContextView& query, const ContextView& place, int shift,
                                      ShiftMode mode);
 
