@@ -143,49 +143,43 @@ TEST_F(KilledBuild, ResumesWhateverScanItWasKilledAt) {
   }
 }
 
-TEST_F(KilledBuild, ResumesWhateverWriteItWasKilledIn) {
+TEST_F(KilledBuild, ResumesWhateverWriteItWasKilledOrThePowerCutIn) {
+  using Crash = test::CrashingVfs::Crash;
   int num_journals = 0;
-  bool is_killed = true;
-  for (int operation = 0; is_killed; ++operation) {
-    SCOPED_TRACE(operation);
-    ASSERT_LT(operation, 2000);
-    const int status = test::RunInChild([&] {
-      test::CrashingVfs::Install(operation);
-      return Build().ok() ? 0 : 1;
-    });
-    is_killed = status == -SIGKILL;
-    EXPECT_TRUE(is_killed || status == 0) << status;
-    num_journals += std::filesystem::exists(path_ + "-journal") ? 1 : 0;
-    ExpectResumes();
-    if (HasFailure()) return;
-    Remove();
+  for (const Crash crash : {Crash::kKill, Crash::kPowerCut}) {
+    bool is_killed = true;
+    for (int operation = 0; is_killed; ++operation) {
+      SCOPED_TRACE(operation);
+      ASSERT_LT(operation, 2000);
+      const int status = test::RunInChild([&] {
+        test::CrashingVfs::Install(operation, crash);
+        return Build().ok() ? 0 : 1;
+      });
+      is_killed = status == -SIGKILL;
+      EXPECT_TRUE(is_killed || status == 0) << status;
+      num_journals += std::filesystem::exists(path_ + "-journal") ? 1 : 0;
+      ExpectResumes();
+      if (HasFailure()) return;
+      Remove();
+    }
   }
   EXPECT_GT(num_journals, 20);
   EXPECT_GT(num_refused_, 10);
   EXPECT_EQ(num_places_found_, (std::set<std::size_t>{0, 3, 6, 8}));
 }
 
-TEST_F(KilledBuild, ResumesAfterBeingKilledFromOutsideAtAnyTime) {
-  for (std::size_t num_done = 1; num_done <= kNumScans; ++num_done) {
-    SCOPED_TRACE(num_done);
-    int pipe_ends[2];
-    ASSERT_EQ(pipe(pipe_ends), 0);
-    const pid_t child = test::StartChild([&] {
-      const auto summary = Build(SmallLoader(), [&](const BuildProgress&) {
-        if (write(pipe_ends[1], "x", 1) != 1) _exit(2);
-      });
-      return summary.ok() ? 0 : 1;
-    });
-    close(pipe_ends[1]);
-    char done = 0;
-    for (std::size_t i = 0; i < num_done; ++i) EXPECT_EQ(read(pipe_ends[0], &done, 1), 1);
-    kill(child, SIGKILL);
-    const int status = test::WaitForChild(child);
-    EXPECT_TRUE(status == -SIGKILL || status == 0) << status;
-    close(pipe_ends[0]);
-    ExpectResumes();
-    Remove();
-  }
+TEST_F(KilledBuild, HoldsThroughAPowerCutOnceItIsBuilt) {
+  ASSERT_EQ(test::RunInChild([&] {
+              test::CrashingVfs::Install(test::CrashingVfs::kNever,
+                                         test::CrashingVfs::Crash::kPowerCut);
+              if (!Build().ok()) return 1;
+              test::CrashingVfs::CutPower();
+              return 0;
+            }),
+            0);
+  const auto map = LoadMap(path_);
+  ASSERT_TRUE(map.ok()) << map.status();
+  EXPECT_EQ(map->places.size(), kNumScans);
 }
 
 TEST_F(KilledBuild, ResumesAnAppendedSessionKilledInAnyWrite) {
