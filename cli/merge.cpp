@@ -6,6 +6,7 @@
 #include "cli/calibrate.hpp"
 #include "cli/command.hpp"
 #include "cli/output.hpp"
+#include "scanloc/core/printable.hpp"
 #include "scanloc/mapdb/map_file.hpp"
 #include "scanloc/mapdb/merge_maps.hpp"
 
@@ -22,16 +23,19 @@ class MergeCommand : public Command {
     app.add_option("OUT", out_, "Map file to make")->required();
     app.add_option("MAPS", inputs_, "Map files, of equal parameters and in one map frame")
         ->required();
+    app.add_flag("--rename-sessions", rename_sessions_,
+                 "Name sessions anew whose name an earlier map has: NAME-2, NAME-3, ...");
     AddThreadsOption(app, &num_threads_, "calibrate");
     AddQuietOption(app, &quiet_);
     app.footer(
-        "Poses are taken over as they are: the maps must share one map frame. Session names must\n"
-        "be unique.\n"
+        "Poses are taken over as they are: the maps must share one map frame. Where two\n"
+        "sessions have one name, --rename-sessions gives the later another.\n"
         "Example:\n"
         "  scanloc merge town.scanloc north.scanloc south.scanloc");
   }
   [[nodiscard]] absl::Status Run() override {
-    const absl::StatusOr<std::string> content_id = mapdb::MergeMaps(out_, inputs_);
+    const absl::StatusOr<std::string> content_id =
+        mapdb::MergeMaps(out_, inputs_, rename_sessions_);
     if (!content_id.ok()) return content_id.status();
     const absl::StatusOr<mapdb::MapInfo> info = mapdb::ReadInfo(out_);
     if (!info.ok()) return info.status();
@@ -40,7 +44,7 @@ class MergeCommand : public Command {
     return WriteText("-", absl::StrFormat("merged %d maps into %s\n"
                                           "  places      %d in %d sessions\n"
                                           "  content id  %s\n%s",
-                                          inputs_.size(), out_, info->num_places,
+                                          inputs_.size(), Printable(out_), info->num_places,
                                           info->sessions.size(), *content_id, *calibration));
   }
 
@@ -48,6 +52,7 @@ class MergeCommand : public Command {
   std::string out_;
   std::vector<std::string> inputs_;
   int num_threads_ = 0;
+  bool rename_sessions_ = false;
   bool quiet_ = false;
 };
 

@@ -16,8 +16,19 @@ namespace {
 
 constexpr std::size_t kCommitInterval = 1000;
 
-// OK if the sessions of all inputs can stand in one map.
-absl::Status CheckCanMerge(const std::vector<std::string>& inputs) {
+// What the sessions of an input are to be named.
+using SessionNames = std::vector<std::string>;
+
+std::string FreeName(const std::string& name, const std::set<std::string>& taken) {
+  std::string free = name;
+  for (int i = 2; taken.contains(free); ++i) free = absl::StrCat(name, "-", i);
+  return free;
+}
+
+// The names of the sessions of each input, if they can all stand in one map.
+absl::StatusOr<std::vector<SessionNames>> CheckCanMerge(const std::vector<std::string>& inputs,
+                                                        bool rename_sessions) {
+  std::vector<SessionNames> names_of;
   if (inputs.empty()) return absl::InvalidArgumentError("there is no map to merge; name some");
   Params params;
   std::set<std::string> names;
@@ -38,22 +49,26 @@ absl::Status CheckCanMerge(const std::vector<std::string>& inputs) {
           absl::StrCat("map '", path, "' has other parameters than '", inputs.front(),
                        "': ", difference, "; build one of them again"));
     }
+    names_of.emplace_back();
     for (const SessionRow& session : head->sessions) {
-      if (!names.insert(session.name).second) {
+      const std::string name = rename_sessions ? FreeName(session.name, names) : session.name;
+      if (!names.insert(name).second) {
         return absl::FailedPreconditionError(
             absl::StrCat("map '", path, "' has a session '", session.name,
-                         "', and an earlier map, too; build it again with another --session"));
+                         "', and an earlier map, too; merge them with --rename-sessions"));
       }
+      names_of.back().push_back(name);
     }
     num_places += head->num_places();
   }
-  return num_places > 0 ? absl::OkStatus()
-                        : absl::InvalidArgumentError("none of the maps to merge has a place");
+  if (num_places == 0) return absl::InvalidArgumentError("none of the maps to merge has a place");
+  return names_of;
 }
 
-SessionPlan PlanOf(const SessionRow& session, std::vector<PlaceRow>::const_iterator first) {
+SessionPlan PlanOf(const SessionRow& session, const std::string& name,
+                   std::vector<PlaceRow>::const_iterator first) {
   SessionPlan plan;
-  plan.name = session.name;
+  plan.name = name;
   for (auto row = first; row != first + session.num_places; ++row) {
     plan.scans.push_back({row->scan, row->stamp_ns, DecodePose(row->pose)});
   }
@@ -73,8 +88,8 @@ void AddContext(const ContextShape& shape, const ContextValues& values,
 // Reads one input and writes its sessions behind those that the output has.
 class MapCopier {
  public:
-  MapCopier(std::string input, std::string output)
-      : input_(std::move(input)), output_(std::move(output)) {}
+  MapCopier(std::string input, const SessionNames& names, std::string output)
+      : input_(std::move(input)), names_(names), output_(std::move(output)) {}
 
   absl::Status Copy(bool& is_started, std::string& content_id) {
     absl::StatusOr<Connection> connection = OpenForReading(input_);
@@ -93,9 +108,11 @@ class MapCopier {
     if (!descriptors.ok()) return descriptors.status();
 
     auto first = places.cbegin();
-    for (const SessionRow& session : head->sessions) {
+    for (std::size_t i = 0; i < head->sessions.size(); ++i) {
+      const SessionRow& session = head->sessions[i];
+      if (i == names_.size()) break;  // it has grown since
       if (session.num_places == 0) continue;
-      SessionPlan plan = PlanOf(session, first);
+      SessionPlan plan = PlanOf(session, names_[i], first);
       absl::StatusOr<MapBuilder> builder =
           is_started ? MapBuilder::Append(output_, std::move(plan))
                      : MapBuilder::Create(output_, head->params, std::move(plan));
@@ -131,17 +148,18 @@ class MapCopier {
   }
 
   std::string input_;
+  const SessionNames& names_;
   std::string output_;
 };
 
 absl::StatusOr<std::string> CopyAll(const std::vector<std::string>& inputs,
+                                    const std::vector<SessionNames>& names_of,
                                     const std::string& output) {
   bool is_started = false;
   std::string content_id;
-  for (const std::string& input : inputs) {
-    if (absl::Status status = MapCopier(input, output).Copy(is_started, content_id); !status.ok()) {
-      return status;
-    }
+  for (std::size_t i = 0; i < inputs.size(); ++i) {
+    absl::Status status = MapCopier(inputs[i], names_of[i], output).Copy(is_started, content_id);
+    if (!status.ok()) return status;
   }
   return content_id;
 }
@@ -151,11 +169,13 @@ absl::StatusOr<std::string> CopyAll(const std::vector<std::string>& inputs,
 // The output's name is taken by an empty file at once, and gets its content in one step at the end:
 // a merge that is killed leaves nothing that looks like a whole map.
 absl::StatusOr<std::string> MergeMaps(const std::string& out,
-                                      const std::vector<std::string>& inputs) {
-  if (absl::Status status = CheckCanMerge(inputs); !status.ok()) return status;
+                                      const std::vector<std::string>& inputs,
+                                      bool rename_sessions) {
+  const absl::StatusOr<std::vector<SessionNames>> names_of = CheckCanMerge(inputs, rename_sessions);
+  if (!names_of.ok()) return names_of.status();
   if (absl::Status status = CreateEmptyFile(out); !status.ok()) return status;
   const std::string partial = absl::StrCat(out, ".merging-", getpid());
-  absl::StatusOr<std::string> content_id = CopyAll(inputs, partial);
+  absl::StatusOr<std::string> content_id = CopyAll(inputs, *names_of, partial);
   if (content_id.ok()) {
     if (absl::Status status = RenameFile(partial, out); !status.ok()) content_id = status;
   }

@@ -52,6 +52,16 @@ TEST_F(MergeMapsTest, GivesTheMapThatAppendingGives) {
   EXPECT_TRUE(Verify(out_)->empty());
 }
 
+TEST_F(MergeMapsTest, NamesSessionsAnewOnRequest) {
+  const std::string one = Input("one", 2, 1);
+  const std::string two = dir_.File("two");
+  ASSERT_TRUE(BuildSmallMap(two, 3, "one", 50).ok());
+  ExpectRefused({one, two}, absl::StatusCode::kFailedPrecondition, "--rename-sessions");
+  ASSERT_TRUE(MergeMaps(out_, {one, two, one}, /*rename_sessions=*/true).ok());
+  EXPECT_THAT(LoadMap(out_)->sessions, testing::ElementsAre("one", "one-2", "one-3"));
+  EXPECT_TRUE(Verify(out_)->empty());
+}
+
 TEST_F(MergeMapsTest, TakesAllSessionsOfAllInputsInTheirOrder) {
   const std::string both = dir_.File("both");
   ASSERT_TRUE(MergeMaps(both, {Input("one", 2, 1), Input("two", 3, 50)}).ok());
