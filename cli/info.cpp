@@ -8,7 +8,9 @@
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_join.h"
 #include "cli/command.hpp"
+#include "cli/half_built.hpp"
 #include "cli/output.hpp"
+#include "scanloc/core/printable.hpp"
 #include "scanloc/mapdb/map_file.hpp"
 #include "scanloc/report/json.hpp"
 
@@ -66,6 +68,7 @@ std::string InfoAsJson(const mapdb::MapInfo& info) {
                       {"max_m", PointToJson(info.extent_m.max())}};
   }
   json["file_bytes"] = info.file_bytes;
+  json["calibration_id"] = info.calibration_id;
   json["calibration"] = nullptr;
   if (info.calibration.has_value()) {
     json["calibration"] = {{"bias", info.calibration->bias},
@@ -124,14 +127,16 @@ std::string InfoAsText(const std::string& path, const mapdb::MapInfo& info) {
   std::string text = absl::StrFormat(
       "%s\n"
       "  content id      %s\n"
+      "  calibration id  %s\n"
       "  complete        %s\n"
       "  places          %d of %d scans\n"
       "  size            %.1f MB\n"
       "  schema version  %d, readable from %d on; made by %s\n",
-      path, info.content_id,
-      info.complete ? "yes" : "no: the build was stopped, go on with scanloc build --resume",
-      info.num_places, info.num_scans, static_cast<double>(info.file_bytes) / 1e6,
-      info.schema_version, info.compatible_version, info.built_by);
+      Printable(path), info.content_id,
+      info.calibration_id.empty() ? "none: not calibrated" : info.calibration_id,
+      info.complete ? "yes" : absl::StrCat("no, ", HalfBuilt(info)), info.num_places,
+      info.num_scans, static_cast<double>(info.file_bytes) / 1e6, info.schema_version,
+      info.compatible_version, Printable(info.built_by));
   if (!info.extent_m.isEmpty()) {
     const Eigen::Vector3d& low = info.extent_m.min();
     const Eigen::Vector3d& high = info.extent_m.max();
@@ -142,8 +147,9 @@ std::string InfoAsText(const std::string& path, const mapdb::MapInfo& info) {
   absl::StrAppend(&text, "sessions\n");
   for (const mapdb::SessionInfo& session : info.sessions) {
     absl::StrAppendFormat(&text, "  %s: %d places of %d scans, %d empty, %d unreadable%s\n",
-                          session.name, session.num_places, session.num_scans, session.num_empty,
-                          session.num_unreadable, session.complete() ? "" : "; unfinished");
+                          Printable(session.name), session.num_places, session.num_scans,
+                          session.num_empty, session.num_unreadable,
+                          session.complete() ? "" : "; unfinished");
   }
   absl::StrAppend(&text, CalibrationAsText(info));
   absl::StrAppend(&text, "parameters\n");

@@ -3,9 +3,10 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
-#include "absl/strings/str_join.h"
 #include "cli/command.hpp"
+#include "cli/half_built.hpp"
 #include "cli/output.hpp"
+#include "scanloc/core/printable.hpp"
 #include "scanloc/mapdb/map_file.hpp"
 
 namespace scanloc::cli {
@@ -23,7 +24,8 @@ class VerifyCommand : public Command {
                  "First undo the unfinished write that a killed build left beside the map; where "
                  "the map is sound without that, only its leftover is removed");
     app.footer(
-        "Prints \"MAP is sound\", or a line for each damage and ends with status 1. Without\n"
+        "Prints \"MAP is sound\", with how far it is if its build was stopped, or a line for each "
+        "damage and ends with status 1. Without\n"
         "--recover nothing is written.\n"
         "Example:\n"
         "  scanloc verify town.scanloc && scp town.scanloc robot:");
@@ -34,11 +36,10 @@ class VerifyCommand : public Command {
     }
     const absl::StatusOr<std::vector<std::string>> problems = mapdb::Verify(map_);
     if (!problems.ok()) return problems.status();
-    if (problems->empty()) return WriteText("-", absl::StrCat(map_, " is sound\n"));
-    if (absl::Status s = WriteText("-", absl::StrCat(absl::StrJoin(*problems, "\n"), "\n"));
-        !s.ok()) {
-      return s;
-    }
+    if (problems->empty()) return TellSound();
+    std::string text;
+    for (const std::string& problem : *problems) absl::StrAppend(&text, Printable(problem), "\n");
+    if (absl::Status s = WriteText("-", text); !s.ok()) return s;
     return absl::DataLossError(absl::StrCat(
         map_, " is damaged: ", problems->size(), problems->size() == 1 ? " problem" : " problems",
         problems->size() == mapdb::kMaxProblems ? " or more" : "",
@@ -46,6 +47,14 @@ class VerifyCommand : public Command {
   }
 
  private:
+  [[nodiscard]] absl::Status TellSound() const {
+    const absl::StatusOr<mapdb::MapInfo> info = mapdb::ReadInfo(map_);
+    if (!info.ok()) return info.status();
+    return WriteText(
+        "-", absl::StrCat(Printable(map_), " is sound",
+                          info->complete ? "" : absl::StrCat("; ", HalfBuilt(*info)), "\n"));
+  }
+
   [[nodiscard]] absl::Status Recover() const {
     const absl::StatusOr<mapdb::Recovery> recovery = mapdb::RecoverMap(map_);
     if (!recovery.ok()) return recovery.status();

@@ -63,6 +63,8 @@ absl::StatusOr<Answer> Localizer::Localize(const ScanDescriptor& scan, const Que
     answer = (is_polar ? polar_search_ : cart_search_)->Locate(scan, query, control);
   }
   if (control.IsUnwanted()) return absl::CancelledError("nobody waits for the answer any more");
+  if (!map_->complete)
+    answer.reason += "; the map is half built: its drive has places that it lacks";
   answer.content_id = map_->content_id;
   return answer;
 }

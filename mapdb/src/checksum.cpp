@@ -117,6 +117,20 @@ std::int64_t ConfusableChecksum(std::int64_t id, const ConfusablePair& pair) {
       .Digest64();
 }
 
+std::string CalibrationId(const Calibration& calibration,
+                          std::span<const ConfusablePair> confusable) {
+  Hasher hasher;
+  hasher.Add("calibration id")
+      .Add(calibration.bias)
+      .Add(calibration.score_weight)
+      .Add(calibration.margin_weight)
+      .Add(std::int64_t{calibration.num_trials});
+  for (const ConfusablePair& pair : confusable) {
+    hasher.Add(std::int64_t{pair.place}).Add(std::int64_t{pair.lookalike}).Add(pair.confidence);
+  }
+  return absl::StrCat(absl::Hex(hasher.Digest64(), absl::kZeroPad16));
+}
+
 void StartPlaceChecksum(const PlaceRow& row, Hasher& hasher) {
   hasher.Reset();
   hasher.Add("places")

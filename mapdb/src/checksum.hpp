@@ -94,6 +94,9 @@ struct CalibrationRow {
 [[nodiscard]] std::int64_t StructureChecksum(const StructureRow& row, Hasher& scratch);
 [[nodiscard]] std::int64_t CalibrationChecksum(const CalibrationRow& row);
 [[nodiscard]] std::int64_t ConfusableChecksum(std::int64_t id, const ConfusablePair& pair);
+/// The calibration id, 16 hex digits: what a calibration says, whatever map it was made for.
+[[nodiscard]] std::string CalibrationId(const Calibration& calibration,
+                                        std::span<const ConfusablePair> confusable);
 /// That of a place covers its contexts and its structure: start with StartPlaceChecksum, add the
 /// checksum of each.
 void StartPlaceChecksum(const PlaceRow& row, Hasher& hasher);

@@ -80,6 +80,7 @@ absl::StatusOr<Map> LoadMap(const std::string& path) {
   if (!file.ok()) return file.status();
   Map map = MakeEmptyMap(file->head.params);
   map.content_id = file->head.content_id;
+  map.complete = file->head.complete();
   for (const SessionRow& session : file->head.sessions) map.sessions.push_back(session.name);
   ReserveFor(static_cast<std::size_t>(file->head.num_places()), map);
 
@@ -103,6 +104,7 @@ absl::StatusOr<Map> LoadMap(const std::string& path) {
       ReadCalibration(file->connection, file->head);
   if (!stored.ok()) return stored.status();
   if (stored->has_value()) {
+    map.calibration_id = CalibrationId((*stored)->calibration, (*stored)->confusable);
     map.calibration = (*stored)->calibration;
     map.confusable = std::move((*stored)->confusable);
   }
@@ -134,6 +136,7 @@ absl::StatusOr<MapInfo> ReadInfo(const std::string& path) {
       ReadCalibration(file->connection, file->head);
   if (!stored.ok()) return stored.status();
   if (stored->has_value()) {
+    info.calibration_id = CalibrationId((*stored)->calibration, (*stored)->confusable);
     info.calibration = (*stored)->calibration;
     info.confusable = std::move((*stored)->confusable);
   }

@@ -9,7 +9,6 @@
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "scanloc/core/limits.hpp"
-#include "scanloc/core/printable.hpp"
 #include "schema.hpp"
 
 namespace scanloc::mapdb {
@@ -71,7 +70,7 @@ absl::Status CheckSchema(const Connection& connection, const std::vector<SchemaR
         schema::kTables.begin(), schema::kTables.end(),
         [&](const schema::Table& known) { return absl::EqualsIgnoreCase(known.name, row.name); });
     if (!is_newer || is_ours || row.type != "table") {
-      return SchemaError(connection, absl::StrCat("at '", Printable(row.name), "'"));
+      return SchemaError(connection, absl::StrCat("at '", row.name, "'"));
     }
   }
   const auto num_expected =

@@ -16,7 +16,6 @@ constexpr char kBuiltBy[] = "scanloc " SCANLOC_VERSION;
 
 // Another writer holds its lock to its end, so waiting for it is in vain; a reader soon lets go.
 constexpr int kOtherWriterTimeout_ms = 200;
-constexpr int kReadersTimeout_ms = 60'000;
 
 }  // namespace
 
@@ -39,7 +38,6 @@ absl::StatusOr<MapWriter> MapWriter::Open(const std::string& path) {
 absl::Status MapWriter::TakeLock() {
   connection_.SetBusyTimeout(kOtherWriterTimeout_ms);
   if (absl::Status status = connection_.Execute(schema::kBeginWrite); !status.ok()) return status;
-  connection_.SetBusyTimeout(kReadersTimeout_ms);
   const absl::StatusOr<std::int64_t> version = connection_.QueryInt(schema::kDataVersion);
   if (!version.ok()) return version.status();
   if (data_version_.has_value() && *version != *data_version_) {
@@ -294,10 +292,21 @@ absl::Status MapWriter::WriteCountsAndContentId() {
   return update_meta->Run();
 }
 
+// The lock of a writer is held already: only readers can be in the way.
+absl::Status MapWriter::CommitToFile() {
+  connection_.SetBusyTimeout(readers_timeout_ms_);
+  const absl::Status status = connection_.Execute(schema::kCommit);
+  if (!absl::IsUnavailable(status)) return status;
+  return absl::UnavailableError(absl::StrCat(
+      "map '", path(), "' cannot be written: a program has been reading it for more than ",
+      readers_timeout_ms_ / 1000, " s (fuser tells which); what was committed before is kept: end ",
+      "that program, then build with --resume"));
+}
+
 absl::Status MapWriter::Commit() {
   if (!has_changes_) return absl::OkStatus();
   if (absl::Status status = WriteCountsAndContentId(); !status.ok()) return status;
-  if (absl::Status status = connection_.Execute(schema::kCommit); !status.ok()) return status;
+  if (absl::Status status = CommitToFile(); !status.ok()) return status;
   has_changes_ = false;
   return TakeLock();
 }
@@ -307,7 +316,7 @@ absl::Status MapWriter::ReplaceCalibration(const StoredCalibration& calibration)
       !status.ok()) {
     return status;
   }
-  if (absl::Status status = connection_.Execute(schema::kCommit); !status.ok()) return status;
+  if (absl::Status status = CommitToFile(); !status.ok()) return status;
   return TakeLock();
 }
 

@@ -47,6 +47,8 @@ class MapWriter {
   /// Replaces the calibration and commits. Requires a schema version of 2 at least and that
   /// everything is committed.
   [[nodiscard]] absl::Status ReplaceCalibration(const StoredCalibration& calibration);
+  /// How long a commit waits for those who read the file.
+  void SetReadersTimeout(int milliseconds) { readers_timeout_ms_ = milliseconds; }
   /// Lets other writers in. Requires that everything is committed; the last call.
   [[nodiscard]] absl::Status Release();
 
@@ -61,6 +63,7 @@ class MapWriter {
   explicit MapWriter(Connection connection) : connection_(std::move(connection)) {}
 
   absl::Status TakeLock();
+  absl::Status CommitToFile();
   absl::Status ReadExisting();
   absl::Status PrepareInserts();
   absl::Status InsertPairs(const char* sql, const ParamTexts& pairs,
@@ -85,6 +88,7 @@ class MapWriter {
   std::int64_t num_places_ = 0;
   std::optional<std::int64_t> data_version_;  // of the last own commit
   bool has_changes_ = false;
+  int readers_timeout_ms_ = 60'000;
   Hasher place_hasher_;
   Hasher context_hasher_;
 };

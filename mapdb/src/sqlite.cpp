@@ -7,6 +7,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/strip.h"
+#include "scanloc/core/printable.hpp"
 
 namespace scanloc::mapdb {
 namespace {
@@ -44,7 +45,7 @@ absl::Status IoError(int code, const std::string& path, const std::string& what)
 }
 
 absl::Status SqliteError(sqlite3* database, int code, const std::string& path) {
-  const std::string what = sqlite3_errmsg(database);
+  const std::string what = Printable(sqlite3_errmsg(database));
   switch (code & 0xff) {
     case SQLITE_NOTADB:
       return absl::InvalidArgumentError(
@@ -102,7 +103,9 @@ absl::Status Harden(sqlite3* database, const std::string& path) {
 }  // namespace
 
 absl::Status DamagedError(const std::string& path, absl::string_view what) {
-  return absl::DataLossError(absl::StrCat("map '", path, kIsDamaged, what, kDamageAdvice));
+  // It may hold what stands in the file.
+  return absl::DataLossError(absl::StrCat("map '", path, kIsDamaged,
+                                          Printable({what.data(), what.size()}), kDamageAdvice));
 }
 
 std::string DamageOf(const absl::Status& status) {

@@ -164,6 +164,19 @@ TEST(Localizer, TellsABoundedShiftOfMoreThanHalfTheColumns) {
   }
 }
 
+TEST(Localizer, SaysThatItsMapIsHalfBuilt) {
+  const World world;
+  auto half = std::make_shared<Map>(world.localizer->map());
+  half->complete = false;
+  const auto whole_answer = world.Ask(world.scans[5], "pc");
+  const auto half_answer = (*Localizer::Create(half))
+                               ->Localize(Describer::Create(world.params)->Describe(world.scans[5]),
+                                          {.method = *ParseMethod("pc")});
+  ASSERT_TRUE(whole_answer.ok() && half_answer.ok());
+  EXPECT_EQ(whole_answer->reason.find("half built"), std::string::npos);
+  EXPECT_NE(half_answer->reason.find("half built"), std::string::npos) << half_answer->reason;
+}
+
 TEST(Localizer, FindsAReversedAndShiftedDriveWithTheAugmentedMethods) {
   const World world;
   for (std::size_t i = 0; i < world.scans.size(); ++i) {

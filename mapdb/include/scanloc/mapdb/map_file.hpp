@@ -64,6 +64,7 @@ struct MapInfo {
   std::int64_t file_bytes = 0;
   std::optional<Calibration> calibration;  ///< none: not calibrated since it last grew
   std::vector<ConfusablePair> confusable;  ///< worst first; empty where it is not calibrated
+  std::string calibration_id;              ///< as in Map
 };
 
 /// One place as the file holds it, without its contexts.

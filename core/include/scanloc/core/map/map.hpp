@@ -50,6 +50,10 @@ struct Map {
   std::vector<Structure> structures;  ///< one a place; empty where the map has none
   Calibration calibration;
   std::vector<ConfusablePair> confusable;  ///< worst first
+  /// Hash over calibration and confusable, empty for the defaults: maps of one content id and one
+  /// calibration id give the same answers.
+  std::string calibration_id;
+  bool complete = true;  ///< false: its build was stopped; places are missing at its end
 
   /// Appends the contexts, augmented ones included, and the structure of the next place. Requires
   /// Validate(descriptor, params).ok() and tables of the parameters' shapes.
