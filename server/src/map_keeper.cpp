@@ -46,13 +46,21 @@ absl::Status MapKeeper::ExpectAll() {
   return absl::OkStatus();
 }
 
-absl::Status MapKeeper::Load(const MapSource& source) {
+std::mutex& MapKeeper::MutexOf(const std::string& name) {
   const std::lock_guard lock(mutex_);
+  return map_mutexes_[name];
+}
+
+absl::Status MapKeeper::Load(const MapSource& source) {
+  const std::lock_guard lock(MutexOf(source.name));
   return LoadNow(source);
 }
 
 absl::Status MapKeeper::LoadNow(const MapSource& source) {
-  Expect(source.name);
+  {
+    const std::lock_guard lock(mutex_);
+    Expect(source.name);
+  }
   const std::int64_t start_ns = NowNs();
   spdlog::debug("loading map {} from {}", source.name, source.path);
   absl::Status status = Guard([&]() -> absl::Status {
@@ -62,6 +70,7 @@ absl::Status MapKeeper::LoadNow(const MapSource& source) {
   });
   ReturnFreedMemory();
   if (status.ok()) {
+    const std::lock_guard lock(mutex_);
     health_.Set(HealthName(source.name), true);
     TellHealth();
   }
@@ -75,18 +84,25 @@ absl::Status MapKeeper::LoadNow(const MapSource& source) {
 absl::Status MapKeeper::PutInService(const MapSource& source, Map map) {
   if (const auto served = maps_.Find(source.name); served.ok()) {
     const Map& now = (*served)->localizer->map();
-    if (now.content_id == map.content_id && now.calibration == map.calibration &&
-        now.confusable == map.confusable) {
+    if (now.content_id == map.content_id && now.complete == map.complete &&
+        now.calibration == map.calibration && now.confusable == map.confusable) {
       spdlog::info("map {} is unchanged", source.name);
       return absl::OkStatus();
     }
   }
   const std::size_t num_places = map.places.size();
   const std::string content_id = map.content_id;
+  const std::string calibration_id = map.calibration_id;
+  const bool complete = map.complete;
   if (auto status = maps_.Serve(source.name, source.path, std::move(map)); !status.ok()) {
     return status;
   }
-  spdlog::info("map {} in service: {} places, content id {}", source.name, num_places, content_id);
+  spdlog::info("map {} in service: {} places, content id {}, calibration id {}", source.name,
+               num_places, content_id, calibration_id.empty() ? "none" : calibration_id);
+  if (!complete) {
+    spdlog::warn("map {} is half built: finish it with scanloc build --resume, then reload",
+                 source.name);
+  }
   return absl::OkStatus();
 }
 
@@ -138,32 +154,35 @@ bool MapKeeper::IsKnown(const std::string& name) const {
 }
 
 absl::Status MapKeeper::Reload(const std::string& name) {
-  const std::lock_guard lock(mutex_);
   if (!IsKnown(name)) {
     return absl::NotFoundError(absl::StrCat("no map is named ", absl::Utf8SafeCHexEscape(name)));
   }
   const auto source = sources_.Find(name);
   if (!source.ok()) return source.status();
-  return LoadNow(*source);
+  return Load(*source);
 }
 
 absl::Status MapKeeper::LoadNew(const std::string& name) {
-  const std::lock_guard lock(mutex_);
-  if (!name.empty() && maps_.Find(name).ok()) {
+  const auto is_served = [&] { return !name.empty() && maps_.Find(name).ok(); };
+  const auto exists = [&] {
     return absl::AlreadyExistsError(absl::StrCat("map ", name, " is in service; reload it"));
-  }
+  };
+  if (is_served()) return exists();
   const auto source = sources_.Find(name);
   if (!source.ok()) return source.status();
-  return LoadNow(*source);
+  const std::lock_guard lock(MutexOf(name));
+  return is_served() ? exists() : LoadNow(*source);
 }
 
 absl::Status MapKeeper::Unload(const std::string& name) {
-  const std::lock_guard lock(mutex_);
+  if (!IsKnown(name)) return maps_.Remove(name);  // which says so
+  const std::lock_guard lock(MutexOf(name));
   return Remove(name);
 }
 
 absl::Status MapKeeper::Remove(const std::string& name) {
   if (auto status = maps_.Remove(name); !status.ok()) return status;
+  const std::lock_guard lock(mutex_);
   health_.Set(HealthName(name), false);
   TellHealth();
   spdlog::info("map {} out of service", name);
@@ -173,6 +192,8 @@ absl::Status MapKeeper::Remove(const std::string& name) {
 void MapKeeper::ForgetFailedAndGone() {
   for (const MapSummary& map : maps_.List()) {
     if (map.state != MapState::kFailed || sources_.Find(map.name).ok()) continue;
+    const std::unique_lock lock(MutexOf(map.name), std::try_to_lock);
+    if (!lock.owns_lock()) continue;  // it is loaded just now
     if (auto status = Remove(map.name); !status.ok()) spdlog::error("{}", status.ToString());
   }
 }
@@ -180,10 +201,7 @@ void MapKeeper::ForgetFailedAndGone() {
 void MapKeeper::ReloadAll() {
   const auto sources = sources_.List();
   if (!sources.ok()) return spdlog::error("{}", absl::StrCat(sources.status().message()));
-  {
-    const std::lock_guard lock(mutex_);
-    ForgetFailedAndGone();
-  }
+  ForgetFailedAndGone();
   for (const MapSource& source : *sources) {
     if (is_stopping_) return;
     const absl::Status status = Load(source);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <atomic>
+#include <map>
 #include <mutex>
 #include <string>
 
@@ -14,7 +15,8 @@
 namespace scanloc::server {
 
 /// Loads, replaces and unloads the maps of a server, and has its health and metrics say which
-/// answer. Loads one map at a time: each may be as large as memory allows. Thread-safe.
+/// answer. LoadAll and ReloadAll load one map at a time, since each may be as large as memory
+/// allows; the load of one map makes nobody wait who asks for another. Thread-safe.
 class MapKeeper {
  public:
   /// Registry, health and metrics must outlive the keeper.
@@ -41,12 +43,17 @@ class MapKeeper {
   [[nodiscard]] absl::Status Load(const MapSource& source);
   [[nodiscard]] bool IsKnown(const std::string& name) const;
 
-  // All with mutex_ held.
-  void Expect(const std::string& name);
+  void ForgetFailedAndGone();
+  /// Held by who loads or removes the map.
+  [[nodiscard]] std::mutex& MutexOf(const std::string& name);
+
+  // With the map's mutex held.
   [[nodiscard]] absl::Status LoadNow(const MapSource& source);
   [[nodiscard]] absl::Status PutInService(const MapSource& source, Map map);
   [[nodiscard]] absl::Status Remove(const std::string& name);
-  void ForgetFailedAndGone();
+
+  // With mutex_ held, which is taken after a map's.
+  void Expect(const std::string& name);
   /// The server as such serves once every map has been tried, and while any answers.
   void TellHealth();
 
@@ -57,6 +64,7 @@ class MapKeeper {
   Metrics& metrics_;
   std::atomic<bool> is_stopping_ = false;
   std::mutex mutex_;
+  std::map<std::string, std::mutex> map_mutexes_;  // one for every name there ever was
   bool have_all_been_tried_ = false;
 };
 

@@ -139,6 +139,25 @@ TEST_F(MapLoadingTest, TakesNoNameForTheOldMapWhileANewOneLoads) {
   EXPECT_THAT(Unnamed(), HasSubstr("this server has several"));
 }
 
+TEST_F(MapLoadingTest, LoadsAndUnloadsMapsWhileAnotherTakesForEver) {
+  Start();
+  ASSERT_TRUE(server_->LoadMaps().ok());
+  Touch("slow");
+  std::thread load([&] { EXPECT_TRUE(server_->LoadMap("slow").ok()); });
+  is_loading_slowly_.Wait();
+  auto others = std::async(std::launch::async, [&] {
+    EXPECT_TRUE(server_->ReloadMap("town").ok());
+    Touch("village");
+    EXPECT_TRUE(server_->LoadMap("village").ok());
+    EXPECT_TRUE(server_->UnloadMap("village").ok());
+  });
+  EXPECT_EQ(others.wait_for(std::chrono::seconds(60)), std::future_status::ready);
+  EXPECT_EQ(StateOf("slow"), MapState::kLoading);
+  may_go_on_.Open();
+  load.join();
+  EXPECT_EQ(StateOf("slow"), MapState::kServing);
+}
+
 TEST_F(MapLoadingTest, ForgetsAMapThatFailedOnceItIsUnloadedOrItsFileIsGone) {
   Start();
   ASSERT_TRUE(server_->LoadMaps().ok());
