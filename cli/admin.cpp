@@ -7,6 +7,7 @@
 #include "cli/command.hpp"
 #include "cli/connection_options.hpp"
 #include "cli/output.hpp"
+#include "scanloc/core/printable.hpp"
 
 namespace scanloc::cli {
 namespace {
@@ -39,14 +40,15 @@ class AdminCommand : public Command {
     if (!client.ok()) return client.status();
     if (action_ == "unload") {
       if (absl::Status status = client->UnloadMap(map_); !status.ok()) return status;
-      return WriteText("-", absl::StrCat("map ", map_, " out of service\n"));
+      return WriteText("-", absl::StrCat("map ", Printable(map_), " out of service\n"));
     }
     const absl::StatusOr<MapSummary> map =
         action_ == "load" ? client->LoadMap(map_) : client->ReloadMap(map_);
     if (!map.ok()) return map.status();
-    return WriteText("-", absl::StrCat("map ", map->name, " in service: ", map->num_places,
-                                       " places, content id ", map->content_id, ", generation ",
-                                       map->generation, "\n"));
+    return WriteText(
+        "-", absl::StrCat("map ", Printable(map->name), " in service: ", map->num_places,
+                          " places, content id ", Printable(map->content_id), ", generation ",
+                          map->generation, "\n"));
   }
 
  private:

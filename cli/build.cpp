@@ -16,6 +16,7 @@
 #include "cli/output.hpp"
 #include "cli/param_options.hpp"
 #include "cli/progress.hpp"
+#include "scanloc/core/printable.hpp"
 #include "scanloc/dataset/drive.hpp"
 #include "scanloc/dataset/scan_reader.hpp"
 #include "scanloc/mapdb/build_map.hpp"
@@ -42,7 +43,7 @@ class BuildCommand : public Command {
 
  private:
   /// The frames that become places: selected, then thinned to the spacing.
-  [[nodiscard]] absl::StatusOr<std::vector<dataset::Frame>> ChooseFrames() const;
+  [[nodiscard]] absl::StatusOr<std::vector<dataset::Frame>> ChooseFrames();
   [[nodiscard]] absl::StatusOr<mapdb::BuildOptions> MakeBuildOptions(
       const std::string& session) const;
   /// InvalidArgument where the poses contradict the scans, or the map that is appended to.
@@ -60,6 +61,7 @@ class BuildCommand : public Command {
   ScanSelection selection_;
   std::string session_;
   double spacing_m_ = 1.0;
+  std::size_t num_too_near_ = 0;  ///< left out by the spacing
   ParamOptions params_;
   bool append_ = false;
   bool resume_ = false;
@@ -128,7 +130,7 @@ absl::Status BuildCommand::CheckUsage() const {
   return params_.Make().status();
 }
 
-absl::StatusOr<std::vector<dataset::Frame>> BuildCommand::ChooseFrames() const {
+absl::StatusOr<std::vector<dataset::Frame>> BuildCommand::ChooseFrames() {
   const absl::StatusOr<dataset::Drive> drive = poses_.OpenDrive(scans_dir_);
   if (!drive.ok()) return drive.status();
   absl::StatusOr<std::vector<dataset::Frame>> selected = Select(selection_, drive->frames);
@@ -137,6 +139,7 @@ absl::StatusOr<std::vector<dataset::Frame>> BuildCommand::ChooseFrames() const {
   for (const std::size_t i : dataset::SelectBySpacing(*selected, spacing_m_)) {
     frames.push_back(std::move((*selected)[i]));
   }
+  num_too_near_ = selected->size() - frames.size();
   return frames;
 }
 
@@ -235,14 +238,18 @@ absl::Status BuildCommand::Run() {
       "built %s in %.1f s\n"
       "  session     %s\n"
       "  places      %d new, %d in the map\n"
+      "  left out    %d scans less than %g m from the place before, or at a standstill "
+      "(--spacing-m)\n"
       "  skipped     %d scans without a point in range, %d that could not be read\n"
       "  points      %d used, %d that are not finite left out\n"
       "  content id  %s\n",
-      map_, elapsed.count(), plan.name, summary->num_places, summary->num_places_in_map,
-      summary->num_empty, summary->num_unreadable, summary->num_points,
+      Printable(map_), elapsed.count(), Printable(plan.name), summary->num_places,
+      summary->num_places_in_map, num_too_near_, spacing_m_, summary->num_empty,
+      summary->num_unreadable, summary->num_points,
       summary->num_points_not_finite + counts.num_not_finite.load(), summary->content_id);
   if (summary->num_unreadable > 0) {
-    absl::StrAppend(&text, "  the first that could not be read: ", summary->first_unreadable, "\n");
+    absl::StrAppend(
+        &text, "  the first that could not be read: ", Printable(summary->first_unreadable), "\n");
   }
   if (!calibrate_) return WriteText("-", text);
   const absl::StatusOr<std::string> calibration = CalibrateAndTell(map_, num_threads_, quiet_);

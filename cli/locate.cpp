@@ -20,6 +20,7 @@
 #include "scanloc/client/offline_client.hpp"
 #include "scanloc/core/limits.hpp"
 #include "scanloc/core/method.hpp"
+#include "scanloc/core/printable.hpp"
 #include "scanloc/dataset/drive.hpp"
 #include "scanloc/dataset/scan_reader.hpp"
 #include "scanloc/report/query_result.hpp"
@@ -470,7 +471,7 @@ absl::Status LocateCommand::Run() {
   }
   if (num_skipped_ > 0) {
     std::fprintf(stderr, "skipped %zu of %zu scans that could not be read, the first: %s\n",
-                 num_skipped_, scans->size(), first_skipped_.c_str());
+                 num_skipped_, scans->size(), Printable(first_skipped_).c_str());
   }
   return Print(*results, answerer->params);
 }

@@ -13,6 +13,7 @@
 #include "absl/strings/str_cat.h"
 #include "cli/command.hpp"
 #include "cli/output.hpp"
+#include "scanloc/core/printable.hpp"
 
 namespace {
 
@@ -25,7 +26,7 @@ constexpr int kWrongUsage = 2;
 // Always one line, so that whoever reads a log can count on it.
 int Complain(const std::string& who, std::string message, int exit_status) {
   std::replace(message.begin(), message.end(), '\n', ' ');
-  std::fprintf(stderr, "%s: %s\n", who.c_str(), message.c_str());
+  std::fprintf(stderr, "%s: %s\n", who.c_str(), scanloc::Printable(message).c_str());
   return exit_status;
 }
 

@@ -7,6 +7,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
 #include "absl/strings/string_view.h"
+#include "cli/command.hpp"
 
 namespace scanloc::cli {
 namespace {
@@ -61,7 +62,9 @@ void ParamOptions::Declare(CLI::App& app) {
                    "[yes]")
           ->group("Parameters of the map (fixed when it is made)"));
   add("--voxel-size-m", params_.voxel_size_m, "Edge of the voxels that thin a scan [m]");
-  add("--sensor-height-m", params_.sensor_height_m, "Height of the sensor above the ground [m]");
+  add("--sensor-height-m", params_.sensor_height_m,
+      "Height of the sensor above the ground, in [0, 10] [m]")
+      ->check(InRange(0.0, 10.0));
   add("--polar-rings", params_.polar.num_rings, "Rows of the polar context");
   add("--polar-sectors", params_.polar.num_sectors, "Columns of the polar context, even");
   add("--polar-range-m", params_.polar.max_range_m, "Range that the polar context covers [m]");

@@ -6,6 +6,7 @@
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "scanloc/core/printable.hpp"
 
 namespace scanloc::report {
 namespace {
@@ -74,9 +75,10 @@ class RowReader {
 
 std::string CsvRow(const std::vector<std::string>& fields) {
   std::string row;
-  for (const std::string& field : fields) {
-    if (&field != &fields.front()) row += ',';
-    if (field.find_first_of(",\"\r\n") == std::string::npos) {
+  for (const std::string& raw : fields) {
+    if (&raw != &fields.front()) row += ',';
+    const std::string field = Printable(raw);
+    if (field.find_first_of(",\"") == std::string::npos) {
       row += field;
       continue;
     }

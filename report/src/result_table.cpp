@@ -4,6 +4,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "scanloc/core/printable.hpp"
 #include "scanloc/report/csv.hpp"
 #include "scanloc/report/result_text.hpp"
 
@@ -32,7 +33,7 @@ std::string Align(const std::vector<Row>& rows) {
 }
 
 Row RowOf(const QueryResult& result, const Candidate* candidate, const ResultFormat& format) {
-  Row row = {result.query, OutcomeName(result.answer.outcome)};
+  Row row = {Printable(result.query), OutcomeName(result.answer.outcome)};
   const bool truth = format.truth;
   if (format.sequence) row.push_back(std::to_string(result.num_scans));
   if (candidate == nullptr) {
@@ -41,7 +42,7 @@ Row RowOf(const QueryResult& result, const Candidate* candidate, const ResultFor
   }
   const Eigen::Vector3d& position = candidate->T_map_query.translation();
   row.push_back(std::to_string(candidate->place));
-  row.push_back(candidate->session_name);
+  row.push_back(Printable(candidate->session_name));
   row.push_back(FixedText(candidate->distance, 3));
   row.push_back(candidate->confidence ? FixedText(*candidate->confidence, 3) : "-");
   row.push_back(FixedText(candidate->yaw_rad * 180.0 / std::numbers::pi, 1));

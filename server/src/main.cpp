@@ -124,12 +124,18 @@ void Declare(CLI::App& app, CommandLine& line) {
       ->capture_default_str();
   app.add_option("--log-requests", options.log_requests,
                  "requests that get a line in the log, at most 100 a second")
-      ->transform(CLI::CheckedTransformer(std::map<std::string, RequestLog>{
-          {"none", RequestLog::kNone}, {"failed", RequestLog::kFailed}, {"all", RequestLog::kAll}}))
+      ->transform(CLI::Validator(CLI::CheckedTransformer(std::map<std::string, RequestLog>{
+                                     {"none", RequestLog::kNone},
+                                     {"failed", RequestLog::kFailed},
+                                     {"all", RequestLog::kAll}}))
+                      .description("{none,failed,all}"))
+      ->type_name("TEXT")
       ->default_str("failed");
   app.add_option("--log-format", line.log_format, "text for people, or a JSON object a line")
-      ->transform(CLI::CheckedTransformer(
-          std::map<std::string, LogFormat>{{"text", LogFormat::kText}, {"json", LogFormat::kJson}}))
+      ->transform(CLI::Validator(CLI::CheckedTransformer(std::map<std::string, LogFormat>{
+                                     {"text", LogFormat::kText}, {"json", LogFormat::kJson}}))
+                      .description("{text,json}"))
+      ->type_name("TEXT")
       ->default_str("text");
   app.allow_config_extras(CLI::config_extras_mode::error);
   app.config_formatter(line.config);

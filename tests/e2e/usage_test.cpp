@@ -29,6 +29,8 @@ TEST(Usage, WrongUsageEndsWithTwoAndOneLine) {
       with(build, {"--spacing-m", "nan"}),
       with(build, {"--spacing-m", "-1"}),
       with(build, {"--voxel-size-m", "0"}),
+      with(build, {"--sensor-height-m", "20"}),
+      with(build, {"--sensor-height-m", "-0.1"}),
       with(build, {"--polar-sectors", "61"}),
       with(build, {"--descriptors", "xy"}),
       with(build, {"--descriptors", ""}),

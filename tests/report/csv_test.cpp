@@ -9,12 +9,15 @@ namespace {
 
 TEST(CsvRow, QuotesOnlyWhatNeedsIt) {
   EXPECT_EQ(CsvRow({"plain", "", "a b"}), "plain,,a b\n");
-  EXPECT_EQ(CsvRow({"a,b", "say \"x\"", "two\nlines"}),
-            "\"a,b\",\"say \"\"x\"\"\",\"two\nlines\"\n");
+  EXPECT_EQ(CsvRow({"a,b", "say \"x\""}), "\"a,b\",\"say \"\"x\"\"\"\n");
+}
+
+TEST(CsvRow, HasNoLineAndNoTerminalToItself) {
+  EXPECT_EQ(CsvRow({"two\nlines", "\x1b[2J", "\u202e"}), "two\\nlines,\\x1b[2J,\\u202e\n");
 }
 
 TEST(CsvTable, ReadsBackWhatCsvRowWrote) {
-  const std::vector<std::string> hard = {"a,b", "\"", "two\r\nlines", "", "ä"};
+  const std::vector<std::string> hard = {"a,b", "\"", "two lines", "", "ä"};
   const auto table = CsvTable::Parse(CsvRow({"1", "2", "3", "4", "5"}) + CsvRow(hard));
   ASSERT_TRUE(table.ok()) << table.status();
   ASSERT_EQ(table->num_rows(), 1U);

@@ -22,6 +22,7 @@ namespace scanloc::server {
 namespace {
 
 using ::testing::HasSubstr;
+using ::testing::Not;
 using ::testing::StartsWith;
 
 TEST_F(ScanlocdTest, AnswersFromItsFilesAsALocalizerDoes) {
@@ -221,6 +222,8 @@ TEST_F(ScanlocdTest, HelpsAndTellsItsVersion) {
   test::Process help(Command({"--help"}));
   EXPECT_EQ(help.Wait(), 0);
   EXPECT_THAT(help.rest_of_stdout(), HasSubstr("--max-inflight"));
+  EXPECT_THAT(help.rest_of_stdout(), HasSubstr("{none,failed,all}"));
+  EXPECT_THAT(help.rest_of_stdout(), Not(HasSubstr("ENUM")));
   test::Process version(Command({"--version"}));
   EXPECT_EQ(version.Wait(), 0);
   EXPECT_THAT(version.rest_of_stdout(), StartsWith("scanlocd "));

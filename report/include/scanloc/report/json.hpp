@@ -8,10 +8,11 @@ namespace scanloc::report {
 /// Keeps its keys in the order in which they were added.
 using Json = nlohmann::ordered_json;
 
-/// The document as text with a line end. Bytes that are not UTF-8, as file names may hold, become
-/// U+FFFD; numbers that are not finite become null.
+/// The document as ASCII with a line end: whatever a text holds, nothing in it steers a terminal.
+/// Bytes that are not UTF-8, as file names may hold, become U+FFFD; numbers that are not finite
+/// become null.
 [[nodiscard]] inline std::string ToText(const Json& json) {
-  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+  return json.dump(2, ' ', true, Json::error_handler_t::replace) + "\n";
 }
 
 }  // namespace scanloc::report
