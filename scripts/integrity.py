@@ -91,6 +91,7 @@ class Bench:
     def __init__(self, work, out):
         self.work, self.out = work, out
         self.pools = {}
+        self.refused = []  # maps that were built only when told to accept them, and why
 
     def add_pool(self, name, drives, pool):
         folder = self.work / f"pool-{name}"
@@ -110,8 +111,8 @@ class Bench:
         own = Path(tempfile.mkdtemp(dir=self.work))
         map_ = own / "map.scanloc"
         simulate(own / "map", case.mapped)
-        run("build", map_, "--scans", own / "map", "--poses", own / "map/poses.txt",
-            "--sensor-height-m", sensor_height(case.mapped), "--quiet")
+        self.build(case.name, map_, "--scans", own / "map", "--poses", own / "map/poses.txt",
+                   "--sensor-height-m", sensor_height(case.mapped), "--quiet")
         mapped = positions(own / "map/poses.txt")
         shutil.rmtree(own / "map")
         answers = []
@@ -125,6 +126,16 @@ class Bench:
                                    Ask([], elsewhere=True))
         shutil.rmtree(own)
         return answers
+
+    def build(self, name, map_, *args):
+        """The poses are true: a build that calls them wrong is counted, and told to go on."""
+        try:
+            run("build", map_, *args)
+        except RuntimeError as error:
+            if "--accept-inconsistent" not in str(error):
+                raise
+            self.refused.append(f"{name}: {str(error).splitlines()[1]}")
+            run("build", map_, *args, "--accept-inconsistent")
 
     def locate(self, case, map_, folder, mapped, ask, more=()):
         table = map_.parent / "answers.csv"
@@ -197,8 +208,8 @@ def real_drives(bench, data):
             ("KITTI 00, odd frames", kitti, nclt, ["--every", 2], ["--every", 2, "--offset", 1])):
         folder = Path(tempfile.mkdtemp(dir=bench.work))
         map_ = folder / "map.scanloc"
-        run("build", map_, "--scans", own, "--poses", own / "poses.txt", "--spacing-m", 0, *built,
-            "--quiet")
+        bench.build(title, map_, "--scans", own, "--poses", own / "poses.txt", "--spacing-m", 0,
+                    *built, "--quiet")
         case = Case(title, [], [], 8.0)
         mapped = positions(own / "poses.txt")
         mapped = mapped[:468] if own is nclt else mapped[::2]
@@ -266,6 +277,10 @@ def main():
                 made.title += ": from within, furniture moved"
             tell(made.title, answers)
     print(row("**all**", total))
+    if bench.refused:
+        print(f"\n{len(bench.refused)} maps were refused, though their poses are true:\n")
+    for refused in bench.refused:
+        print(f"- {refused}")
     print(f"\n{len(false)} false answers" + (":\n" if false else "."))
     for title, answer in sorted(false, key=lambda f: -(f[1].confidence or 0)):
         print(f"- {answer.confidence:.4f} {title}: `{answer.query}`, {answer.errors}")
