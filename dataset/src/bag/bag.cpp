@@ -148,22 +148,15 @@ std::vector<std::size_t> Bag::Messages(const std::vector<const BagTopic*>& topic
 }
 
 absl::Status Bag::ForEach(const std::vector<const BagTopic*>& topics, const Handler& handle) const {
-  MessageBytes last;
   for (const std::size_t id : Messages(topics)) {
-    const MessageRef& ref = impl_->Ref(id);
-    absl::StatusOr<MessageBytes> read = impl_->files[impl_->entries[id].file]->Read(ref, &last);
-    if (!read.ok()) return read.status();
-    last = *std::move(read);
-    const BagMessage message{&topics_[impl_->TopicOf(id)], ref.log_time_ns, last.bytes, id};
-    if (absl::Status status = handle(message); !status.ok()) return status;
+    if (absl::Status status = Read(id, handle); !status.ok()) return status;
   }
   return absl::OkStatus();
 }
 
 absl::Status Bag::Read(std::size_t id, const Handler& handle) const {
   const MessageRef& ref = impl_->Ref(id);
-  const absl::StatusOr<MessageBytes> read =
-      impl_->files[impl_->entries[id].file]->Read(ref, nullptr);
+  const absl::StatusOr<MessageBytes> read = impl_->files[impl_->entries[id].file]->Read(ref);
   if (!read.ok()) return read.status();
   return handle({&topics_[impl_->TopicOf(id)], ref.log_time_ns, read->bytes, id});
 }

@@ -33,18 +33,14 @@ struct FileTopic {
 struct MessageRef {
   std::int64_t log_time_ns = 0;
   std::uint32_t topic = 0;  ///< index of the file's topics
-  std::uint32_t chunk = 0;  ///< messages of one chunk are best read one after the other
+  std::uint32_t chunk = 0;  ///< messages of one chunk are best read soon after each other
   std::uint64_t at = 0;     ///< of the chunk, or the row of a table
 };
 
-class BagFile;
-
-/// The bytes of a message, which lie in `holder`, those of its chunk.
+/// The bytes of a message, which lie in `holder`.
 struct MessageBytes {
   std::shared_ptr<const FileBytes> holder;
   std::string_view bytes;
-  const BagFile* file = nullptr;
-  std::uint32_t chunk = 0;
 };
 
 /// One recorded file, opened and indexed.
@@ -57,10 +53,8 @@ class BagFile {
   /// What a user should know: that the file was cut off, and the like.
   [[nodiscard]] const std::vector<std::string>& notes() const { return notes_; }
 
-  /// Reads a message of this file; any number of threads at once. `last` may hold what an earlier
-  /// call returned, which saves decompressing the same chunk again.
-  [[nodiscard]] virtual absl::StatusOr<MessageBytes> Read(const MessageRef& message,
-                                                          const MessageBytes* last) const = 0;
+  /// Reads a message of this file; any number of threads at once.
+  [[nodiscard]] virtual absl::StatusOr<MessageBytes> Read(const MessageRef& message) const = 0;
 
  protected:
   std::vector<FileTopic> topics_;

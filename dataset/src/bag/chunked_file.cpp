@@ -53,26 +53,40 @@ absl::StatusOr<FileBytes> ChunkedFile::ReadChunk(const Chunk& chunk) const {
   return records;
 }
 
-absl::StatusOr<MessageBytes> ChunkedFile::Read(const MessageRef& message,
-                                               const MessageBytes* last) const {
-  MessageBytes read;
-  if (last != nullptr && last->file == this && last->chunk == message.chunk) {
-    read = *last;
-  } else {
-    absl::StatusOr<FileBytes> records = ReadChunk(chunks_[message.chunk]);
-    if (!records.ok()) return records.status();
-    read = {.holder = std::make_shared<const FileBytes>(*std::move(records)),
-            .file = this,
-            .chunk = message.chunk};
+absl::StatusOr<std::shared_ptr<const FileBytes>> ChunkedFile::GetChunk(std::uint32_t i) const {
+  // Chunks often hold several clouds, which are asked for one after the other, by a few threads.
+  constexpr std::size_t kMostRecent = 8;
+  constexpr std::size_t kMostBytes = 256 << 20;
+  {
+    const std::lock_guard lock(mutex_);
+    for (const auto& [chunk, records] : recent_) {
+      if (chunk == i) return records;
+    }
   }
-  const absl::StatusOr<std::string_view> payload = PayloadAt(read.holder->view(), message.at);
+  absl::StatusOr<FileBytes> read = ReadChunk(chunks_[i]);
+  if (!read.ok()) return read.status();
+  auto records = std::make_shared<const FileBytes>(*std::move(read));
+  const std::lock_guard lock(mutex_);
+  recent_.emplace_front(i, records);
+  std::size_t num_bytes = 0;
+  for (const auto& [chunk, kept] : recent_) num_bytes += kept->view().size();
+  while (recent_.size() > kMostRecent || (num_bytes > kMostBytes && !recent_.empty())) {
+    num_bytes -= recent_.back().second->view().size();
+    recent_.pop_back();
+  }
+  return records;
+}
+
+absl::StatusOr<MessageBytes> ChunkedFile::Read(const MessageRef& message) const {
+  absl::StatusOr<std::shared_ptr<const FileBytes>> records = GetChunk(message.chunk);
+  if (!records.ok()) return records.status();
+  const absl::StatusOr<std::string_view> payload = PayloadAt((*records)->view(), message.at);
   if (!payload.ok()) {
     return Annotate(payload.status(),
                     absl::StrCat(file_.path(), ": chunk at ", chunks_[message.chunk].offset,
                                  ", message at ", message.at));
   }
-  read.bytes = *payload;
-  return read;
+  return MessageBytes{*std::move(records), *payload};
 }
 
 absl::Status ChunkedFile::ScanChunk(std::uint32_t i, bool with_messages) {

@@ -1,10 +1,14 @@
 #pragma once
 
 #include <cstdint>
+#include <deque>
 #include <map>
+#include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "absl/status/status.h"
@@ -19,8 +23,7 @@ namespace scanloc::dataset {
 /// an index of its messages behind each, which may be missing.
 class ChunkedFile : public BagFile {
  public:
-  [[nodiscard]] absl::StatusOr<MessageBytes> Read(const MessageRef& message,
-                                                  const MessageBytes* last) const override;
+  [[nodiscard]] absl::StatusOr<MessageBytes> Read(const MessageRef& message) const override;
 
  protected:
   explicit ChunkedFile(RandomFile file) : file_(std::move(file)) {}
@@ -59,13 +62,17 @@ class ChunkedFile : public BagFile {
 
  private:
   [[nodiscard]] absl::StatusOr<FileBytes> ReadChunk(const Chunk& chunk) const;
+  /// Of the chunks read last, or read now.
+  [[nodiscard]] absl::StatusOr<std::shared_ptr<const FileBytes>> GetChunk(std::uint32_t i) const;
   [[nodiscard]] absl::Status ScanChunk(std::uint32_t i, bool with_messages);
 
   RandomFile file_;
   std::vector<Chunk> chunks_;
   std::map<std::uint32_t, FileTopic> channels_;
-  std::optional<std::uint32_t>
-      scanned_;  // the chunk that AddMessage is called for, if not the last
+  mutable std::mutex mutex_;  // guards recent_
+  mutable std::deque<std::pair<std::uint32_t, std::shared_ptr<const FileBytes>>> recent_;
+  // The chunk that AddMessage is called for, if not the last.
+  std::optional<std::uint32_t> scanned_;
 };
 
 }  // namespace scanloc::dataset

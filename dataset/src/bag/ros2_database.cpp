@@ -43,8 +43,7 @@ class Ros2Database : public BagFile {
 
   absl::Status Index();
 
-  absl::StatusOr<MessageBytes> Read(const MessageRef& message,
-                                    const MessageBytes* last) const override;
+  absl::StatusOr<MessageBytes> Read(const MessageRef& message) const override;
 
  private:
   [[nodiscard]] absl::Status Error(std::string_view what) const {
@@ -133,8 +132,7 @@ absl::Status Ros2Database::Index() {
   return absl::OkStatus();
 }
 
-absl::StatusOr<MessageBytes> Ros2Database::Read(const MessageRef& message,
-                                                const MessageBytes* /*last*/) const {
+absl::StatusOr<MessageBytes> Ros2Database::Read(const MessageRef& message) const {
   constexpr std::string_view kZstdMagic = "\x28\xB5\x2F\xFD";
   const std::lock_guard lock(mutex_);
   const absl::StatusOr<Statement> row = Prepare("SELECT data FROM messages WHERE rowid = ?");
@@ -142,7 +140,7 @@ absl::StatusOr<MessageBytes> Ros2Database::Read(const MessageRef& message,
   sqlite3_bind_int64(row->get(), 1, static_cast<std::int64_t>(message.at));
   if (sqlite3_step(row->get()) != SQLITE_ROW) return Error("a message cannot be read");
   const std::string_view data = Text(row->get(), 0);
-  MessageBytes read{.file = this};
+  MessageBytes read;
   // Messages that were compressed one by one begin as zstd's frames do, which CDR does not.
   const bool is_compressed = data.substr(0, kZstdMagic.size()) == kZstdMagic;
   absl::StatusOr<FileBytes> bytes = is_compressed
