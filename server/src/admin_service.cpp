@@ -4,7 +4,6 @@
 #include <string>
 #include <utility>
 
-#include "inbound_call.hpp"
 #include "logs.hpp"
 #include "scanloc/proto/convert.hpp"
 #include "scanloc/v1/admin.pb.h"
@@ -28,10 +27,10 @@ void Describe(const MapRegistry&, const std::string&, v1::UnloadMapResponse&) {}
 
 }  // namespace
 
-AdminService::AdminService(const MapRegistry& maps, WaitingRoom& inbox, Reception& reception,
+AdminService::AdminService(const MapRegistry& maps, const CallRooms& rooms, Reception& reception,
                            AdminActions actions)
     : maps_(maps),
-      inbox_(inbox),
+      rooms_(rooms),
       reception_(reception),
       actions_(std::move(actions)),
       worker_(1, kMaxWaiting) {
@@ -63,7 +62,8 @@ void AdminService::Offer(const char* path, const char* method, const Action& act
   Serve(path, [this, method, run](grpc::CallbackServerContext* context) {
     const auto call = std::make_shared<Call>(reception_.Begin(*context, method, Role::kAdmin));
     auto ended = [this, call](const absl::Status& status) { reception_.End(*call, status); };
-    if (!call->admitted.ok()) return InboundCall::Refuse(call->admitted, std::move(ended));
+    if (!call->admitted.ok())
+      return InboundCall::Refuse(rooms_, *context, call->client, call->admitted, std::move(ended));
     const auto work = [call, context, run](InboundCall& inbound) {
       if (auto status = CheckStillWanted(*context); !status.ok()) return status;
       return Respond<Request>(inbound.request(), inbound.response(),
@@ -80,7 +80,7 @@ void AdminService::Offer(const char* path, const char* method, const Action& act
       }
       if (!taken.ok()) inbound.End(taken);
     };
-    return InboundCall::Receive(inbox_, call->client, act, std::move(ended));
+    return InboundCall::Receive(rooms_, *context, call->client, act, std::move(ended));
   });
 }
 

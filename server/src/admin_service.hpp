@@ -4,11 +4,11 @@
 #include <string>
 
 #include "absl/status/status.h"
+#include "inbound_call.hpp"
 #include "raw_service.hpp"
 #include "reception.hpp"
 #include "scanloc/server/map_registry.hpp"
 #include "scanloc/server/worker_pool.hpp"
-#include "waiting_room.hpp"
 
 namespace scanloc::server {
 
@@ -23,9 +23,9 @@ struct AdminActions {
 /// robot waiting.
 class AdminService final : public RawService {
  public:
-  /// Maps, inbox, reception and what the actions use must outlive the service. Nothing of a request
-  /// is received before its token is known to be an administrator's; then it waits in the inbox.
-  AdminService(const MapRegistry& maps, WaitingRoom& inbox, Reception& reception,
+  /// Maps, rooms, reception and what the actions use must outlive the service. Nothing of a request
+  /// is received before its token is known to be an administrator's.
+  AdminService(const MapRegistry& maps, const CallRooms& rooms, Reception& reception,
                AdminActions actions);
 
   /// Ends what is under way.
@@ -38,7 +38,7 @@ class AdminService final : public RawService {
   void Offer(const char* path, const char* method, const Action& action);
 
   const MapRegistry& maps_;
-  WaitingRoom& inbox_;
+  const CallRooms rooms_;
   Reception& reception_;
   const AdminActions actions_;
   WorkerPool worker_;

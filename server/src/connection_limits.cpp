@@ -23,6 +23,8 @@ constexpr int kMaxIdle_ms = 10 * 60 * 1000;
 // The server looks whether silent peers are still there.
 constexpr int kPingInterval_ms = 60'000;
 constexpr int kPingTimeout_ms = 20'000;
+// What has been read is taken in to the end, however many calls it holds. By default 4 MiB.
+constexpr int kMaxReadBytes = 128 << 10;
 
 }  // namespace
 
@@ -43,8 +45,7 @@ void LimitConnections(grpc::ServerBuilder& builder, std::int64_t max_memory_byte
   builder.AddChannelArgument(GRPC_ARG_MAX_CONNECTION_IDLE_MS, kMaxIdle_ms);
   builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIME_MS, kPingInterval_ms);
   builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, kPingTimeout_ms);
-  // Two servers on one port would share its robots at random.
-  builder.AddChannelArgument(GRPC_ARG_ALLOW_REUSEPORT, 0);
+  builder.AddChannelArgument(GRPC_ARG_TCP_MAX_READ_CHUNK_SIZE, kMaxReadBytes);
 }
 
 }  // namespace scanloc::server

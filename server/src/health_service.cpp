@@ -6,7 +6,6 @@
 #include "absl/status/statusor.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/strip.h"
-#include "inbound_call.hpp"
 #include "scanloc/core/limits.hpp"
 #include "scanloc/core/printable.hpp"
 #include "scanloc/proto/status.hpp"
@@ -39,21 +38,22 @@ constexpr std::chrono::seconds kReceiveGrace(1);
 
 }  // namespace
 
-/// One Watch stream. Only the newest status is kept for a reader that is slow. Until its request is
-/// there it is in the hands of the inbox, then under the mutex of the service.
+/// One Watch stream. Only the newest status is kept for a reader that is slow; one that does not
+/// read at all loses its stream. Until its request is there it is in the hands of the inbox, then
+/// under the mutex of the service.
 class HealthService::Watcher final : public Reactor,
                                      public Waiter,
                                      public std::enable_shared_from_this<Watcher> {
  public:
-  Watcher(HealthService& health, std::string address)
-      : health_(health), address_(std::move(address)) {}
+  Watcher(HealthService& health, grpc::CallbackServerContext& context)
+      : health_(health), context_(context), address_(AddressOf(context)) {}
 
   [[nodiscard]] const std::string& service() const { return service_; }
   [[nodiscard]] const std::string& address() const { return address_; }
 
   void Start() {
     self_ = shared_from_this();
-    if (auto status = health_.inbox_.Enter(self_, address_); !status.ok()) {
+    if (auto status = health_.rooms_.inbox.Enter(self_, address_); !status.ok()) {
       Finish(proto::ToGrpc(status));
     } else {
       StartRead(&request_);
@@ -71,7 +71,7 @@ class HealthService::Watcher final : public Reactor,
   }
 
   void OnReadDone(bool ok) override {
-    if (!health_.inbox_.Leave(*this)) return;  // it has been ended
+    if (!health_.rooms_.inbox.Leave(*this)) return;  // it has been ended
     HealthCheckRequest request;
     absl::Status status =
         ok ? Parse(request_, &request) : absl::CancelledError("the watcher is gone");
@@ -83,6 +83,7 @@ class HealthService::Watcher final : public Reactor,
   }
 
   void OnWriteDone(bool ok) override {
+    (void)health_.rooms_.outbox.Leave(write_);
     const std::lock_guard lock(health_.mutex_);
     writing_ = false;
     if (!ok) return End({grpc::StatusCode::CANCELLED, "the watcher is gone"});
@@ -103,7 +104,22 @@ class HealthService::Watcher final : public Reactor,
  private:
   friend class HealthService;
 
+  /// The wait for the watcher to take in a status.
+  class Write final : public Waiter {
+   public:
+    explicit Write(Watcher& watcher) : watcher_(watcher) {}
+
+   private:
+    void OnPutOut(const absl::Status&) override { watcher_.CancelWrite(); }
+    Watcher& watcher_;
+  };
+
   void OnPutOut(const absl::Status& why) override { Finish(proto::ToGrpc(why)); }
+
+  void CancelWrite() {
+    const std::lock_guard lock(health_.mutex_);
+    if (writing_) context_.TryCancel();
+  }
 
   void Proceed() {
     if (writing_ || ended_) return;
@@ -115,8 +131,12 @@ class HealthService::Watcher final : public Reactor,
       if (auto status = Serialize(response, &response_); !status.ok()) {
         return End(proto::ToGrpc(status));
       }
-      writing_ = true;
-      StartWrite(&response_);
+      const std::shared_ptr<Waiter> write(self_, &write_);
+      const absl::Status entered = health_.rooms_.outbox.Enter(write, address_, [this] {
+        writing_ = true;
+        StartWrite(&response_);
+      });
+      if (!entered.ok()) End(proto::ToGrpc(entered));
     } else if (last_) {
       End({grpc::StatusCode::UNAVAILABLE, "the server is stopping"});
     }
@@ -128,12 +148,14 @@ class HealthService::Watcher final : public Reactor,
   }
 
   HealthService& health_;
+  grpc::CallbackServerContext& context_;
   const std::string address_;
   std::string service_;
   grpc::ByteBuffer request_;
   grpc::ByteBuffer response_;
   Status wanted_ = HealthCheckResponse::SERVICE_UNKNOWN;
   Status told_ = HealthCheckResponse::SERVICE_UNKNOWN;
+  Write write_{*this};
   bool watching_ = false;  // it is one of health_.watchers_
   bool told_any_ = false;
   bool writing_ = false;
@@ -142,13 +164,14 @@ class HealthService::Watcher final : public Reactor,
   std::shared_ptr<Watcher> self_;  // until gRPC is done with it
 };
 
-HealthService::HealthService(std::chrono::duration<double> receive)
+HealthService::HealthService(WaitingRoom& outbox, std::chrono::duration<double> receive)
     : inbox_(
           {.max_waiters = kMaxReceiving,
            .grace = kReceivedAtOnce,
            .timeout = receive,
            .full = "as many health checks as may be are on their way; try again later",
-           .expired = absl::StrCat("the request did not arrive within ", receive.count(), " s")}) {
+           .expired = absl::StrCat("the request did not arrive within ", receive.count(), " s")}),
+      rooms_{inbox_, outbox} {
   using Context = grpc::CallbackServerContext;
   Serve("/grpc.health.v1.Health/Check", [this](Context* context) { return Check(context); });
   Serve("/grpc.health.v1.Health/Watch", [this](Context* context) { return Watch(context); });
@@ -215,7 +238,7 @@ RawService::Reactor* HealthService::Check(grpc::CallbackServerContext* context) 
     return response;
   };
   return InboundCall::Receive(
-      inbox_, AddressOf(*context),
+      rooms_, *context, AddressOf(*context),
       [answer](InboundCall& call) {
         call.End(Respond<HealthCheckRequest>(call.request(), call.response(), answer));
       },
@@ -223,7 +246,7 @@ RawService::Reactor* HealthService::Check(grpc::CallbackServerContext* context) 
 }
 
 RawService::Reactor* HealthService::Watch(grpc::CallbackServerContext* context) {
-  const auto watcher = std::make_shared<Watcher>(*this, AddressOf(*context));
+  const auto watcher = std::make_shared<Watcher>(*this, *context);
   watcher->Start();
   return watcher.get();
 }

@@ -9,8 +9,8 @@
 
 #include "absl/status/status.h"
 #include "grpc/health/v1/health.pb.h"
+#include "inbound_call.hpp"
 #include "raw_service.hpp"
-#include "waiting_room.hpp"
 
 namespace scanloc::server {
 
@@ -27,8 +27,9 @@ class HealthService final : public RawService {
   /// of a robot's.
   static constexpr int kMaxReceiving = 32;
 
-  /// A request may take so long to arrive.
-  explicit HealthService(std::chrono::duration<double> receive);
+  /// A request may take so long to arrive. Answers are on their way in the outbox, which must
+  /// outlive the service.
+  HealthService(WaitingRoom& outbox, std::chrono::duration<double> receive);
 
   /// From then on the service is known, and watchers are told of every change.
   void Set(const std::string& service, bool serving);
@@ -48,6 +49,7 @@ class HealthService final : public RawService {
   void Remove(const std::shared_ptr<Watcher>& watcher);
 
   WaitingRoom inbox_;
+  const CallRooms rooms_;
   std::mutex mutex_;  // guards all below and the state of every watcher
   std::map<std::string, Status> statuses_;
   std::set<std::shared_ptr<Watcher>> watchers_;

@@ -6,12 +6,14 @@
 
 namespace scanloc::server {
 
-RawService::Reactor* InboundCall::Receive(WaitingRoom& room, const std::string& client, Act act,
-                                          Ended ended) {
-  const auto call = std::make_shared<InboundCall>(&room, std::move(act), std::move(ended));
+// Whatever is asked of a reactor before it is returned is done only then, in order.
+RawService::Reactor* InboundCall::Receive(const CallRooms& rooms,
+                                          grpc::CallbackServerContext& context,
+                                          const std::string& client, Act act, Ended ended) {
+  const auto call =
+      std::make_shared<InboundCall>(rooms, context, client, std::move(act), std::move(ended));
   call->self_ = call;
-  // Whatever is asked of a reactor before it is returned is done only then, in order.
-  if (const absl::Status entered = room.Enter(call, client); entered.ok()) {
+  if (const absl::Status entered = rooms.inbox.Enter(call, client); entered.ok()) {
     call->StartRead(&call->request_);
   } else {
     call->End(entered);
@@ -19,8 +21,12 @@ RawService::Reactor* InboundCall::Receive(WaitingRoom& room, const std::string& 
   return call.get();
 }
 
-RawService::Reactor* InboundCall::Refuse(const absl::Status& status, Ended ended) {
-  const auto call = std::make_shared<InboundCall>(nullptr, nullptr, std::move(ended));
+RawService::Reactor* InboundCall::Refuse(const CallRooms& rooms,
+                                         grpc::CallbackServerContext& context,
+                                         const std::string& client, const absl::Status& status,
+                                         Ended ended) {
+  const auto call =
+      std::make_shared<InboundCall>(rooms, context, client, nullptr, std::move(ended));
   call->self_ = call;
   call->End(status);
   return call.get();
@@ -28,19 +34,35 @@ RawService::Reactor* InboundCall::Refuse(const absl::Status& status, Ended ended
 
 void InboundCall::End(const absl::Status& status) {
   ended_(status);
-  if (status.ok()) {
-    StartWriteAndFinish(&response_, grpc::WriteOptions(), grpc::Status::OK);
-  } else {
-    Finish(proto::ToGrpc(status));
-  }
+  const auto send = [&] {
+    if (status.ok()) {
+      StartWriteAndFinish(&response_, grpc::WriteOptions(), grpc::Status::OK);
+    } else {
+      Finish(proto::ToGrpc(status));
+    }
+  };
+  const std::shared_ptr<Waiter> answer(shared_from_this(), &answer_);
+  if (rooms_.outbox.Enter(answer, client_, send).ok()) return;
+  context_->TryCancel();
+  send();
 }
 
 void InboundCall::OnReadDone(bool ok) {
-  if (!room_->Leave(*this)) return;  // it has been ended
+  if (!rooms_.inbox.Leave(*this)) return;  // it has been ended
   if (!ok) return End(absl::InvalidArgumentError("the call ended without a whole request"));
   act_(*this);
 }
 
-void InboundCall::OnDone() { const std::shared_ptr<InboundCall> self = std::move(self_); }
+void InboundCall::Cancel() {
+  const std::lock_guard lock(mutex_);
+  if (context_ != nullptr) context_->TryCancel();
+}
+
+void InboundCall::OnDone() {
+  const std::shared_ptr<InboundCall> self = std::move(self_);
+  (void)rooms_.outbox.Leave(answer_);
+  const std::lock_guard lock(mutex_);
+  context_ = nullptr;
+}
 
 }  // namespace scanloc::server

@@ -55,11 +55,12 @@ void LimitCandidates(const Params& params, int max_candidates, Query& query) {
 }
 
 LocalizationService::LocalizationService(const MapRegistry& maps, WorkerPool& workers,
-                                         WaitingRoom& inbox, Reception& reception, Metrics& metrics,
-                                         QueryCapture* capture, const Limits& limits)
+                                         const CallRooms& rooms, Reception& reception,
+                                         Metrics& metrics, QueryCapture* capture,
+                                         const Limits& limits)
     : maps_(maps),
       workers_(workers),
-      inbox_(inbox),
+      rooms_(rooms),
       reception_(reception),
       metrics_(metrics),
       capture_(capture),
@@ -89,13 +90,14 @@ absl::Status LocalizationService::CheckMemory(const std::string& client) const {
 RawService::Reactor* LocalizationService::Localize(grpc::CallbackServerContext* context) {
   const auto call = std::make_shared<Call>(reception_.Begin(*context, "Localize", Role::kQuery));
   auto ended = [this, call](const absl::Status& status) { reception_.End(*call, status); };
-  if (!call->admitted.ok()) return InboundCall::Refuse(call->admitted, std::move(ended));
+  if (!call->admitted.ok())
+    return InboundCall::Refuse(rooms_, *context, call->client, call->admitted, std::move(ended));
   // What would be refused need not be received first.
   absl::Status room = CheckMemory(call->client);
   if (room.ok()) room = workers_.CheckRoomFor(call->client);
   if (!room.ok()) {
     metrics_.CountRejected("busy");
-    return InboundCall::Refuse(room, std::move(ended));
+    return InboundCall::Refuse(rooms_, *context, call->client, room, std::move(ended));
   }
   const auto act = [this, call, context](InboundCall& inbound) {
     call->arrived_ns = NowNs();  // how long the client took to send it is not the server's time
@@ -116,7 +118,7 @@ RawService::Reactor* LocalizationService::Localize(grpc::CallbackServerContext* 
     metrics_.CountRejected("busy");
     inbound.End(taken);
   };
-  return InboundCall::Receive(inbox_, call->client, act, std::move(ended));
+  return InboundCall::Receive(rooms_, *context, call->client, act, std::move(ended));
 }
 
 absl::Status LocalizationService::Serve(InboundCall& inbound, Call& call,
@@ -290,9 +292,10 @@ RawService::Reactor* LocalizationService::RespondHere(const char* method,
                                                       Act act) {
   const auto call = std::make_shared<Call>(reception_.Begin(*context, method, Role::kQuery));
   auto ended = [this, call](const absl::Status& status) { reception_.End(*call, status); };
-  if (!call->admitted.ok()) return InboundCall::Refuse(call->admitted, std::move(ended));
+  if (!call->admitted.ok())
+    return InboundCall::Refuse(rooms_, *context, call->client, call->admitted, std::move(ended));
   return InboundCall::Receive(
-      inbox_, call->client,
+      rooms_, *context, call->client,
       [act = std::move(act)](InboundCall& inbound) {
         absl::Status status = CheckSmall(inbound.request());
         if (status.ok()) status = Respond<Request>(inbound.request(), inbound.response(), act);

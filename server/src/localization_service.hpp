@@ -38,9 +38,8 @@ class LocalizationService final : public RawService {
     std::int64_t max_waiting_bytes = 0;
   };
 
-  /// All but the limits must outlive the service; capture may be null. Requests are received in the
-  /// inbox.
-  LocalizationService(const MapRegistry& maps, WorkerPool& workers, WaitingRoom& inbox,
+  /// All but the limits must outlive the service, the rooms of its calls, too; capture may be null.
+  LocalizationService(const MapRegistry& maps, WorkerPool& workers, const CallRooms& rooms,
                       Reception& reception, Metrics& metrics, QueryCapture* capture,
                       const Limits& limits);
 
@@ -95,7 +94,7 @@ class LocalizationService final : public RawService {
 
   const MapRegistry& maps_;
   WorkerPool& workers_;
-  WaitingRoom& inbox_;
+  const CallRooms rooms_;
   Reception& reception_;
   Metrics& metrics_;
   QueryCapture* const capture_;

@@ -11,7 +11,9 @@
 #include <utility>
 #include <vector>
 
+#include "absl/synchronization/mutex.h"
 #include "config_file.hpp"
+#include "door.hpp"
 #include "health_probe.hpp"
 #include "library_logs.hpp"
 #include "lifecycle.hpp"
@@ -194,6 +196,9 @@ int Run(CommandLine line) {
   StartLogging(spdlog::level::from_str(line.log_level), line.log_format);
   RouteLibraryLogs();
   std::signal(SIGPIPE, SIG_IGN);
+  RaiseDescriptorLimit();
+  // Debian builds abseil to look for deadlocks at every lock that gRPC takes, and to remember them.
+  absl::SetMutexDeadlockDetectionMode(absl::OnDeadlockCycle::kIgnore);
   BlockStopSignals();
   const auto server = Server::Start(line.options, LoadMap);
   if (!server.ok()) return Fail(kExitFailed, server.status());

@@ -1,41 +1,33 @@
 #include "map_keeper.hpp"
 
-#include <malloc.h>
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <filesystem>
+#include <system_error>
 #include <utility>
 #include <vector>
 
 #include "absl/strings/escaping.h"
 #include "absl/strings/str_cat.h"
+#include "memory.hpp"
 #include "reception.hpp"
 #include "unary_call.hpp"
 
 namespace scanloc::server {
-namespace {
-
-/// A map is read on a thread of its own, and what it or the one before held would stay with the
-/// allocator, a little more of it after every reload.
-void ReturnFreedMemory() {
-#ifdef __GLIBC__
-  malloc_trim(0);
-#endif
-}
-
-}  // namespace
 
 std::string HealthName(const std::string& map_name) {
   return absl::StrCat("scanloc.map/", map_name);
 }
 
 MapKeeper::MapKeeper(MapSources sources, MapLoader load_map, MapRegistry& maps,
-                     HealthService& health, Metrics& metrics)
+                     HealthService& health, Metrics& metrics, MemoryBound& memory)
     : sources_(std::move(sources)),
       load_map_(std::move(load_map)),
       maps_(maps),
       health_(health),
-      metrics_(metrics) {}
+      metrics_(metrics),
+      memory_(memory) {}
 
 absl::Status MapKeeper::ExpectAll() {
   health_.Set("", false);
@@ -62,12 +54,16 @@ absl::Status MapKeeper::LoadNow(const MapSource& source) {
     Expect(source.name);
   }
   const std::int64_t start_ns = NowNs();
+  std::error_code unknown;
+  const std::uintmax_t size = std::filesystem::file_size(source.path, unknown);
+  const MemoryBound::Loading loading(memory_, unknown ? 0 : static_cast<std::int64_t>(size));
   spdlog::debug("loading map {} from {}", source.name, source.path);
   absl::Status status = Guard([&]() -> absl::Status {
     auto map = load_map_(source.path);
     if (!map.ok()) return map.status();
     return PutInService(source, *std::move(map));
   });
+  // What the loading or the map before held would stay, a little more of it after every reload.
   ReturnFreedMemory();
   if (status.ok()) {
     const std::lock_guard lock(mutex_);

@@ -8,6 +8,7 @@
 #include "absl/status/status.h"
 #include "health_service.hpp"
 #include "map_sources.hpp"
+#include "memory_bound.hpp"
 #include "metrics.hpp"
 #include "scanloc/server/map_registry.hpp"
 #include "scanloc/server/server.hpp"
@@ -19,9 +20,9 @@ namespace scanloc::server {
 /// allows; the load of one map makes nobody wait who asks for another. Thread-safe.
 class MapKeeper {
  public:
-  /// Registry, health and metrics must outlive the keeper.
+  /// Registry, health, metrics and memory, which is told what loads, must outlive the keeper.
   MapKeeper(MapSources sources, MapLoader load_map, MapRegistry& maps, HealthService& health,
-            Metrics& metrics);
+            Metrics& metrics, MemoryBound& memory);
 
   /// Has health and metrics know all maps before any is loaded. An error if the maps folder cannot
   /// be read.
@@ -62,6 +63,7 @@ class MapKeeper {
   MapRegistry& maps_;
   HealthService& health_;
   Metrics& metrics_;
+  MemoryBound& memory_;
   std::atomic<bool> is_stopping_ = false;
   std::mutex mutex_;
   std::map<std::string, std::mutex> map_mutexes_;  // one for every name there ever was

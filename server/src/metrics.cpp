@@ -86,6 +86,8 @@ struct Metrics::State {
         .Register(registry)
         .Add({{"version", BuildVersion()}, {"compiler", BuildCompiler()}})
         .Set(1.0);
+    // At 0 from the start, so that the first one is seen as a rise.
+    for (const char* reason : {"deaf", "memory"}) fronts_made_anew.Add({{"reason", reason}});
   }
 
   [[nodiscard]] std::vector<prometheus::MetricFamily> Collect() const {
@@ -158,6 +160,18 @@ struct Metrics::State {
           .Name("scanloc_map_reload_failures_total")
           .Help("Loads and reloads that failed; the map before stays in service.")
           .Register(registry);
+  prometheus::Family<prometheus::Counter>& fronts_made_anew =
+      prometheus::BuildCounter()
+          .Name("scanloc_front_rebuilds_total")
+          .Help(
+              "Times that all connections were ended because the server did not answer itself or "
+              "clients made it hold too much memory, by reason.")
+          .Register(registry);
+  prometheus::Family<prometheus::Counter>& self_checks =
+      prometheus::BuildCounter()
+          .Name("scanloc_self_checks_total")
+          .Help("Health checks of the server by itself, as a client, by result.")
+          .Register(registry);
   prometheus::Family<prometheus::Counter>& failed_tls_reloads =
       prometheus::BuildCounter()
           .Name("scanloc_tls_reload_failures_total")
@@ -219,6 +233,14 @@ void Metrics::StartCountingLoads(const std::string& map) {
 }
 
 void Metrics::StartCountingTlsReloads() { state_->failed_tls_reloads.Add({}); }
+
+void Metrics::CountFrontMadeAnew(const std::string& reason) {
+  state_->fronts_made_anew.Add({{"reason", reason}}).Increment();
+}
+
+void Metrics::CountSelfCheck(bool is_answered) {
+  state_->self_checks.Add({{"result", is_answered ? "answered" : "unanswered"}}).Increment();
+}
 
 void Metrics::CountFailedTlsReload() { state_->failed_tls_reloads.Add({}).Increment(); }
 

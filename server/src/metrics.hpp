@@ -45,6 +45,12 @@ class Metrics {
   void StartCountingLoads(const std::string& map);
   void StartCountingTlsReloads();
 
+  /// The front was made anew, for this reason (Watchdog).
+  void CountFrontMadeAnew(const std::string& reason);
+
+  /// The server has asked itself for its health.
+  void CountSelfCheck(bool is_answered);
+
   void CountFailedTlsReload();
   void SetTlsExpiry(std::int64_t unix_s);
 

@@ -2,11 +2,11 @@
 
 #include <dirent.h>
 #include <sys/resource.h>
-#include <unistd.h>
 
-#include <fstream>
 #include <memory>
 #include <string>
+
+#include "memory.hpp"
 
 namespace scanloc::server {
 namespace {
@@ -17,14 +17,6 @@ double NumEntries(const char* folder) {
   double count = 0.0;
   while (const dirent* entry = readdir(open.get())) count += entry->d_name[0] == '.' ? 0.0 : 1.0;
   return count;
-}
-
-double ResidentBytes() {
-  std::ifstream statm("/proc/self/statm");
-  double total_pages = 0.0;
-  double resident_pages = 0.0;
-  statm >> total_pages >> resident_pages;
-  return resident_pages * static_cast<double>(sysconf(_SC_PAGESIZE));
 }
 
 double CpuSeconds() {
@@ -50,7 +42,7 @@ std::vector<prometheus::MetricFamily> ProcessMetrics::Collect() const {
   using prometheus::MetricType;
   return {
       FamilyOf("process_resident_memory_bytes", "Memory that the process holds [bytes].",
-               MetricType::Gauge, ResidentBytes()),
+               MetricType::Gauge, static_cast<double>(MeasureMemory().resident_bytes)),
       FamilyOf("process_open_fds", "Open files and connections.", MetricType::Gauge,
                NumEntries("/proc/self/fd")),
       FamilyOf("process_threads", "Threads of the process.", MetricType::Gauge,

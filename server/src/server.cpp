@@ -1,9 +1,5 @@
 #include "scanloc/server/server.hpp"
 
-#include <grpc/support/time.h>
-#include <grpcpp/security/server_credentials.h>
-#include <grpcpp/server.h>
-#include <grpcpp/server_builder.h>
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
@@ -17,13 +13,13 @@
 #include "absl/strings/str_cat.h"
 #include "access.hpp"
 #include "admin_service.hpp"
-#include "connection_limits.hpp"
-#include "credentials.hpp"
 #include "grpc/health/v1/health.grpc.pb.h"
+#include "guarded_front.hpp"
 #include "health_service.hpp"
 #include "localization_service.hpp"
 #include "map_keeper.hpp"
 #include "map_sources.hpp"
+#include "memory_bound.hpp"
 #include "metrics.hpp"
 #include "metrics_endpoint.hpp"
 #include "query_capture.hpp"
@@ -46,8 +42,14 @@ int NumThreads(const ServerOptions& options) {
 /// A request that is there so soon counts for nothing while it is received.
 constexpr std::chrono::milliseconds kReceivedAtOnce(250);
 
-/// How long a request may take to arrive once the server drains.
-constexpr std::chrono::seconds kReceiveGrace(1);
+/// How long a request may take to arrive once the server drains, and an answer to be taken in.
+constexpr std::chrono::seconds kDrainGrace(1);
+
+/// Answers on their way, of those that are not taken in at once.
+constexpr int kMaxSending = 4096;
+
+/// What gRPC and the answers add to the requests of clients.
+constexpr double kMemoryFactor = 1.25;
 
 /// Requests of the largest size that may be on their way at once.
 int MaxReceiving(const ServerOptions& options) {
@@ -79,8 +81,15 @@ struct Server::State {
                .full = "the server receives as many requests as its memory allows; try again later",
                .expired = absl::StrCat("the request did not arrive within ",
                                        server_options.receive_s, " s")}),
+        outbox({.max_waiters = kMaxSending,
+                .grace = kReceivedAtOnce,
+                .timeout = std::chrono::duration<double>(server_options.receive_s),
+                .full = "as many answers as may are not taken in",
+                .expired = "the answer was not taken in"}),
+        memory(static_cast<std::int64_t>(kMemoryFactor *
+                                         static_cast<double>(server_options.max_memory_bytes))),
         localization(
-            maps, workers, inbox, reception, metrics, capture.get(),
+            maps, workers, {inbox, outbox}, reception, metrics, capture.get(),
             {.streams = {.max_streams = server_options.max_streams,
                          .max_per_client = server_options.max_streams_per_client,
                          .idle = std::chrono::duration<double>(server_options.stream_idle_s)},
@@ -88,19 +97,19 @@ struct Server::State {
              .max_candidates = server_options.max_candidates,
              .allow_slow_methods = server_options.allow_slow_methods,
              .max_waiting_bytes = server_options.max_memory_bytes / 2}),
-        admin(maps, inbox, reception,
+        admin(maps, {inbox, outbox}, reception,
               {.reload = [this](const std::string& name) { return keeper.Reload(name); },
                .load = [this](const std::string& name) { return keeper.LoadNew(name); },
                .unload = [this](const std::string& name) { return keeper.Unload(name); }}),
-        health(std::chrono::duration<double>(server_options.receive_s)),
+        health(outbox, std::chrono::duration<double>(server_options.receive_s)),
         keeper(MapSources(server_options.maps, server_options.maps_dir), std::move(loader), maps,
-               health, metrics),
+               health, metrics, memory),
         reflection(ServicesOf(server_options)) {}
 
-  // gRPC ends every call, then the workers what they were at; only then goes what both use.
+  // The front ends every call, then the workers what they were at; only then goes what both use.
   ~State() {
     metrics_endpoint.reset();
-    grpc_server.reset();
+    front.reset();
     workers.Finish();
     admin.Finish();
   }
@@ -109,16 +118,18 @@ struct Server::State {
 
   absl::Status Listen();
   [[nodiscard]] Metrics::Gauges Look() const;
+  [[nodiscard]] std::int64_t AtHandBytes() const;
 
   const ServerOptions options;
-  std::string address;
   const std::unique_ptr<Access> access;
   MapRegistry maps;
   WorkerPool workers;
   Metrics metrics;
   const std::unique_ptr<QueryCapture> capture;
   Reception reception;
-  WaitingRoom inbox;  // requests on their way
+  WaitingRoom inbox;   // requests on their way
+  WaitingRoom outbox;  // answers on theirs
+  MemoryBound memory;
   LocalizationService localization;
   AdminService admin;
   HealthService health;
@@ -127,8 +138,7 @@ struct Server::State {
   std::atomic<bool> stopping = false;
   std::once_flag shutdown;
   std::unique_ptr<TlsFiles> tls;
-  std::shared_ptr<grpc::ServerCredentials> credentials;
-  std::unique_ptr<grpc::Server> grpc_server;
+  std::unique_ptr<GuardedFront> front;
   std::unique_ptr<MetricsEndpoint> metrics_endpoint;  // last: it looks at all of the above
 };
 
@@ -139,6 +149,13 @@ Metrics::Gauges Server::State::Look() const {
           .num_streams = localization.num_streams(),
           .is_draining = stopping,
           .maps = maps.List()};
+}
+
+std::int64_t Server::State::AtHandBytes() const {
+  const WorkerPool::Load load = workers.load();
+  const std::int64_t num_at_hand = inbox.num_waiters() + outbox.num_waiters() +
+                                   localization.num_streams() + load.num_waiting + load.num_running;
+  return num_at_hand * LargestMessageBytes(options);
 }
 
 absl::Status Server::State::Listen() {
@@ -154,23 +171,20 @@ absl::Status Server::State::Listen() {
     if (!files.ok()) return files.status();
     tls = *std::move(files);
   }
-  credentials = MakeCredentials(tls.get());
-  grpc::ServerBuilder builder;
-  int port = 0;
-  builder.AddListeningPort(options.listen, credentials, &port);
-  builder.RegisterService(&localization);
-  builder.RegisterService(&health);
-  if (options.admin) builder.RegisterService(&admin);
-  if (options.reflection) builder.RegisterService(&reflection);
-  builder.SetMaxReceiveMessageSize(LargestMessageBytes(options));
-  LimitConnections(builder, options.max_memory_bytes);
-  grpc_server = builder.BuildAndStart();
-  if (grpc_server == nullptr || port == 0) {
-    return absl::UnavailableError(
-        absl::StrCat("cannot listen on ", options.listen,
-                     "; is the host one of this machine's, and is the port free and allowed?"));
-  }
-  address = absl::StrCat(options.listen.substr(0, options.listen.rfind(':')), ":", port);
+  GuardedFront::Options guarded{
+      .listen = options.listen,
+      .tls = tls.get(),
+      .services = {&localization, &health},
+      .max_message_bytes = LargestMessageBytes(options),
+      .max_memory_bytes = options.max_memory_bytes,
+      .at_hand_bytes = [this] { return AtHandBytes(); },
+      .made_anew = [this](const std::string& why) { metrics.CountFrontMadeAnew(why); },
+      .asked_itself = [this](bool is_answered) { metrics.CountSelfCheck(is_answered); }};
+  if (options.admin) guarded.services.push_back(&admin);
+  if (options.reflection) guarded.services.push_back(&reflection);
+  auto opened = GuardedFront::Open(std::move(guarded), {inbox, outbox}, memory);
+  if (!opened.ok()) return opened.status();
+  front = *std::move(opened);
   return absl::OkStatus();
 }
 
@@ -201,7 +215,7 @@ Server::Server(std::unique_ptr<State> state) : state_(std::move(state)) {}
 
 Server::~Server() { Shutdown(); }
 
-const std::string& Server::address() const { return state_->address; }
+const std::string& Server::address() const { return state_->front->address(); }
 std::string Server::metrics_address() const {
   return state_->metrics_endpoint ? state_->metrics_endpoint->address() : std::string();
 }
@@ -222,10 +236,10 @@ void Server::Shutdown() {
     state_->health.StartDraining();
     state_->localization.Drain();
     state_->reflection.Drain();
-    state_->inbox.Drain(kReceiveGrace);
-    const auto drain_ns = static_cast<std::int64_t>(1e9 * state_->options.drain_s);
-    state_->grpc_server->Shutdown(
-        gpr_time_add(gpr_now(GPR_CLOCK_MONOTONIC), gpr_time_from_nanos(drain_ns, GPR_TIMESPAN)));
+    state_->inbox.Drain(kDrainGrace);
+    state_->outbox.Drain(kDrainGrace);
+    state_->front->Shutdown(std::chrono::duration_cast<std::chrono::nanoseconds>(
+        std::chrono::duration<double>(state_->options.drain_s)));
   });
 }
 

@@ -31,4 +31,10 @@ void TellServiceManager(const std::string& state) {
   if (file >= 0) close(file);
 }
 
+bool IsServiceManagerWatching() {
+  const char* time = std::getenv("WATCHDOG_USEC");
+  const char* process = std::getenv("WATCHDOG_PID");
+  return time != nullptr && (process == nullptr || std::to_string(getpid()) == process);
+}
+
 }  // namespace scanloc::server

@@ -9,4 +9,7 @@ namespace scanloc::server {
 /// fails is logged.
 void TellServiceManager(const std::string& state);
 
+/// Whether systemd's watchdog waits to be told WATCHDOG=1 by this process.
+[[nodiscard]] bool IsServiceManagerWatching();
+
 }  // namespace scanloc::server

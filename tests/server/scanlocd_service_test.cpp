@@ -62,6 +62,18 @@ TEST_F(ScanlocdServiceTest, TellsTheServiceManagerWhatItIsAt) {
   EXPECT_EQ(scanlocd_->Wait(), 0);
 }
 
+TEST_F(ScanlocdServiceTest, TellsTheWatchdogThatItHasAnsweredItself) {
+  const NotifySocket manager(dir_.File("notify"));
+  setenv("WATCHDOG_USEC", "60000000", 1);
+  Start({"--map", "town=" + WriteMap("town", 1)});
+  unsetenv("WATCHDOG_USEC");
+  std::string told;
+  do {
+    told = manager.Next();
+  } while (told == "READY=1");
+  EXPECT_EQ(told, "WATCHDOG=1");
+}
+
 TEST_F(ScanlocdServiceTest, ServesThoughTheServiceManagerDoesNotListen) {
   setenv("NOTIFY_SOCKET", dir_.File("nobody").c_str(), 1);
   Start({"--map", "town=" + WriteMap("town", 1)});

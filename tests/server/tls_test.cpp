@@ -103,6 +103,15 @@ TEST_F(TlsTest, OfBothSidesLetsOnlyItsOwnRobotsIn) {
   EXPECT_EQ(Ask(*server, "ca", "intruder").code(), absl::StatusCode::kUnavailable);
 }
 
+TEST_F(TlsTest, IsNoHindranceToItsOwnWatchdog) {
+  for (const bool is_mutual : {false, true}) {
+    const auto server = Start(is_mutual);
+    const std::string answered = "scanloc_self_checks_total{result=\"answered\"} ";
+    while (server->MetricsText().find(answered) == std::string::npos) std::this_thread::yield();
+    EXPECT_EQ(server->MetricsText().find("result=\"unanswered\""), std::string::npos);
+  }
+}
+
 TEST_F(TlsTest, TakesUpARenewedCertificate) {
   const auto server = Start(false);
   EXPECT_TRUE(Ask(*server, "ca").ok());

@@ -39,6 +39,8 @@ inline std::string HpackLength(std::size_t length) {
   return bytes + static_cast<char>(length);
 }
 
+inline std::string Http2SettingsAck() { return Http2Frame(4, 1, 0, ""); }
+
 /// The headers of a call, up to its message; with a bearer token if it is not empty.
 inline std::string Http2CallHeaders(std::uint32_t stream, const std::string& path,
                                     const std::string& token = "",

@@ -7,8 +7,10 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -18,8 +20,15 @@ namespace scanloc::test {
 /// A TCP connection without any protocol; closed at the end.
 class TcpConnection {
  public:
-  /// Throws if nobody listens at the address, IPv4:PORT.
-  explicit TcpConnection(const std::string& address) : fd_(socket(AF_INET, SOCK_STREAM, 0)) {
+  /// Throws if nobody listens at the address, IPv4:PORT. `from`: an address of this machine's.
+  explicit TcpConnection(const std::string& address, const char* from = nullptr)
+      : fd_(socket(AF_INET, SOCK_STREAM, 0)) {
+    if (from != nullptr) {
+      sockaddr_in own = {};
+      own.sin_family = AF_INET;
+      inet_pton(AF_INET, from, &own.sin_addr);
+      bind(fd_, reinterpret_cast<sockaddr*>(&own), sizeof own);
+    }
     const std::size_t colon = address.rfind(':');
     sockaddr_in to = {};
     to.sin_family = AF_INET;
@@ -29,10 +38,7 @@ class TcpConnection {
       close(fd_);
       throw std::runtime_error("cannot connect to " + address);
     }
-    // Only a test that fails waits so long.
-    const timeval patience = {.tv_sec = 60, .tv_usec = 0};
-    setsockopt(fd_, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
-    setsockopt(fd_, SOL_SOCKET, SO_SNDTIMEO, &patience, sizeof patience);
+    SetPatience(std::chrono::seconds(60));  // only a test that fails waits so long
   }
   ~TcpConnection() {
     if (fd_ >= 0) close(fd_);
@@ -41,12 +47,36 @@ class TcpConnection {
   TcpConnection(const TcpConnection&) = delete;
   TcpConnection& operator=(const TcpConnection&) = delete;
 
+  /// How long to wait for the other side.
+  void SetPatience(std::chrono::microseconds time) const {
+    constexpr int kPerSecond = 1'000'000;
+    const timeval patience = {.tv_sec = time.count() / kPerSecond,
+                              .tv_usec = time.count() % kPerSecond};
+    setsockopt(fd_, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
+    setsockopt(fd_, SOL_SOCKET, SO_SNDTIMEO, &patience, sizeof patience);
+  }
+
   /// The other side may have hung up: then there is nobody to send to.
   void Send(const std::string& bytes) const {
     for (std::size_t sent = 0; sent < bytes.size();) {
       const ssize_t count = send(fd_, bytes.data() + sent, bytes.size() - sent, MSG_NOSIGNAL);
       if (count <= 0) return;
       sent += static_cast<std::size_t>(count);
+    }
+  }
+
+  /// As much as the other side takes in before patience ends; none if it has hung up.
+  [[nodiscard]] std::optional<std::size_t> SendSome(const std::string& bytes) const {
+    const ssize_t count = send(fd_, bytes.data(), bytes.size(), MSG_NOSIGNAL);
+    if (count >= 0) return static_cast<std::size_t>(count);
+    if (errno == EAGAIN || errno == EWOULDBLOCK) return 0;
+    return {};
+  }
+
+  /// Throws away what has come.
+  void Discard() const {
+    char buffer[65536];
+    while (recv(fd_, buffer, sizeof buffer, MSG_DONTWAIT) > 0) {
     }
   }
 

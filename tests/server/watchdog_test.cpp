@@ -1,0 +1,106 @@
+#include "watchdog.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <chrono>
+#include <future>
+#include <limits>
+#include <memory>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "listen_sockets.hpp"
+#include "memory_bound.hpp"
+#include "own_identity.hpp"
+#include "support/small_map.hpp"
+#include "support/test_server.hpp"
+
+namespace scanloc::server {
+namespace {
+
+constexpr std::int64_t kMuch = std::numeric_limits<std::int64_t>::max() / 64;
+
+/// A port at which nobody answers, though connections can be made to it.
+class DeafPort {
+ public:
+  [[nodiscard]] const std::string& address() const { return listening_.own_address; }
+  ~DeafPort() {
+    for (const int socket : listening_.sockets) close(socket);
+  }
+
+ private:
+  const ListenSockets listening_ = ListenAt("127.0.0.1:0").value();
+};
+
+/// What a watchdog does for a front at the address, until it has done either.
+std::string FirstDeed(const std::string& address, MemoryBound& memory) {
+  std::promise<std::string> done;
+  std::atomic<bool> is_done = false;
+  const auto tell = [&](const std::string& deed) {
+    if (!is_done.exchange(true)) done.set_value(deed);
+  };
+  const Watchdog watchdog({.ask = [&] { return std::make_unique<DoorProbe>(address, nullptr); },
+                           .at_hand_bytes = [] { return 0; },
+                           .make_anew = tell,
+                           .asked =
+                               [&](bool is_answered) {
+                                 if (is_answered) tell("well");
+                               }},
+                          memory);
+  return done.get_future().get();
+}
+
+TEST(Watchdog, IsContentWithAServerThatAnswers) {
+  const auto server = test::StartServer({{"town", test::SmallMap(1, 2)}});
+  MemoryBound memory(kMuch);
+  EXPECT_EQ(FirstDeed(server->address(), memory), "well");
+}
+
+TEST(Watchdog, HasADeafFrontMadeAnew) {
+  const DeafPort port;
+  MemoryBound memory(kMuch);
+  const auto start = std::chrono::steady_clock::now();
+  EXPECT_EQ(FirstDeed(port.address(), memory), "deaf");
+  EXPECT_GE(std::chrono::steady_clock::now() - start, std::chrono::seconds(3));
+}
+
+TEST(Watchdog, HasATooLargeFrontMadeAnew) {
+  const DeafPort port;
+  MemoryBound memory(std::int64_t{1} << 20);
+  const std::vector<char> much(std::size_t{64} << 20, 'x');
+  EXPECT_EQ(FirstDeed(port.address(), memory), "memory");
+  EXPECT_EQ(much.back(), 'x');
+}
+
+TEST(MemoryBound, AllowsForAMapThatLoads) {
+  constexpr std::int64_t kFileBytes = std::int64_t{8} << 20;
+  MemoryBound memory(std::int64_t{1} << 20);
+  std::vector<char> map;
+  {
+    const MemoryBound::Loading loading(memory, kFileBytes);
+    map.assign(std::size_t{96} << 20, 'x');
+    EXPECT_FALSE(memory.Look([] { return 0; }).is_over);
+  }
+  EXPECT_FALSE(memory.Look([] { return 0; }).is_over) << "what the map takes is not the clients'";
+  const std::vector<char> much(std::size_t{64} << 20, 'x');
+  EXPECT_TRUE(memory.Look([] { return 0; }).is_over);
+  memory.Accept();
+  EXPECT_FALSE(memory.Look([] { return 0; }).is_over);
+  EXPECT_EQ(map.back(), much.back());
+}
+
+TEST(MemoryBound, AllowsForRequestsAtHand) {
+  MemoryBound memory(std::int64_t{1} << 40);
+  const std::vector<char> much(std::size_t{256} << 20, 'x');
+  EXPECT_TRUE(memory.Look([] { return 0; }).is_odd);
+  EXPECT_FALSE(memory.Look([] { return std::int64_t{256} << 20; }).is_odd);
+  EXPECT_FALSE(memory.Look([] { return 0; }).is_over);
+  EXPECT_EQ(much.back(), 'x');
+}
+
+}  // namespace
+}  // namespace scanloc::server
