@@ -11,6 +11,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "eval_figures.hpp"
+#include "sorted_queries.hpp"
 
 namespace scanloc::report {
 namespace {
@@ -31,59 +32,6 @@ constexpr std::array<Mark, eval::kNumKinds> kFullMarks = {Mark::kDisc, Mark::kTr
                                                           Mark::kSquare, Mark::kDiamond};
 constexpr std::array<Mark, eval::kNumKinds> kOpenMarks = {Mark::kRing, Mark::kOpenTriangle,
                                                           Mark::kOpenSquare, Mark::kOpenDiamond};
-
-/// What became of the queries at one threshold; numbers of queries.
-struct Sorted {
-  std::array<std::vector<std::size_t>, eval::kNumKinds> right;
-  std::array<std::vector<std::size_t>, eval::kNumKinds>
-      missed;  ///< revisits without an accepted match
-  std::vector<std::size_t> wrong;
-  std::size_t num_wrong_elsewhere = 0;  ///< of queries whose position in the map is not known
-};
-
-/// None accepts nothing.
-Sorted SortQueries(const EvalReport& report, const eval::MethodResult& result,
-                   std::optional<double> threshold) {
-  Sorted sorted;
-  for (std::size_t i = 0; i < report.queries.size(); ++i) {
-    const eval::EvalQuery& query = report.queries[i];
-    const eval::ScoredQuery& scored = result.scored[i];
-    const auto kind = static_cast<std::size_t>(eval::KindOf(query.variance));
-    if (threshold && scored.has_match && scored.score >= *threshold) {
-      if (!query.T_map_true) {
-        ++sorted.num_wrong_elsewhere;
-      } else if (scored.is_right) {
-        sorted.right[kind].push_back(i);
-      } else {
-        sorted.wrong.push_back(i);
-      }
-    } else if (scored.is_revisit) {
-      sorted.missed[kind].push_back(i);
-    }
-  }
-  return sorted;
-}
-
-std::size_t CountAll(const std::array<std::vector<std::size_t>, eval::kNumKinds>& kinds) {
-  std::size_t count = 0;
-  for (const std::vector<std::size_t>& queries : kinds) count += queries.size();
-  return count;
-}
-
-std::optional<double> ThresholdAtF1Max(const eval::MethodResult& result) {
-  if (result.precision_recall.f1_max <= 0.0) return std::nullopt;
-  return result.threshold_at_f1_max;
-}
-
-/// The least one at which no accepted match is wrong.
-std::optional<double> ThresholdAtFullPrecision(const eval::MethodResult& result) {
-  std::optional<double> threshold;
-  for (const eval::OperatingPoint& point : result.precision_recall.points) {
-    if (point.precision < 1.0) break;
-    threshold = point.threshold;
-  }
-  return threshold;
-}
 
 /// So that they are not in the legend.
 void DropEmpty(std::vector<ChartSeries>* series) {
@@ -125,7 +73,7 @@ class MatchCharts {
   [[nodiscard]] ChartSeries MapPath() const;
   [[nodiscard]] ChartSeries QueryPath() const;
   [[nodiscard]] std::vector<Vector3d> MarksAt(const std::vector<std::size_t>& queries) const;
-  [[nodiscard]] std::string Note(const Sorted& sorted, bool has_missed) const;
+  [[nodiscard]] std::string Note(const SortedQueries& sorted, bool has_missed) const;
 
   const EvalReport& report_;
   const eval::MethodResult& result_;
@@ -257,7 +205,7 @@ std::vector<Vector3d> MatchCharts::MarksAt(const std::vector<std::size_t>& queri
   return marks;
 }
 
-std::string MatchCharts::Note(const Sorted& sorted, bool has_missed) const {
+std::string MatchCharts::Note(const SortedQueries& sorted, bool has_missed) const {
   std::string note = absl::StrFormat("%d right, %d wrong", CountAll(sorted.right),
                                      sorted.wrong.size() + sorted.num_wrong_elsewhere);
   if (sorted.num_wrong_elsewhere > 0) {
@@ -275,7 +223,7 @@ std::string MatchCharts::Note(const Sorted& sorted, bool has_missed) const {
 
 EvalFigure MatchCharts::DrawTrajectory() {
   const std::optional<double> threshold = ThresholdAtF1Max(result_);
-  const Sorted sorted = SortQueries(report_, result_, threshold);
+  const SortedQueries sorted = SortQueries(report_, result_, threshold);
   LineChart chart{.x = Axis('x'), .y = Axis('y'), .series = {}, .has_equal_scales = true};
   chart.series.push_back(in_session_ ? QueryPath() : MapPath());
   if (in_session_) chart.series.back().color = "#a0a0a0";
@@ -322,7 +270,7 @@ EvalFigure MatchCharts::DrawTrajectory() {
 }
 
 EvalFigure MatchCharts::DrawGraph(const std::string& title, std::optional<double> threshold) {
-  const Sorted sorted = SortQueries(report_, result_, threshold);
+  const SortedQueries sorted = SortQueries(report_, result_, threshold);
   SpaceChart chart{.x = Axis('x'),
                    .y = Axis('y'),
                    .z = {height_title_, base_, top_},
