@@ -1,8 +1,8 @@
 #include <cmath>
-#include <cstring>
 
 #include "absl/strings/str_cat.h"
 #include "scan_decoders.hpp"
+#include "scanloc/core/byte_order.hpp"
 #include "scanloc/core/limits.hpp"
 
 namespace scanloc::dataset {
@@ -17,9 +17,7 @@ constexpr std::string_view kOtherLayouts =
     "converted first";
 
 float FloatAt(std::string_view bytes, std::size_t at) {
-  float value = 0.0F;
-  std::memcpy(&value, bytes.data() + at, sizeof(value));
-  return value;
+  return LoadNumber<float>(bytes.data() + at);
 }
 
 // Rows of five floats, the last of which is the number of a ray.

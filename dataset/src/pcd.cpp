@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
-#include <cstring>
 #include <optional>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "pcd_header.hpp"
 #include "scan_decoders.hpp"
+#include "scanloc/core/byte_order.hpp"
 
 namespace scanloc::dataset {
 namespace {
@@ -49,10 +49,8 @@ absl::StatusOr<std::vector<char>> Decompress(std::string_view body, std::size_t 
     return absl::InvalidArgumentError(absl::StrCat(
         "truncated: only ", body.size(), " bytes follow the header of a binary_compressed file"));
   }
-  std::uint32_t num_compressed = 0;
-  std::uint32_t num_announced = 0;
-  std::memcpy(&num_compressed, body.data(), sizeof(num_compressed));
-  std::memcpy(&num_announced, body.data() + sizeof(num_compressed), sizeof(num_announced));
+  const auto num_compressed = LoadNumber<std::uint32_t>(body.data());
+  const auto num_announced = LoadNumber<std::uint32_t>(body.data() + sizeof(num_compressed));
   body.remove_prefix(kCompressedPrefixBytes);
   if (num_compressed == 0 || num_compressed > body.size()) {
     return absl::InvalidArgumentError(absl::StrCat("truncated: announces ", num_compressed,

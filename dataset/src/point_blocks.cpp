@@ -3,7 +3,6 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
-#include <cstring>
 #include <limits>
 #include <optional>
 #include <vector>
@@ -11,11 +10,10 @@
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "scan_decoders.hpp"
+#include "scanloc/core/byte_order.hpp"
 
 namespace scanloc::dataset {
 namespace {
-
-static_assert(std::endian::native == std::endian::little, "scan files are read as little endian");
 
 bool IsFinite(const Point& p) {
   return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
@@ -23,10 +21,7 @@ bool IsFinite(const Point& p) {
 
 template <typename Number>
 Number Load(const char* bytes, bool big_endian) {
-  std::array<char, sizeof(Number)> raw;
-  std::memcpy(raw.data(), bytes, raw.size());
-  if (big_endian) std::reverse(raw.begin(), raw.end());
-  return std::bit_cast<Number>(raw);
+  return LoadNumber<Number>(bytes, big_endian ? std::endian::big : std::endian::little);
 }
 
 // A cast of a double beyond the range of float is undefined; no LiDAR gives one either.

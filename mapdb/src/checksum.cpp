@@ -3,6 +3,9 @@
 #include <xxhash.h>
 
 #include <bit>
+#include <cstddef>
+
+#include "scanloc/core/byte_order.hpp"
 
 namespace scanloc::mapdb {
 
@@ -14,10 +17,8 @@ Hasher& Hasher::operator=(Hasher&&) noexcept = default;
 Hasher::~Hasher() = default;
 
 Hasher& Hasher::Add(std::int64_t value) {
-  std::uint8_t bytes[8];
-  for (int i = 0; i < 8; ++i) {
-    bytes[i] = static_cast<std::uint8_t>(static_cast<std::uint64_t>(value) >> (8 * i));
-  }
+  std::byte bytes[sizeof(value)];
+  StoreLittleEndian(value, bytes);
   XXH3_128bits_update(state_.get(), bytes, sizeof(bytes));
   return *this;
 }

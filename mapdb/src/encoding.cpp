@@ -9,6 +9,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
+#include "scanloc/core/byte_order.hpp"
 #include "scanloc/core/limits.hpp"
 #include "scanloc/core/printable.hpp"
 #include "scanloc/core/scan/descriptor.hpp"
@@ -18,24 +19,6 @@ namespace {
 
 constexpr double kRigidTolerance = 1e-6;
 constexpr std::size_t kPostBytes = 2 * sizeof(std::int16_t);
-
-template <typename T>
-void PutLittleEndian(T value, std::byte* bytes) {
-  using Bits = std::make_unsigned_t<T>;
-  for (std::size_t i = 0; i < sizeof(T); ++i) {
-    bytes[i] = static_cast<std::byte>(static_cast<Bits>(value) >> (8 * i));
-  }
-}
-
-template <typename T>
-T GetLittleEndian(const std::byte* bytes) {
-  std::make_unsigned_t<T> value = 0;
-  for (std::size_t i = 0; i < sizeof(T); ++i) {
-    value |= static_cast<std::make_unsigned_t<T>>(
-        static_cast<std::make_unsigned_t<T>>(std::to_integer<std::uint8_t>(bytes[i])) << (8 * i));
-  }
-  return value;
-}
 
 template <typename T>
 std::string NumberText(T value) {
@@ -140,7 +123,7 @@ Bytes EncodePose(const Pose& pose) {
   std::byte* next = bytes.data();
   for (int row = 0; row < 3; ++row) {
     for (int col = 0; col < 4; ++col, next += sizeof(double)) {
-      PutLittleEndian(std::bit_cast<std::uint64_t>(pose(row, col)), next);
+      StoreLittleEndian(double{pose(row, col)}, next);
     }
   }
   return bytes;
@@ -151,7 +134,7 @@ Pose DecodePose(std::span<const std::byte> bytes) {
   const std::byte* next = bytes.data();
   for (int row = 0; row < 3; ++row) {
     for (int col = 0; col < 4; ++col, next += sizeof(double)) {
-      pose(row, col) = std::bit_cast<double>(GetLittleEndian<std::uint64_t>(next));
+      pose(row, col) = LoadNumber<double>(next);
     }
   }
   return pose;
@@ -177,7 +160,7 @@ absl::Status CheckPose(const Pose& pose) {
 void EncodeKey(std::span<const std::int32_t> key_cm, Bytes& bytes) {
   bytes.resize(key_cm.size_bytes());
   for (std::size_t i = 0; i < key_cm.size(); ++i) {
-    PutLittleEndian(key_cm[i], bytes.data() + 4 * i);
+    StoreLittleEndian(key_cm[i], bytes.data() + 4 * i);
   }
 }
 
@@ -188,7 +171,7 @@ bool DecodeKey(std::span<const std::byte> bytes, std::int32_t max_cm,
   }
   bool in_range = true;
   for (std::size_t i = 0; i < key_cm.size(); ++i) {
-    key_cm[i] = GetLittleEndian<std::int32_t>(bytes.data() + 4 * i);
+    key_cm[i] = LoadNumber<std::int32_t>(bytes.data() + 4 * i);
     in_range &= key_cm[i] >= 0 && key_cm[i] <= max_cm;
   }
   return in_range;
@@ -201,7 +184,7 @@ void EncodeCells(std::span<const std::uint16_t> cells_cm, Bytes& bytes) {
   for (std::size_t i = 0; i < cells_cm.size(); ++i) {
     if (cells_cm[i] != 0) {
       bytes[i / 8] |= std::byte{1} << (i % 8);
-      PutLittleEndian(cells_cm[i], next);
+      StoreLittleEndian(cells_cm[i], next);
       next += sizeof(std::uint16_t);
     }
   }
@@ -223,7 +206,7 @@ bool DecodeCells(std::span<const std::byte> bytes, std::span<std::uint16_t> cell
       if (cell >= cells_cm.size() || end - next < 2) {
         return false;
       }
-      cells_cm[cell] = GetLittleEndian<std::uint16_t>(next);
+      cells_cm[cell] = LoadNumber<std::uint16_t>(next);
       in_range &= cells_cm[cell] - 1U < Context::kMaxHeight_cm;
       next += 2;
     }
@@ -235,8 +218,8 @@ void EncodePosts(std::span<const Post> posts, Bytes& bytes) {
   bytes.resize(posts.size() * kPostBytes);
   std::byte* next = bytes.data();
   for (const Post& post : posts) {
-    PutLittleEndian(post.x_cm, next);
-    PutLittleEndian(post.y_cm, next + sizeof(post.x_cm));
+    StoreLittleEndian(post.x_cm, next);
+    StoreLittleEndian(post.y_cm, next + sizeof(post.x_cm));
     next += kPostBytes;
   }
 }
@@ -248,8 +231,8 @@ bool DecodePosts(std::span<const std::byte> bytes, std::vector<Post>& posts) {
   posts.resize(bytes.size() / kPostBytes);
   const std::byte* next = bytes.data();
   for (Post& post : posts) {
-    post.x_cm = GetLittleEndian<std::int16_t>(next);
-    post.y_cm = GetLittleEndian<std::int16_t>(next + sizeof(post.x_cm));
+    post.x_cm = LoadNumber<std::int16_t>(next);
+    post.y_cm = LoadNumber<std::int16_t>(next + sizeof(post.x_cm));
     next += kPostBytes;
   }
   return true;

@@ -1,11 +1,10 @@
 #pragma once
 
-#include <array>
-#include <bit>
 #include <cstddef>
 #include <cstdint>
-#include <cstring>
 #include <string_view>
+
+#include "scanloc/core/byte_order.hpp"
 
 namespace scanloc::dataset {
 
@@ -20,11 +19,8 @@ class LittleEndian {
 
   template <typename Number>
   Number Read() {
-    static_assert(std::endian::native == std::endian::little);
-    std::array<char, sizeof(Number)> raw{};
-    const std::string_view bytes = Take(raw.size());
-    if (!bytes.empty()) std::memcpy(raw.data(), bytes.data(), raw.size());
-    return std::bit_cast<Number>(raw);
+    const std::string_view bytes = Take(sizeof(Number));
+    return bytes.empty() ? Number{} : LoadNumber<Number>(bytes.data());
   }
 
   /// As many bytes as the 32-bit number before them says.

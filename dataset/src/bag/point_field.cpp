@@ -4,8 +4,9 @@
 #include <array>
 #include <bit>
 #include <cmath>
-#include <cstring>
 #include <limits>
+
+#include "scanloc/core/byte_order.hpp"
 
 namespace scanloc::dataset {
 namespace {
@@ -15,10 +16,8 @@ constexpr std::array<std::string_view, 5> kTimeNames = {"t", "time", "timestamp"
 
 template <typename Number>
 double Load(const char* bytes, bool big_endian) {
-  std::array<char, sizeof(Number)> raw;
-  std::memcpy(raw.data(), bytes, raw.size());
-  if (big_endian) std::reverse(raw.begin(), raw.end());
-  return static_cast<double>(std::bit_cast<Number>(raw));
+  return static_cast<double>(
+      LoadNumber<Number>(bytes, big_endian ? std::endian::big : std::endian::little));
 }
 
 using Loader = double (*)(const char* bytes, bool big_endian);

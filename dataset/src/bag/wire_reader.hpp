@@ -1,15 +1,14 @@
 #pragma once
 
 #include <algorithm>
-#include <array>
 #include <bit>
 #include <cstddef>
 #include <cstdint>
-#include <cstring>
 #include <string_view>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "scanloc/core/byte_order.hpp"
 #include "scanloc/dataset/bag.hpp"
 
 namespace scanloc::dataset {
@@ -26,12 +25,10 @@ class WireReader {
 
   template <typename Number>
   Number Read() {
-    std::array<char, sizeof(Number)> raw{};
     const std::string_view bytes = Take(sizeof(Number), sizeof(Number));
     if (bytes.empty()) return Number{};
-    std::memcpy(raw.data(), bytes.data(), raw.size());
-    if (is_big_endian_) std::reverse(raw.begin(), raw.end());
-    return std::bit_cast<Number>(raw);
+    return LoadNumber<Number>(bytes.data(),
+                              is_big_endian_ ? std::endian::big : std::endian::little);
   }
 
   /// A string, or the bytes of an array of bytes, within the message.
