@@ -90,8 +90,8 @@ void BuildCommand::Declare(CLI::App& app) {
   app.add_flag("--resume", resume_,
                "Go on with a build that was stopped; give it the same options");
   app.add_flag("--calibrate,!--no-calibrate", calibrate_,
-               "Find out at the end how far answers can be trusted, which takes some seconds "
-               "[yes]; without, confidences are by the defaults");
+               "Find out at the end which places would be taken for each other, which takes some "
+               "seconds [yes]");
   app.add_flag("--skip-bad-scans", skip_bad_scans_,
                "Pass over scans that cannot be read, instead of stopping");
   app.add_flag("--accept-inconsistent", accept_inconsistent_,

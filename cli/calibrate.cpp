@@ -31,12 +31,8 @@ absl::StatusOr<std::string> CalibrateAndTell(const std::string& path, int num_th
                      " holds all its places: give the same command with --resume to calibrate it"));
   }
   if (!summary.ok()) return summary.status();
-  const std::string trials =
-      summary->calibration.num_trials > 0
-          ? absl::StrFormat("fitted on %d trials", summary->calibration.num_trials)
-          : "by the defaults: too few of the trials failed, or the map is too small, to fit it";
-  return absl::StrFormat("  confidence  %s\n  confusable  %d pairs of places (scanloc info)\n",
-                         trials, summary->num_confusable);
+  return absl::StrFormat("  confusable  %d pairs of places in %d trials (scanloc info)\n",
+                         summary->num_confusable, summary->calibration.num_trials);
 }
 
 }  // namespace scanloc::cli

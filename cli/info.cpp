@@ -71,10 +71,7 @@ std::string InfoAsJson(const mapdb::MapInfo& info) {
   json["calibration_id"] = info.calibration_id;
   json["calibration"] = nullptr;
   if (info.calibration.has_value()) {
-    json["calibration"] = {{"bias", info.calibration->bias},
-                           {"score_weight", info.calibration->score_weight},
-                           {"margin_weight", info.calibration->margin_weight},
-                           {"num_trials", info.calibration->num_trials}};
+    json["calibration"] = {{"num_trials", info.calibration->num_trials}};
   }
   json["confusable"] = report::Json::array();
   for (const ConfusablePair& pair : info.confusable) {
@@ -99,13 +96,10 @@ constexpr std::size_t kMaxPairsInText = 10;
 std::string CalibrationAsText(const mapdb::MapInfo& info) {
   if (!info.params.structure.enabled) return "";
   if (!info.calibration.has_value()) {
-    return "confidence\n  not calibrated: by the defaults; scanloc build --resume calibrates\n";
+    return "look-alikes\n  not looked for; scanloc build --resume does\n";
   }
-  std::string text = absl::StrFormat(
-      "confidence\n  %s\n",
-      info.calibration->num_trials > 0
-          ? absl::StrCat("fitted on ", info.calibration->num_trials, " trials on its own places")
-          : "by the defaults: there was too little to fit it on");
+  std::string text =
+      absl::StrFormat("look-alikes\n  %d trials on its own places\n", info.calibration->num_trials);
   if (info.confusable.empty()) return text + "  no two distant places are taken for each other\n";
   absl::StrAppendFormat(&text, "  %d pairs of distant places look alike, worst first:\n",
                         info.confusable.size());

@@ -128,7 +128,7 @@ absl::StatusOr<CalibrateSummary> CalibrateMap(const CalibrateOptions& options) {
   const absl::StatusOr<std::vector<Calibrator::Trial>> trials = TrialRun(calibrator, options).Run();
   if (!trials.ok()) return trials.status();
   StoredCalibration stored;
-  stored.calibration = FitCalibration(*trials);
+  stored.calibration.num_trials = static_cast<std::int32_t>(trials->size());
   stored.confusable = FindConfusable(*trials);
 
   absl::StatusOr<MapWriter> writer = MapWriter::Open(options.path);

@@ -1,6 +1,5 @@
 #include "scanloc/core/structural/calibrate.hpp"
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -167,14 +166,12 @@ Calibrator& Calibrator::operator=(Calibrator&&) noexcept = default;
 Calibrator::~Calibrator() = default;
 
 std::size_t Calibrator::num_trials() const {
-  return std::min(kMaxTrials, 2 * state_->map->places.size());
+  return std::min(kMaxTrials, state_->map->places.size());
 }
 
 Calibrator::Trial Calibrator::Run(std::size_t i) const {
   const Map& map = *state_->map;
-  const std::size_t num_pairs = num_trials() / 2;
-  const std::size_t place = (i / 2) * map.places.size() / std::max<std::size_t>(num_pairs, 1);
-  const bool is_lookalike = i % 2 == 1;
+  const std::size_t place = i * map.places.size() / std::max<std::size_t>(num_trials(), 1);
   Random random(i);
   const Visit visit = Perturbed(map, place, random);
 
@@ -183,76 +180,27 @@ Calibrator::Trial Calibrator::Run(std::size_t i) const {
   std::vector<bool> excluded(map.places.size());
   for (std::size_t p = 0; p < map.places.size(); ++p) {
     const PoseDifference off = DifferenceOf(map.places[p].T_map_place, T_map_place, up);
-    excluded[p] = is_lookalike ? off.plane_m < kFar_m &&
-                                     off.height_m < PoseLimits{}.height_m + kSlope * off.plane_m
-                               : off.plane_m < kNear_m && off.height_m < PoseLimits{}.height_m;
+    excluded[p] =
+        off.plane_m < kFar_m && off.height_m < PoseLimits{}.height_m + kSlope * off.plane_m;
   }
 
   StageTimes times;
   const std::vector<Spot> spots =
       state_->search.Find(visit.query, {}, {.excluded = &excluded}, times);
   Trial trial{.place = static_cast<std::int32_t>(place)};
-  if (spots.empty()) return trial;
   const Pose truth = T_map_place * PlanarOffset(visit.lateral_m, visit.yaw_rad);
-  trial.is_valid = true;
-  trial.is_right = !MissOf(DifferenceOf(spots.front().T_map_query, truth, up)).any();
-  trial.score = spots.front().hypothesis.score;
-  trial.margin = spots.size() < 2 ? trial.score : trial.score - spots[1].hypothesis.score;
-  trial.confidence = ConfidencesOf(spots).front();
-  trial.found = spots.front().hypothesis.place;
-  return trial;
-}
-
-Calibration FitCalibration(const std::vector<Calibrator::Trial>& trials) {
-  constexpr std::ptrdiff_t kMinOfEither = 30;
-  const auto count = [&](bool is_right) {
-    return std::count_if(trials.begin(), trials.end(), [&](const Calibrator::Trial& t) {
-      return t.is_valid && t.is_right == is_right;
-    });
-  };
-  const Calibration defaults;
-  if (count(true) < kMinOfEither || count(false) < kMinOfEither) return defaults;
-
-  // Newton's method on the log-likelihood, drawn weakly towards the defaults: where the outcomes
-  // can be told apart without exception, the likelihood alone has no maximum.
-  const Eigen::Vector3d prior(defaults.bias, defaults.score_weight, defaults.margin_weight);
-  const Eigen::Vector3d stiffness(1.0 / 64.0, 1.0 / 400.0, 1.0 / 400.0);
-  const auto loss = [&](const Eigen::Vector3d& at) {
-    double sum = 0.5 * (at - prior).cwiseAbs2().dot(stiffness);
-    for (const Calibrator::Trial& trial : trials) {
-      if (!trial.is_valid) continue;
-      const double logit = at.x() + at.y() * trial.score + at.z() * trial.margin;
-      const double against = trial.is_right ? -logit : logit;
-      sum += std::max(against, 0.0) + std::log1p(std::exp(-std::abs(against)));
-    }
-    return sum;
-  };
-  Eigen::Vector3d weights = prior;
-  for (int i = 0; i < 100; ++i) {
-    Eigen::Matrix3d hessian = stiffness.asDiagonal();
-    Eigen::Vector3d gradient = stiffness.cwiseProduct(weights - prior);
-    for (const Calibrator::Trial& trial : trials) {
-      if (!trial.is_valid) continue;
-      const Eigen::Vector3d row(1.0, trial.score, trial.margin);
-      const double probability = 1.0 / (1.0 + std::exp(-row.dot(weights)));
-      gradient += (probability - (trial.is_right ? 1.0 : 0.0)) * row;
-      hessian += probability * (1.0 - probability) * row * row.transpose();
-    }
-    Eigen::Vector3d step = hessian.ldlt().solve(gradient);
-    const double before = loss(weights);
-    while (step.norm() > 1e-9 && loss(weights - step) > before) step *= 0.5;
-    if (step.norm() <= 1e-9) break;
-    weights -= step;
+  if (spots.empty() || !MissOf(DifferenceOf(spots.front().T_map_query, truth, up)).any()) {
+    return trial;
   }
-  return {weights.x(), weights.y(), weights.z(),
-          static_cast<std::int32_t>(count(true) + count(false))};
+  trial.found = spots.front().hypothesis.place;
+  trial.confidence = ConfidencesOf(spots).front();
+  return trial;
 }
 
 std::vector<ConfusablePair> FindConfusable(const std::vector<Calibrator::Trial>& trials) {
   constexpr double kWorthAWarning = 0.2;
   std::vector<ConfusablePair> pairs;
   for (const Calibrator::Trial& trial : trials) {
-    if (!trial.is_valid || trial.is_right) continue;
     if (trial.confidence >= kWorthAWarning) {
       pairs.push_back({trial.place, trial.found, trial.confidence});
     }

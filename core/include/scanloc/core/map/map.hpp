@@ -17,14 +17,14 @@ struct Place {
   std::int32_t session = 0;   ///< index into Map::sessions
 };
 
-/// How the evidence of a verified answer becomes the probability that it is right: the logistic
-/// function of bias + score_weight · score + margin_weight · (score - rival), but never more than
-/// the defaults give, which come from real drives. See calibrate.hpp.
+/// That a map was looked through for places that would be taken for each other; see calibrate.hpp.
+/// The weights are of a confidence that was once fitted to each map: map files of schema 2 have
+/// them, and nothing uses them.
 struct Calibration {
   double bias = -9.0;
   double score_weight = 10.0;
   double margin_weight = 25.0;
-  std::int32_t num_trials = 0;  ///< it was fitted on; 0: the defaults, fitted on other maps
+  std::int32_t num_trials = 0;  ///< with the map's own places; 0: not looked through, too few
 
   friend bool operator==(const Calibration&, const Calibration&) = default;
 };

@@ -9,21 +9,20 @@
 
 namespace scanloc {
 
-/// Finds out, from the map alone, how far an answer of `auto` can be trusted in it
+/// Finds out, from the map alone, which of its places would be taken for each other
 /// (docs/algorithm.md, "Confidence").
 ///
 /// A trial takes a place as a later visit would see it: turned round, from another lane, part of
-/// the view hidden, part of the structure gone or moved, some of it new. In every other trial the
-/// surroundings of the place are taken out of the map: whatever is found then is a look-alike.
+/// the view hidden, part of the structure gone or moved, some of it new. The surroundings of the
+/// place are taken out of the map: whatever is found then is a look-alike.
 ///
 /// Trials do not depend on each other, nor on the order in which they are run: the same map gives
 /// the same results on any number of threads. Any number of threads may call Run at once.
 class Calibrator {
  public:
-  static constexpr std::size_t kMaxTrials = 400;
-  static constexpr double kNear_m = 1.2;  ///< taken out in a trial for the right answer
-  static constexpr double kFar_m =
-      60.0;  ///< taken out in a trial for look-alikes; floors above and below remain
+  static constexpr std::size_t kMaxTrials = 200;
+  /// So far around a place its surroundings go, on its own level: floors above and below remain.
+  static constexpr double kFar_m = 60.0;
 
   /// Requires map->params.structure.enabled and a structure for every place.
   explicit Calibrator(std::shared_ptr<const Map> map);
@@ -34,13 +33,9 @@ class Calibrator {
   [[nodiscard]] std::size_t num_trials() const;
 
   struct Trial {
-    bool is_valid = false;  ///< there was something to find
-    bool is_right = false;
-    double score = 0.0;
-    double margin = 0.0;  ///< score less the best rival's
-    double confidence = 0.0;
     std::int32_t place = 0;
-    std::int32_t found = 0;  ///< place
+    std::int32_t found = 0;   ///< the look-alike
+    double confidence = 0.0;  ///< with which it would be told; 0 where nothing was found
   };
   /// About one query of time. i in [0, num_trials()).
   [[nodiscard]] Trial Run(std::size_t i) const;
@@ -49,9 +44,6 @@ class Calibrator {
   struct State;
   std::unique_ptr<const State> state_;
 };
-
-/// Logistic regression on the trials; the defaults where right and wrong ones are too few.
-[[nodiscard]] Calibration FitCalibration(const std::vector<Calibrator::Trial>& trials);
 
 /// The pairs of places that would be taken for each other, worst first, at most kMaxConfusable.
 inline constexpr std::size_t kMaxConfusable = 100;
