@@ -5,7 +5,6 @@
 #include <csignal>
 #include <exception>
 #include <iostream>
-#include <map>
 #include <memory>
 #include <string>
 #include <utility>
@@ -46,6 +45,15 @@ struct CommandLine {
   Probe probe;
   std::shared_ptr<ConfigFile> config = std::make_shared<ConfigFile>();
 };
+
+/// CLI11's own check of names shows the numbers behind them, which are no text.
+template <typename Choice>
+CLI::Option* Choose(CLI::Option* option, const CLI::TransformPairs<Choice>& choices) {
+  std::vector<std::string> names;
+  for (const auto& [name, choice] : choices) names.push_back(name);
+  option->transform(CLI::Transformer(choices).description(""));
+  return option->transform(CLI::IsMember(names))->type_name("TEXT");  // looks first
+}
 
 void Declare(CLI::App& app, CommandLine& line) {
   ServerOptions& options = line.options;
@@ -124,20 +132,14 @@ void Declare(CLI::App& app, CommandLine& line) {
   app.add_option("--max-capture-bytes", options.max_capture_bytes,
                  "of the disk that its files may take; the oldest go first [bytes]")
       ->capture_default_str();
-  app.add_option("--log-requests", options.log_requests,
-                 "requests that get a line in the log, at most 100 a second")
-      ->transform(CLI::Validator(CLI::CheckedTransformer(std::map<std::string, RequestLog>{
-                                     {"none", RequestLog::kNone},
-                                     {"failed", RequestLog::kFailed},
-                                     {"all", RequestLog::kAll}}))
-                      .description("{none,failed,all}"))
-      ->type_name("TEXT")
+  Choose<RequestLog>(
+      app.add_option("--log-requests", options.log_requests,
+                     "requests that get a line in the log, at most 100 a second"),
+      {{"none", RequestLog::kNone}, {"failed", RequestLog::kFailed}, {"all", RequestLog::kAll}})
       ->default_str("failed");
-  app.add_option("--log-format", line.log_format, "text for people, or a JSON object a line")
-      ->transform(CLI::Validator(CLI::CheckedTransformer(std::map<std::string, LogFormat>{
-                                     {"text", LogFormat::kText}, {"json", LogFormat::kJson}}))
-                      .description("{text,json}"))
-      ->type_name("TEXT")
+  Choose<LogFormat>(
+      app.add_option("--log-format", line.log_format, "text for people, or a JSON object a line"),
+      {{"text", LogFormat::kText}, {"json", LogFormat::kJson}})
       ->default_str("text");
   app.allow_config_extras(CLI::config_extras_mode::error);
   app.config_formatter(line.config);
@@ -165,20 +167,6 @@ int Fail(int exit_status, const absl::Status& status) {
   return exit_status;
 }
 
-absl::StatusOr<Map> LoadMap(const std::string& path) {
-  auto map = mapdb::LoadMap(path);
-  if (!map.ok()) return map;
-  const auto info = mapdb::ReadInfo(path);
-  if (info.ok() && !info->complete) {
-    LogWith(spdlog::level::warn,
-            "a half-built map is served; complete it with scanloc build --resume",
-            {{"file", path},
-             {"scans_built", info->num_places + info->num_empty + info->num_unreadable},
-             {"scans_planned", info->num_scans}});
-  }
-  return map;
-}
-
 int Run(CommandLine line) {
   if (!line.probe.address.empty()) {
     line.probe.cert_file = line.options.tls.cert_file;
@@ -200,7 +188,7 @@ int Run(CommandLine line) {
   // Debian builds abseil to look for deadlocks at every lock that gRPC takes, and to remember them.
   absl::SetMutexDeadlockDetectionMode(absl::OnDeadlockCycle::kIgnore);
   BlockStopSignals();
-  const auto server = Server::Start(line.options, LoadMap);
+  const auto server = Server::Start(line.options, mapdb::LoadMap);
   if (!server.ok()) return Fail(kExitFailed, server.status());
   return RunUntilStopped(**server, std::chrono::duration<double>(line.options.drain_s));
 }

@@ -184,13 +184,14 @@ TEST_F(ScanlocdOperationTest, SaysInWhichLineOfTheConfigFileTheMistakeIs) {
        {Case{"# limits\n\nmax-pionts = 100\n", ":3: no option is named \"max-pionts\""},
         Case{"max-points = 100\n  max-inflight = \"many\"\n", ":2: "},
         Case{"max-points 100\n", ":1: "}, Case{"max-points = 1\n[limits]\nmax-rate = 1\n", ":2: "},
-        Case{"log-requests = \"most\"\n", ":1: --log-requests"}}) {
+        Case{"log-requests = \"most\"\n", ":1: --log-requests: most not in {none,failed,all}"}}) {
     const std::string config = dir_.Write("scanlocd.toml", text);
     const test::ProcessResult result =
         test::RunProcess(Command({"--map", "town=town.scanloc", "--config", config}));
     EXPECT_EQ(result.status, 2) << text;
     EXPECT_THAT(result.err, HasSubstr(config + told));
     EXPECT_THAT(result.err, Not(HasSubstr("INI")));
+    EXPECT_THAT(result.err, Not(HasSubstr("->")));
   }
 }
 
@@ -212,8 +213,7 @@ TEST_F(ScanlocdOperationTest, WarnsOfAHalfBuiltMap) {
   Start({"--map", "half=" + path});
   scanlocd_->Signal(SIGTERM);
   ASSERT_EQ(scanlocd_->Wait(), 0);
-  EXPECT_THAT(scanlocd_->stderr_text(), HasSubstr("half-built"));
-  EXPECT_THAT(scanlocd_->stderr_text(), HasSubstr("scans_built=3 scans_planned=5"));
+  EXPECT_THAT(scanlocd_->stderr_text(), HasSubstr("half built"));
 }
 
 // What a client or a map says cannot end a line, steer the terminal or turn what is read.
