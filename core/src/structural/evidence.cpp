@@ -151,7 +151,7 @@ double RivalryLogOdds(double better_score, double score, std::size_t num_posts) 
 }
 
 double RivalryLogOddsInARow(double better_score, double score, std::size_t num_posts) {
-  constexpr double kShared = 0.08;
+  constexpr double kShared = 0.12;
   return kRivalWeight * std::max(0.0, better_score - score - EqualScores(num_posts) - kShared);
 }
 
