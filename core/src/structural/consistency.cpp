@@ -24,6 +24,9 @@ constexpr double kLiesWell = 0.5;
 constexpr double kStrange = 0.35;
 /// A registration as the poses say that scores so much of the best is as good.
 constexpr double kAsGood = 0.9;
+/// Nor does it speak against the poses where the scans, laid as they say, score so much of it: at a
+/// door or in an aisle another pose may be as good by chance.
+constexpr double kNotBad = 0.75;
 /// How far the shown motion may differ from the told one: noise of both, and of long steps a share.
 constexpr double kTolerance_m = 1.0;
 constexpr double kTolerancePerMetre = 0.1;
@@ -177,7 +180,9 @@ PairCheck CheckPair(const ScanPair& pair, const Pose& T_map_first, const Pose& T
   };
   check.score = guesses.front().score;
   check.shown = pose_of(guesses.front());
+  query.SetPlace(pair.first_structure.posts);
   const bool agrees =
+      query.Score(told) >= kNotBad * check.score ||
       std::any_of(guesses.begin(), guesses.end(), [&](const Hypothesis& hypothesis) {
         return hypothesis.score >= kAsGood * check.score && Agree(check.told, pose_of(hypothesis));
       });
