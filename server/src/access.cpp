@@ -101,8 +101,8 @@ absl::StatusOr<std::unique_ptr<Access>> Access::Create(const std::string& token_
   return access;
 }
 
-void Access::StartWatching(Metrics& metrics) {
-  if (!token_file_.empty()) watch_.Start(metrics);
+void Access::StartWatching(FileWatch::Tell tell) {
+  if (!token_file_.empty()) watch_.Start(std::move(tell));
 }
 
 void Access::StopWatching() { watch_.Stop(); }

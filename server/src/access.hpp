@@ -14,7 +14,6 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "file_watch.hpp"
-#include "metrics.hpp"
 
 namespace scanloc::server {
 
@@ -39,9 +38,8 @@ class Access {
   [[nodiscard]] static absl::StatusOr<std::unique_ptr<Access>> Create(
       const std::string& token_file);
 
-  /// Looks at the file every second from now on, and tells the metrics whether it can be used; they
-  /// must outlive StopWatching.
-  void StartWatching(Metrics& metrics);
+  /// Looks at the file every second from now on, and tells whether it can be used.
+  void StartWatching(FileWatch::Tell tell);
   void StopWatching();
 
   /// Unauthenticated: no bearer token, or one that is not in the file. PermissionDenied: its role

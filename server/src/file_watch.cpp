@@ -120,9 +120,9 @@ FileWatch::Clock::duration FileWatch::UnknownFor(Clock::time_point now) const {
   return unknown_since_ ? now - *unknown_since_ : Clock::duration::zero();
 }
 
-void FileWatch::Start(Metrics& metrics) {
-  metrics.SetFileUnusable(subject_.name, false);
-  thread_ = std::thread([this, &metrics] { Run(metrics); });
+void FileWatch::Start(Tell tell) {
+  tell(subject_.name, false);
+  thread_ = std::thread([this, tell = std::move(tell)] { Run(tell); });
 }
 
 void FileWatch::Stop() {
@@ -134,12 +134,12 @@ void FileWatch::Stop() {
   if (thread_.joinable()) thread_.join();
 }
 
-void FileWatch::Run(Metrics& metrics) {
+void FileWatch::Run(const Tell& tell) {
   std::unique_lock lock(mutex_);
   while (!ends_.wait_for(lock, kLookInterval, [this] { return is_ending_; })) {
     lock.unlock();
     (void)Look();  // what is wrong is told by it
-    metrics.SetFileUnusable(subject_.name, is_told_);
+    tell(subject_.name, is_told_);
     lock.lock();
   }
 }

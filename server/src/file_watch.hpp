@@ -12,8 +12,6 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
-#include "metrics.hpp"
-
 namespace scanloc::server {
 
 /// Files whose content is taken up anew when it changes, while the server runs. They are read once
@@ -44,8 +42,11 @@ class FileWatch {
   /// Reads the files and takes up what is new; from one thread at a time.
   absl::Status Look(Clock::time_point now = Clock::now());
 
-  /// Looks every second from now on, and tells the metrics, which must outlive Stop.
-  void Start(Metrics& metrics);
+  /// Told of the subject by its name: whether its files cannot be used. From Start until Stop.
+  using Tell = std::function<void(const std::string& name, bool is_unusable)>;
+
+  /// Looks every second from now on, and tells.
+  void Start(Tell tell);
   void Stop();
 
   /// How long it has been unknown what the files hold; 0 while it is known.
@@ -56,7 +57,7 @@ class FileWatch {
 
   [[nodiscard]] absl::Status ReadAll(Texts& texts) const;
   [[nodiscard]] static Digest DigestOf(const Texts& texts);
-  void Run(Metrics& metrics);
+  void Run(const Tell& tell);
   void NoteTrouble(const absl::Status& why, const Digest& found, Clock::time_point now);
 
   const Subject subject_;

@@ -10,6 +10,13 @@
 #include "service_manager.hpp"
 
 namespace scanloc::server {
+namespace {
+
+/// A scan is held as the bytes received, as a message, as points and, while it is described, as
+/// voxels.
+constexpr std::int64_t kCopiesOfReceived = 4;
+
+}  // namespace
 
 absl::StatusOr<std::unique_ptr<GuardedFront>> GuardedFront::Open(Options options,
                                                                  const CallRooms& rooms,
@@ -31,11 +38,11 @@ absl::StatusOr<std::unique_ptr<GuardedFront>> GuardedFront::Open(Options options
                                own.door_->own_address(),
                                own.options_.tls == nullptr ? nullptr : own.tls_.get());
                          },
-                     // They cannot be more than what was sent; what is, is gRPC's own.
+                     // They cannot be more than copies of what was sent; what is, is gRPC's own.
                      .at_hand_bytes =
                          [&own] {
                            return std::min(own.options_.at_hand_bytes(),
-                                           own.door_->num_bytes_received());
+                                           kCopiesOfReceived * own.door_->num_bytes_received());
                          },
                      .make_anew = [&own](const std::string& why) { own.MakeAnew(why); },
                      .asked =

@@ -4,6 +4,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 
@@ -51,7 +52,7 @@ class Reception {
         rates_(max_rate_per_s),
         log_(log),
         log_limit_(kMaxLinesPerSecond, kNsPerSecond) {
-    access_.StartWatching(metrics_);
+    access_.StartWatching(std::bind_front(&Metrics::SetFileUnusable, &metrics_));
   }
   ~Reception() { access_.StopWatching(); }
   Reception(const Reception&) = delete;

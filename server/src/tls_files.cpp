@@ -6,6 +6,7 @@
 #include <spdlog/spdlog.h>
 
 #include <ctime>
+#include <functional>
 #include <utility>
 #include <vector>
 
@@ -113,7 +114,7 @@ absl::StatusOr<std::unique_ptr<TlsFiles>> TlsFiles::Open(const TlsOptions& optio
     return absl::InvalidArgumentError(absl::StrCat("TLS files: ", status.message()));
   }
   metrics.StartCountingTlsReloads();
-  files->watch_.Start(metrics);
+  files->watch_.Start(std::bind_front(&Metrics::SetFileUnusable, &metrics));
   return files;
 }
 

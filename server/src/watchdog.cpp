@@ -27,7 +27,7 @@ constexpr milliseconds kOverslept(1000);
 /// Memory that nothing accounts for is given back after so long, and if it stays, the front is made
 /// anew after so long.
 constexpr milliseconds kOddBeforeTrim(300);
-constexpr milliseconds kMaxOdd(1000);
+constexpr milliseconds kMaxOdd(5000);
 /// What a front held is freed a while after it is gone.
 constexpr milliseconds kTrimAfterMakingAnew(1000);
 

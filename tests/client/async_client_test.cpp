@@ -32,6 +32,9 @@ class CountingClient : public LocalizationClient {
       const SignedDescriptor& descriptor, const RequestOptions&) const override {
     return LocalizeReply{.map = descriptor.signature};
   }
+  [[nodiscard]] absl::StatusOr<RobotStream> OpenStream(const StreamOptions&) const override {
+    return absl::UnimplementedError("");
+  }
 
   mutable test::Gate gate;
   mutable std::atomic<int> num_begun = 0;

@@ -104,7 +104,7 @@ TEST(InterruptedBuild, ResumesAnAppendedSession) {
   Args first = BuildArgs(map);
   first.insert(first.end(), {"--polar-sectors", "40"});
   MustScanloc(first);
-  const Args append = With(BuildLongArgs(drive, map), {"--append"});
+  const Args append = With(BuildLongArgs(drive, map), {"--append", "--accept-inconsistent"});
   Process build(Command(kScanloc, append), kInStep);
   build.ReadLineWith("(30 %)");
   build.Signal(SIGKILL);

@@ -106,12 +106,12 @@ TEST_F(KilledAtAnyMoment, LeavesTheSessionsBeforeAsTheyWere) {
   const json before = Info(dir_.File("base"));
   const std::string places_before = MustScanloc({"export", dir_.File("base")});
   fs::copy_file(dir_.File("base"), map_);
-  BuildUnbroken({"--append"});
+  BuildUnbroken({"--append", "--accept-inconsistent"});
   std::set<int> num_places_found;
   for (int i = 0; i < num_moments_; ++i) {
     SCOPED_TRACE(i);
     fs::copy_file(dir_.File("base"), map_);
-    const int num_told = KillAtRandom({"--append"});
+    const int num_told = KillAtRandom({"--append", "--accept-inconsistent"});
     const ProcessResult verified = Scanloc({"verify", map_, "--recover"});
     ASSERT_EQ(verified.status, 0) << verified.err;
     const json info = Info(map_);
@@ -119,7 +119,7 @@ TEST_F(KilledAtAnyMoment, LeavesTheSessionsBeforeAsTheyWere) {
     EXPECT_GE(info.at("num_places"), TinyTown::kNumScans + num_told - num_told % kCommitInterval);
     num_places_found.insert(info.at("num_places").get<int>());
     EXPECT_EQ(MustScanloc({"export", map_}).substr(0, places_before.size()), places_before);
-    const std::string told = MustScanloc(Build({"--append", "--resume", "--quiet"}));
+    const std::string told = MustScanloc(Build({"--append", "--resume", "--accept-inconsistent", "--quiet"}));
     EXPECT_NE(told.find(content_id_), std::string::npos) << told;
     ASSERT_FALSE(HasFailure());
     fs::remove(map_);

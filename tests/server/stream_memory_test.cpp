@@ -3,26 +3,30 @@
 
 #include <atomic>
 #include <chrono>
+#include <string>
 #include <thread>
 #include <vector>
 
+#include "metered_scanlocd.hpp"
 #include "scanloc/client/client.hpp"
+#include "support/long_tests.hpp"
 #include "support/scenes.hpp"
 #include "support/small_map.hpp"
-#include "support/test_server.hpp"
 
 namespace scanloc::server {
 namespace {
 
+/// In a process of its own: what the clients hold is none of the server's memory.
+using StreamMemoryTest = MeteredScanlocdTest;
+
 // What waits in streams is no other client's loss.
-TEST(RobotStream, OfManyLargeScansShutsNobodyOut) {
-  const test::Maps maps = {{"town", test::SmallMap(1, 6)}};
-  ServerOptions options = test::OptionsFor(maps);
-  options.num_threads = 1;
-  options.max_memory_bytes = 128 << 20;  // of which gRPC needs some for itself
-  const auto server = test::StartServer(maps, options);
+TEST_F(StreamMemoryTest, OfManyLargeScansShutsNobodyOut) {
+  if (!test::LongTests()) GTEST_SKIP() << "needs the machine for itself: SCANLOC_LONG_TESTS=1";
+  StartMetered({"--threads", "1", "--max-inflight", "64", "--max-memory-bytes",
+                std::to_string(512 << 20), "--map", "town=" + WriteMap("town", 1)});
+  ASSERT_FALSE(HasFatalFailure());
   const auto client =
-      client::Client::Connect({.address = server->address(), .timeout = std::chrono::minutes(2)});
+      client::Client::Connect({.address = address_, .timeout = std::chrono::minutes(2)});
   ASSERT_TRUE(client.ok()) << client.status();
   const PointCloud large = scenes::RandomScan(1, 300'000);  // 3.6 MB
   std::atomic<int> num_busy = 20;
