@@ -1,7 +1,6 @@
 #!/usr/bin/env bash
-# Format, lint of what changed, layering and some seconds of every fuzz target. Exits with 1 and the
-# list of what is wrong.
-#   scripts/check.sh              lints what differs from the newest commit a day older than HEAD
+# Format, layering and some seconds of every fuzz target. Exits with 1 and the list of what is wrong.
+#   scripts/check.sh --lint       lints, too, what differs from the newest commit a day older than HEAD
 #   scripts/check.sh --lint-all   lints everything
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -16,28 +15,31 @@ clang-format --dry-run --Werror "${sources[@]}" || failed=1
 echo "check: layering"
 scripts/check_layering.sh || failed=1
 
-# A configuration of its own, without precompiled headers: those of GCC are none to clang-tidy. The
-# generated headers must exist before anything that includes them is looked at.
-configure dev -B build/lint -DCMAKE_DISABLE_PRECOMPILE_HEADERS=ON
-cmake --build build/lint --target scanloc_generated >/dev/null
-mapfile -t all < <(git ls-files '*.cpp' | grep -vE '^(tests|bench)/')
-day_ago=$(($(git log -1 --format=%ct) - 86400))
-since=$(git rev-list -1 --before="@$day_ago" HEAD)
-if [[ "${1:-}" == --lint-all || -z "$since" ]]; then
-  units=("${all[@]}")
-else
-  # A header is looked at through the first source that includes it.
-  mapfile -t units < <(git diff --name-only --diff-filter=d "$since" -- '*.cpp' '*.hpp' |
-    grep -vE '^(tests|bench)/' | while read -r file; do
-      case "$file" in
-        *.cpp) echo "$file" ;;
-        *) grep -lE "#include [<\"](.*/)?$(basename "$file")" "${all[@]}" | head -1 ;;
-      esac
-    done | sort -u)
-fi
-echo "check: lint of ${#units[@]} files of ${#all[@]}"
-printf '%s\0' "${units[@]}" |
-  xargs -0 -r -n 1 -P "$(nproc)" clang-tidy --quiet -p build/lint 2>/dev/null || failed=1
+lint() {
+  # A configuration of its own, without precompiled headers: those of GCC are none to clang-tidy. The
+  # generated headers must exist before anything that includes them is looked at.
+  configure dev -B build/lint -DCMAKE_DISABLE_PRECOMPILE_HEADERS=ON
+  cmake --build build/lint --target scanloc_generated >/dev/null
+  mapfile -t all < <(git ls-files '*.cpp' | grep -vE '^(tests|bench)/')
+  day_ago=$(($(git log -1 --format=%ct) - 86400))
+  since=$(git rev-list -1 --before="@$day_ago" HEAD)
+  if [[ "$1" == --lint-all || -z "$since" ]]; then
+    units=("${all[@]}")
+  else
+    # A header is looked at through the first source that includes it.
+    mapfile -t units < <(git diff --name-only --diff-filter=d "$since" -- '*.cpp' '*.hpp' |
+      grep -vE '^(tests|bench)/' | while read -r file; do
+        case "$file" in
+          *.cpp) echo "$file" ;;
+          *) grep -lE "#include [<\"](.*/)?$(basename "$file")" "${all[@]}" | head -1 ;;
+        esac
+      done | sort -u)
+  fi
+  echo "check: lint of ${#units[@]} files of ${#all[@]}"
+  printf '%s\0' "${units[@]}" |
+    xargs -0 -r -n 1 -P "$(nproc)" clang-tidy --quiet -p build/lint 2>/dev/null || failed=1
+}
+[[ "${1:-}" == --lint* ]] && lint "$1"
 
 scripts/fuzz.sh 10 || failed=1
 

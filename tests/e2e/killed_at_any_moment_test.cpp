@@ -119,7 +119,8 @@ TEST_F(KilledAtAnyMoment, LeavesTheSessionsBeforeAsTheyWere) {
     EXPECT_GE(info.at("num_places"), TinyTown::kNumScans + num_told - num_told % kCommitInterval);
     num_places_found.insert(info.at("num_places").get<int>());
     EXPECT_EQ(MustScanloc({"export", map_}).substr(0, places_before.size()), places_before);
-    const std::string told = MustScanloc(Build({"--append", "--resume", "--accept-inconsistent", "--quiet"}));
+    const std::string told =
+        MustScanloc(Build({"--append", "--resume", "--accept-inconsistent", "--quiet"}));
     EXPECT_NE(told.find(content_id_), std::string::npos) << told;
     ASSERT_FALSE(HasFailure());
     fs::remove(map_);

@@ -33,8 +33,8 @@ TEST(PoseDifference, IsAcrossUpAlongUpAndAboutUp) {
 TEST(PoseDifference, TellsTheHeadingOfAnyMount) {
   // Looking down, hanging, lying on the side: none has a yaw of its own that could be compared.
   for (const auto& [pitch_deg, roll_deg] : {std::pair(90.0, 0.0), {0.0, 180.0}, {0.0, -90.0}}) {
-    const PoseDifference difference = DifferenceOf(
-        PoseOf({0, 0, 0}, 70.0, pitch_deg, roll_deg), PoseOf({0, 0, 0}, 30.0, pitch_deg, roll_deg));
+    const PoseDifference difference = DifferenceOf(PoseOf({0, 0, 0}, 70.0, pitch_deg, roll_deg),
+                                                   PoseOf({0, 0, 0}, 30.0, pitch_deg, roll_deg));
     EXPECT_NEAR(difference.heading_deg, 40.0, 1e-9) << pitch_deg << " " << roll_deg;
   }
 }

@@ -100,8 +100,9 @@ enum class Recovery : std::uint8_t {
   kJournalRemoved,  ///< the file is sound without that, and was left as it is
 };
 
-/// Ends the unfinished write that a killed build left beside the file: undoes it, unless the file is
-/// sound as it is, as one is that was put in the place of that build's. Reads the whole file then.
+/// Ends the unfinished write that a killed build left beside the file: undoes it, unless the file
+/// is sound as it is, as one is that was put in the place of that build's. Reads the whole file
+/// then.
 ///
 /// Unavailable: a build has the file. FailedPrecondition: the journal is none of a build.
 /// InvalidArgument: no map. PermissionDenied. A file that does not exist is NotFound.
