@@ -245,7 +245,7 @@ void Connection::LimitTime(std::optional<std::chrono::nanoseconds> limit) {
     sqlite3_progress_handler(database_.get(), 0, nullptr, nullptr);
     return;
   }
-  time_limit_ = std::make_unique<TimeLimit>(std::chrono::steady_clock::now() + *limit);
+  time_limit_ = std::make_unique<TimeLimit>(TimeLimit{std::chrono::steady_clock::now() + *limit});
   const auto is_over = [](void* time_limit) {
     return std::chrono::steady_clock::now() > static_cast<TimeLimit*>(time_limit)->end ? 1 : 0;
   };
