@@ -7,11 +7,11 @@
 
 #include "absl/strings/str_cat.h"
 #include "bag/decompress.hpp"
-#include "bag/deskew.hpp"
-#include "bag/frame_tree.hpp"
-#include "bag/messages.hpp"
 #include "bag/point_field.hpp"
 #include "scanloc/dataset/bag_drive.hpp"
+#include "scanloc/dataset/deskew.hpp"
+#include "scanloc/dataset/frame_tree.hpp"
+#include "scanloc/dataset/ros_messages.hpp"
 #include "support/scan_files.hpp"
 
 namespace scanloc::dataset {
@@ -163,6 +163,16 @@ TEST(FrameTree, DoesNotInterpolateOverAGap) {
   tree.Sort();
   EXPECT_FALSE(tree.Connect("odom", "lidar")->At(1'000).has_value());
   EXPECT_TRUE(tree.Connect("odom", "lidar")->At(0).has_value());
+}
+
+TEST(PoseTrack, ForgetsWhatCameBefore) {
+  PoseTrack track;
+  for (const std::int64_t stamp_ns : {10, 20, 30}) track.Add(stamp_ns, At(1));
+  track.ForgetBefore(20);
+  EXPECT_FALSE(track.At(15).has_value());
+  EXPECT_TRUE(track.At(20).has_value());
+  track.ForgetBefore(40);
+  EXPECT_FALSE(track.At(30).has_value());
 }
 
 TEST(FrameTree, RefusesWhatIsNoTree) {

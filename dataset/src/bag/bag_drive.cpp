@@ -10,12 +10,12 @@
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_join.h"
 #include "bag/bag_topics.hpp"
-#include "bag/deskew.hpp"
-#include "bag/frame_tree.hpp"
-#include "bag/messages.hpp"
 #include "file_bytes.hpp"
 #include "scanloc/dataset/bag.hpp"
+#include "scanloc/dataset/deskew.hpp"
+#include "scanloc/dataset/frame_tree.hpp"
 #include "scanloc/dataset/pose_reader.hpp"
+#include "scanloc/dataset/ros_messages.hpp"
 #include "text.hpp"
 
 namespace scanloc::dataset {

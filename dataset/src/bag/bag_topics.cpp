@@ -5,8 +5,8 @@
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
-#include "bag/messages.hpp"
 #include "scanloc/core/printable.hpp"
+#include "scanloc/dataset/ros_messages.hpp"
 #include "text.hpp"
 
 namespace scanloc::dataset {

@@ -1,4 +1,4 @@
-#include "bag/deskew.hpp"
+#include "scanloc/dataset/deskew.hpp"
 
 #include <algorithm>
 #include <cmath>

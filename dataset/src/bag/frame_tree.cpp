@@ -1,4 +1,4 @@
-#include "bag/frame_tree.hpp"
+#include "scanloc/dataset/frame_tree.hpp"
 
 #include <algorithm>
 #include <iterator>
@@ -26,6 +26,12 @@ bool IsEarlier(const std::pair<std::int64_t, Pose>& a, const std::pair<std::int6
 }  // namespace
 
 void PoseTrack::Sort() { std::stable_sort(samples_.begin(), samples_.end(), &IsEarlier); }
+
+void PoseTrack::ForgetBefore(std::int64_t stamp_ns) {
+  samples_.erase(samples_.begin(),
+                 std::lower_bound(samples_.begin(), samples_.end(),
+                                  std::pair(stamp_ns, Pose::Identity()), &IsEarlier));
+}
 
 std::optional<Pose> PoseTrack::At(std::int64_t stamp_ns) const {
   if (samples_.empty()) return static_;

@@ -9,8 +9,8 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
-#include "bag/messages.hpp"
 #include "scanloc/core/scan/pose.hpp"
+#include "scanloc/dataset/ros_messages.hpp"
 
 namespace scanloc::dataset {
 
@@ -21,6 +21,8 @@ class PoseTrack {
   void SetStatic(const Pose& pose) { static_ = pose; }
   void Add(std::int64_t stamp_ns, const Pose& pose) { samples_.emplace_back(stamp_ns, pose); }
   void Sort();
+  /// Drops the samples before a time. Requires Sort.
+  void ForgetBefore(std::int64_t stamp_ns);
 
   [[nodiscard]] bool is_static() const { return static_.has_value() && samples_.empty(); }
   /// Samples; none if it is static.

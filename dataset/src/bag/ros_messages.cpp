@@ -1,4 +1,4 @@
-#include "bag/messages.hpp"
+#include "scanloc/dataset/ros_messages.hpp"
 
 #include <algorithm>
 #include <array>
@@ -8,6 +8,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "bag/point_field.hpp"
+#include "bag/wire_reader.hpp"
 #include "scan_decoders.hpp"
 #include "scanloc/core/limits.hpp"
 #include "text.hpp"

@@ -9,8 +9,8 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
-#include "bag/wire_reader.hpp"
 #include "scanloc/core/scan/pose.hpp"
+#include "scanloc/dataset/bag.hpp"
 #include "scanloc/dataset/scan_reader.hpp"
 
 /// The messages of ROS that are read, from their bytes.
