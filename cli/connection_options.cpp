@@ -29,7 +29,7 @@ CLI::Option* DeclareConnection(CLI::App& app, const char* group, Connection* con
   return server;
 }
 
-absl::StatusOr<client::Client> Connect(const Connection& connection) {
+absl::StatusOr<client::ClientOptions> ClientOptionsOf(const Connection& connection) {
   client::ClientOptions options{.address = connection.address,
                                 .tls_ca_file = connection.tls_ca_file,
                                 .tls_cert_file = connection.tls_cert_file,
@@ -42,7 +42,13 @@ absl::StatusOr<client::Client> Connect(const Connection& connection) {
       return absl::NotFoundError("cannot read a token from " + connection.token_file);
     }
   }
-  return client::Client::Connect(options);
+  return options;
+}
+
+absl::StatusOr<client::Client> Connect(const Connection& connection) {
+  const auto options = ClientOptionsOf(connection);
+  if (!options.ok()) return options.status();
+  return client::Client::Connect(*options);
 }
 
 }  // namespace scanloc::cli

@@ -22,7 +22,10 @@ struct Connection {
 /// Declares --server, which is returned, and how to get through to it.
 CLI::Option* DeclareConnection(CLI::App& app, const char* group, Connection* connection);
 
-/// Errors as of client::Client::Connect; NotFound: the token file cannot be read.
+/// NotFound: the token file cannot be read.
+[[nodiscard]] absl::StatusOr<client::ClientOptions> ClientOptionsOf(const Connection& connection);
+
+/// Errors as of ClientOptionsOf and client::Client::Connect.
 [[nodiscard]] absl::StatusOr<client::Client> Connect(const Connection& connection);
 
 }  // namespace scanloc::cli

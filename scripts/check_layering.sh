@@ -39,6 +39,10 @@ forbid 'client/src client/include' 'scanloc/(mapdb|dataset|sim|eval|server)/|sql
   'the client library knows core and proto only'
 forbid sim 'scanloc/(mapdb|eval|proto|server|client)/|sqlite3|pcl/|grpc|google/|spdlog' \
   'sim makes worlds and scans of them: it knows core and dataset only'
+forbid ros2 'scanloc/(mapdb|sim|eval|report|server|proto/convert)|sqlite3|pcl/|grpc|google/' \
+  'ros2 is thin, over the faces of client and dataset'
+forbid 'core mapdb dataset sim eval report proto server client cli' 'dds/|ros2/|fastdds|fastrtps' \
+  'DDS stays in ros2'
 # Rooms of core: each knows those before it.
 forbid 'core/src/scan core/include/scanloc/core/scan' \
   '(scanloc/core/)?(map|scan_context|structural|track)/' 'scan knows no other room'

@@ -10,6 +10,7 @@ packages=(
   liblzf-dev libzstd-dev liblz4-dev libbz2-dev
   libgrpc++-dev libprotobuf-dev protobuf-compiler protobuf-compiler-grpc libabsl-dev
   libssl-dev zlib1g-dev prometheus-cpp-dev libspdlog-dev libcli11-dev nlohmann-json3-dev
+  cyclonedds-dev cyclonedds-tools libfastrtps-dev libfastcdr-dev
   libgtest-dev libgmock-dev libbenchmark-dev openssl python3 haproxy
 )
 if [[ "${1:-}" == "--with-checks" ]]; then

@@ -1,0 +1,226 @@
+#include "lookout.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+#include "pose_covariance.hpp"
+
+namespace scanloc::ros2 {
+namespace {
+
+std::int64_t Ns(double seconds) { return static_cast<std::int64_t>(seconds * 1e9); }
+
+/// Whether the same question may well be answered later.
+bool IsPassing(const absl::Status& error) {
+  return absl::IsUnavailable(error) || absl::IsDeadlineExceeded(error) ||
+         absl::IsResourceExhausted(error) || absl::IsAborted(error) || absl::IsCancelled(error);
+}
+
+}  // namespace
+
+Lookout::Lookout(const LookoutOptions& options)
+    : options_(options), odom_frame_(options.odom_frame) {
+  if (options.asks_at_start) BeginAnew();
+}
+
+void Lookout::BeginAnew() {
+  state_ = State::kSearching;
+  is_answered_ = false;
+  is_announced_ = false;
+  begins_anew_ = true;
+  T_odom_last_.reset();
+  unheard_.reset();
+  T_map_odom_.reset();
+  not_before_ns_ = 0;
+  num_errors_in_row_ = 0;
+  num_misses_in_row_ = 0;
+  problem_.clear();
+}
+
+void Lookout::TakeTrigger() {
+  is_outdated_ = asked_.has_value();
+  BeginAnew();
+}
+
+void Lookout::TakeCloud(ReceivedBytes cloud) {
+  ++counts_.received;
+  if (waiting_) ++counts_.passed_over;
+  waiting_ = std::move(cloud);
+}
+
+Told Lookout::TakeOdometry(const dataset::StampedPose& pose) {
+  odometry_.Add(pose);
+  if (options_.odom_frame.empty()) odom_frame_ = pose.parent;
+  Told told;
+  if (options_.publishes_tf && state_ == State::kLocalized && T_map_odom_) {
+    told.map_odom = TransformMessage{.stamp_ns = pose.stamp_ns,
+                                     .parent = options_.map_frame,
+                                     .child = odom_frame_,
+                                     .T_parent_child = *T_map_odom_};
+  }
+  return told;
+}
+
+Told Lookout::TakeListeners(std::size_t num_listeners, std::int64_t now_ns) {
+  Told told;
+  if (now_ns >= unheard_until_ns_) unheard_.reset();
+  if (unheard_ && num_listeners > 0) {
+    told.initial_pose = *std::exchange(unheard_, std::nullopt);
+    is_announced_ = true;
+  }
+  return told;
+}
+
+bool Lookout::WantsScan() const {
+  if (asked_ || state_ == State::kIdle || !failure_.ok()) return false;
+  switch (options_.mode) {
+    case Mode::kOnce:
+      return !is_answered_;
+    case Mode::kUntilLocalized:
+      return state_ != State::kLocalized || !(is_announced_ || T_map_odom_);
+    case Mode::kAlways:
+      break;
+  }
+  return true;
+}
+
+void Lookout::Decode(std::int64_t now_ns) {
+  const ReceivedBytes cloud = *std::exchange(waiting_, std::nullopt);
+  auto decoded = dataset::DecodeCloud(dataset::WireFormat::kCdr, cloud.bytes, false);
+  if (!decoded.ok()) {
+    ++counts_.refused;
+    cloud_problem_ = std::string(decoded.status().message());
+    return;
+  }
+  cloud_problem_.clear();
+  decoded_ = *std::move(decoded);
+  decoded_at_ns_ = now_ns;
+}
+
+bool Lookout::AwaitsOdometry(std::int64_t now_ns) const {
+  const std::optional<std::int64_t> newest_ns = odometry_.newest_ns();
+  return newest_ns && *newest_ns < decoded_->head.stamp_ns &&
+         now_ns < decoded_at_ns_ + Ns(options_.odometry_wait_s);
+}
+
+std::optional<Question> Lookout::NextQuestion(std::int64_t now_ns) {
+  if (!WantsScan() || now_ns < not_before_ns_) return std::nullopt;
+  if (!decoded_ && waiting_) Decode(now_ns);
+  if (!decoded_ || AwaitsOdometry(now_ns)) return std::nullopt;
+  dataset::CloudMessage cloud = *std::exchange(decoded_, std::nullopt);
+
+  // Time began anew: a bag is played again.
+  if (cloud.head.stamp_ns < last_stamp_ns_) begins_anew_ = true;
+  if (begins_anew_) T_odom_last_.reset();
+  Question question{.scan = std::move(cloud.scan.points), .begins_anew = begins_anew_};
+  T_odom_asked_ = odometry_.At(cloud.head.stamp_ns);
+  if (T_odom_asked_) {
+    T_odom_asked_ = *T_odom_asked_ * options_.T_base_sensor;
+    if (T_odom_last_) question.T_last_scan = T_odom_last_->inverse() * *T_odom_asked_;
+  } else if (odometry_.newest_ns()) {
+    ++counts_.without_odometry;
+  }
+  last_stamp_ns_ = cloud.head.stamp_ns;
+  asked_ = std::move(cloud.head);
+  asked_at_ns_ = now_ns;
+  begins_anew_ = false;
+  ++counts_.asked;
+  return question;
+}
+
+Told Lookout::TakeReply(const absl::StatusOr<TrackedReply>& reply, std::int64_t now_ns) {
+  const dataset::MessageHead head = *std::exchange(asked_, std::nullopt);
+  Told told;
+  if (std::exchange(is_outdated_, false)) {
+    begins_anew_ = true;
+    return told;
+  }
+  if (!reply.ok()) {
+    TakeError(reply.status(), now_ns);
+    return told;
+  }
+  is_answered_ = true;
+  num_errors_in_row_ = 0;
+  problem_.clear();
+  T_odom_last_ = T_odom_asked_;
+  last_reply_ = reply->reply;
+  const Answer& answer = reply->reply.answer;
+  if (answer.outcome == Outcome::kLocalized && !answer.candidates.empty()) {
+    told.pose = TakeLocalized(*reply, head, now_ns);
+  } else {
+    TakeMiss();
+  }
+  told.candidates = PosesMessage{.stamp_ns = head.stamp_ns, .frame = options_.map_frame};
+  for (const Candidate& candidate : answer.candidates) {
+    told.candidates->poses.push_back(candidate.T_map_query * options_.T_base_sensor.inverse());
+  }
+  return told;
+}
+
+void Lookout::TakeError(const absl::Status& error, std::int64_t now_ns) {
+  constexpr std::int64_t kFirst_ns = 250'000'000;
+  constexpr int kMostDoublings = 4;
+  ++counts_.errors;
+  problem_ = std::string(error.message());
+  begins_anew_ = true;  // the stream is over
+  if (options_.mode == Mode::kOnce && !IsPassing(error)) failure_ = error;
+  not_before_ns_ = now_ns + (kFirst_ns << std::min(num_errors_in_row_, kMostDoublings));
+  ++num_errors_in_row_;
+}
+
+PoseMessage Lookout::TakeLocalized(const TrackedReply& reply, const dataset::MessageHead& head,
+                                   std::int64_t now_ns) {
+  const Candidate& best = reply.reply.answer.candidates.front();
+  PoseMessage pose{.stamp_ns = head.stamp_ns,
+                   .frame = options_.map_frame,
+                   .pose = best.T_map_query * options_.T_base_sensor.inverse(),
+                   .covariance = CovarianceOf(best)};
+  if (state_ != State::kLocalized || reply.is_relocated) is_announced_ = false;
+  state_ = State::kLocalized;
+  num_misses_in_row_ = 0;
+  not_before_ns_ = asked_at_ns_ + Ns(options_.interval_s);
+  if (!is_announced_) {
+    unheard_ = pose;
+    unheard_until_ns_ = now_ns + kUnheard_ns;
+  }
+  if (options_.publishes_tf && T_odom_asked_)
+    T_map_odom_ = best.T_map_query * T_odom_asked_->inverse();
+  return pose;
+}
+
+void Lookout::TakeMiss() {
+  ++num_misses_in_row_;
+  not_before_ns_ = asked_at_ns_ + kSearchInterval_ns;
+  if (state_ == State::kLocalized && num_misses_in_row_ >= options_.num_misses_to_lost) {
+    state_ = State::kLost;
+    unheard_.reset();
+    T_map_odom_.reset();  // silent rather than wrong
+  }
+}
+
+std::int64_t Lookout::NextChange_ns() const {
+  std::int64_t next_ns = std::numeric_limits<std::int64_t>::max();
+  if (WantsScan() && waiting_) next_ns = not_before_ns_;
+  if (WantsScan() && decoded_) {
+    next_ns = std::max(not_before_ns_, decoded_at_ns_ + Ns(options_.odometry_wait_s));
+  }
+  if (unheard_) next_ns = std::min(next_ns, unheard_until_ns_);
+  return next_ns;
+}
+
+bool Lookout::IsDone(std::int64_t now_ns) const {
+  if (!failure_.ok()) return true;
+  if (options_.stays || asked_) return false;
+  switch (options_.mode) {
+    case Mode::kOnce:
+      return is_answered_ && (!unheard_ || now_ns >= unheard_until_ns_);
+    case Mode::kUntilLocalized:
+      return state_ == State::kLocalized && is_announced_;
+    case Mode::kAlways:
+      break;
+  }
+  return false;
+}
+
+}  // namespace scanloc::ros2

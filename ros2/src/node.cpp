@@ -1,0 +1,287 @@
+#include "node.hpp"
+
+#include <dds/dds.h>
+#include <dds/ddsi/ddsi_serdata.h>
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_join.h"
+#include "dds_log.hpp"
+#include "dds_messages.hpp"
+#include "ros_names.hpp"
+#include "scanloc/core/printable.hpp"
+
+namespace scanloc::ros2 {
+namespace {
+
+constexpr int kNumOdometry = 256;  // some 0.5 s of a fast one
+
+absl::Status Failed(const std::string& what, dds_return_t code) {
+  return absl::InternalError(absl::StrCat("DDS: ", what, ": ", dds_strretcode(code)));
+}
+
+/// The bytes of a message; the sample is given back at their end.
+ReceivedBytes Keep(ddsi_serdata* sample) {
+  struct Loan {
+    ddsi_serdata* sample;
+    ddsrt_iovec_t bytes;
+    ~Loan() { ddsi_serdata_to_ser_unref(sample, &bytes); }
+  };
+  auto loan = std::make_shared<Loan>();
+  loan->sample = ddsi_serdata_to_ser_ref(sample, 0, ddsi_serdata_size(sample), &loan->bytes);
+  ddsi_serdata_unref(sample);
+  const std::string_view bytes(static_cast<const char*>(loan->bytes.iov_base), loan->bytes.iov_len);
+  return {.bytes = bytes, .owner = std::move(loan)};
+}
+
+/// Takes what a reader has, at most kMaxAtOnce messages.
+std::vector<ReceivedBytes> Take(dds_entity_t reader) {
+  std::vector<ReceivedBytes> taken;
+  if (reader <= 0) return taken;
+  std::array<ddsi_serdata*, Node::kMaxAtOnce> samples{};
+  std::array<dds_sample_info_t, Node::kMaxAtOnce> infos{};
+  const dds_return_t num =
+      dds_takecdr(reader, samples.data(), samples.size(), infos.data(), DDS_ANY_STATE);
+  for (dds_return_t i = 0; i < num; ++i) {
+    if (infos[i].valid_data) {
+      taken.push_back(Keep(samples[i]));
+    } else {
+      ddsi_serdata_unref(samples[i]);
+    }
+  }
+  return taken;
+}
+
+using QosPointer = std::unique_ptr<dds_qos_t, decltype(&dds_delete_qos)>;
+
+QosPointer Qos(bool is_reliable, int depth) {
+  QosPointer qos(dds_create_qos(), &dds_delete_qos);
+  dds_qset_reliability(qos.get(),
+                       is_reliable ? DDS_RELIABILITY_RELIABLE : DDS_RELIABILITY_BEST_EFFORT,
+                       DDS_MSECS(100));
+  dds_qset_history(qos.get(), DDS_HISTORY_KEEP_LAST, depth);
+  dds_qset_durability(qos.get(), DDS_DURABILITY_VOLATILE);
+  return qos;
+}
+
+}  // namespace
+
+struct Node::Impl {
+  ~Impl() { dds_delete(participant); }
+
+  absl::Status Open();
+  /// A topic of ROS by its name, or an error.
+  absl::StatusOr<dds_entity_t> Topic(const std::string& name, const dds_topic_descriptor_t& type);
+  absl::Status Read(const std::string& name, const dds_topic_descriptor_t& type, bool is_reliable,
+                    int depth, dds_entity_t& reader);
+  absl::Status Write(const std::string& name, const dds_topic_descriptor_t& type, int depth,
+                     dds_entity_t& writer);
+  absl::Status Watch(dds_entity_t entity);
+  /// What publishers there are instead of those of clouds.
+  [[nodiscard]] std::string LookAround() const;
+
+  NodeOptions options;
+  dds_entity_t participant = 0;
+  dds_entity_t waitset = 0;
+  dds_entity_t guard = 0;
+  dds_entity_t points = 0;
+  dds_entity_t odom = 0;
+  dds_entity_t trigger = 0;
+  dds_entity_t initial_pose = 0;
+  dds_entity_t pose = 0;
+  dds_entity_t candidates = 0;
+  dds_entity_t diagnostics = 0;
+  dds_entity_t tf = 0;
+  dds_entity_t publications = 0;
+};
+
+absl::Status Node::Impl::Watch(dds_entity_t entity) {
+  const dds_return_t attached = dds_waitset_attach(waitset, entity, entity);
+  return attached < 0 ? Failed("cannot wait for a topic", attached) : absl::OkStatus();
+}
+
+absl::StatusOr<dds_entity_t> Node::Impl::Topic(const std::string& name,
+                                               const dds_topic_descriptor_t& type) {
+  const absl::StatusOr<std::string> full = DdsTopicName(options.ros_namespace, name);
+  if (!full.ok()) return full.status();
+  const dds_entity_t topic = dds_create_topic(participant, &type, full->c_str(), nullptr, nullptr);
+  if (topic < 0) return Failed(absl::StrCat("no topic ", name), topic);
+  return topic;
+}
+
+absl::Status Node::Impl::Read(const std::string& name, const dds_topic_descriptor_t& type,
+                              bool is_reliable, int depth, dds_entity_t& reader) {
+  if (name.empty()) return absl::OkStatus();
+  const auto topic = Topic(name, type);
+  if (!topic.ok()) return topic.status();
+  reader = dds_create_reader(participant, *topic, Qos(is_reliable, depth).get(), nullptr);
+  if (reader < 0) return Failed(absl::StrCat("no reader of ", name), reader);
+  const dds_entity_t has_messages = dds_create_readcondition(reader, DDS_ANY_STATE);
+  if (has_messages < 0) return Failed(absl::StrCat("no reader of ", name), has_messages);
+  return Watch(has_messages);
+}
+
+absl::Status Node::Impl::Write(const std::string& name, const dds_topic_descriptor_t& type,
+                               int depth, dds_entity_t& writer) {
+  if (name.empty()) return absl::OkStatus();
+  const auto topic = Topic(name, type);
+  if (!topic.ok()) return topic.status();
+  writer = dds_create_writer(participant, *topic, Qos(true, depth).get(), nullptr);
+  if (writer < 0) return Failed(absl::StrCat("no writer of ", name), writer);
+  return absl::OkStatus();
+}
+
+absl::Status Node::Impl::Open() {
+  participant =
+      dds_create_participant(static_cast<dds_domainid_t>(options.domain), nullptr, nullptr);
+  if (participant < 0) {
+    return Failed(absl::StrCat("cannot take part in domain ", options.domain), participant);
+  }
+  waitset = dds_create_waitset(participant);
+  guard = dds_create_guardcondition(participant);
+  if (waitset < 0 || guard < 0) return Failed("cannot wait", std::min(waitset, guard));
+  publications =
+      dds_create_reader(participant, DDS_BUILTIN_TOPIC_DCPSPUBLICATION, nullptr, nullptr);
+  absl::Status status = Watch(guard);
+  // Writers first: who listens is known before there is something to tell.
+  status.Update(Write(options.initial_pose, geometry_msgs_msg_dds__PoseWithCovarianceStamped__desc,
+                      1, initial_pose));
+  status.Update(
+      Write(options.pose, geometry_msgs_msg_dds__PoseWithCovarianceStamped__desc, 10, pose));
+  status.Update(Write(options.candidates, geometry_msgs_msg_dds__PoseArray__desc, 10, candidates));
+  status.Update(
+      Write(options.diagnostics, diagnostic_msgs_msg_dds__DiagnosticArray__desc, 10, diagnostics));
+  status.Update(Write(options.tf, tf2_msgs_msg_dds__TFMessage__desc, 100, tf));
+  if (status.ok()) {
+    dds_set_status_mask(initial_pose, DDS_PUBLICATION_MATCHED_STATUS);
+    status.Update(Watch(initial_pose));
+  }
+  status.Update(Read(options.trigger, std_msgs_msg_dds__Empty__desc, true, 1, trigger));
+  status.Update(Read(options.odom, nav_msgs_msg_dds__Odometry__desc, false, kNumOdometry, odom));
+  status.Update(Read(options.points, sensor_msgs_msg_dds__PointCloud2__desc, options.is_reliable,
+                     options.depth, points));
+  return status;
+}
+
+absl::StatusOr<std::unique_ptr<Node>> Node::Create(const NodeOptions& options) {
+  CatchDdsLog();
+  auto impl = std::make_unique<Impl>();
+  impl->options = options;
+  if (absl::Status status = impl->Open(); !status.ok()) return status;
+  return std::unique_ptr<Node>(new Node(std::move(impl)));
+}
+
+Node::Node(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+Node::~Node() = default;
+
+Node::Received Node::Wait(std::chrono::nanoseconds at_most) {
+  (void)dds_waitset_wait(impl_->waitset, nullptr, 0, std::max<std::int64_t>(0, at_most.count()));
+  bool is_woken = false;
+  (void)dds_take_guardcondition(impl_->guard, &is_woken);
+  dds_publication_matched_status_t matched;  // so that it counts as seen
+  (void)dds_get_publication_matched_status(impl_->initial_pose, &matched);
+  Received received{.clouds = Take(impl_->points)};
+  received.has_trigger = !Take(impl_->trigger).empty();
+  for (const ReceivedBytes& message : Take(impl_->odom)) {
+    std::size_t num_bad = 0;  // of no use, as a message that did not come
+    auto poses = dataset::DecodePoses("nav_msgs/Odometry", dataset::WireFormat::kCdr, message.bytes,
+                                      num_bad);
+    if (poses.ok()) {
+      received.odometry.insert(received.odometry.end(), poses->begin(), poses->end());
+    }
+  }
+  return received;
+}
+
+void Node::Wake() { (void)dds_set_guardcondition(impl_->guard, true); }
+
+void Node::PublishInitialPose(const PoseMessage& message) {
+  const auto dds = ToDds(message);
+  (void)dds_write(impl_->initial_pose, &dds);
+}
+
+void Node::PublishPose(const PoseMessage& message) {
+  const auto dds = ToDds(message);
+  (void)dds_write(impl_->pose, &dds);
+}
+
+void Node::PublishCandidates(const PosesMessage& message) {
+  std::vector<geometry_msgs_msg_dds__Pose_> parts;
+  const auto dds = ToDds(message, parts);
+  (void)dds_write(impl_->candidates, &dds);
+}
+
+void Node::PublishTransform(const TransformMessage& message) {
+  geometry_msgs_msg_dds__TransformStamped_ part;
+  const auto dds = ToDds(message, part);
+  (void)dds_write(impl_->tf, &dds);
+}
+
+void Node::Publish(const DiagnosticMessage& message) {
+  diagnostic_msgs_msg_dds__DiagnosticStatus_ part;
+  std::vector<diagnostic_msgs_msg_dds__KeyValue_> values;
+  const auto dds = ToDds(message, part, values);
+  (void)dds_write(impl_->diagnostics, &dds);
+}
+
+bool Node::Flush(std::chrono::nanoseconds at_most) {
+  return dds_wait_for_acks(impl_->initial_pose, at_most.count()) == DDS_RETCODE_OK;
+}
+
+std::size_t Node::num_listeners() const {
+  dds_publication_matched_status_t matched{};
+  (void)dds_get_publication_matched_status(impl_->initial_pose, &matched);
+  return matched.current_count;
+}
+
+std::string Node::Impl::LookAround() const {
+  const absl::StatusOr<std::string> wanted = DdsTopicName(options.ros_namespace, options.points);
+  const std::string_view cloud_type = sensor_msgs_msg_dds__PointCloud2__desc.m_typename;
+  constexpr std::size_t kMost = 256;
+  std::array<void*, kMost> samples{};
+  std::array<dds_sample_info_t, kMost> infos{};
+  const dds_return_t num = dds_read(publications, samples.data(), infos.data(), kMost, kMost);
+  std::vector<std::string> others;
+  std::string problem;
+  for (dds_return_t i = 0; i < num; ++i) {
+    if (!infos[i].valid_data || infos[i].instance_state != DDS_IST_ALIVE) continue;
+    const auto& found = *static_cast<const dds_builtintopic_endpoint_t*>(samples[i]);
+    const std::string_view topic = found.topic_name;
+    if (topic == *wanted && found.type_name != cloud_type) {
+      problem = absl::StrCat(options.points, " is of type ", Printable(found.type_name),
+                             "; only sensor_msgs/PointCloud2 is read");
+    } else if (topic != *wanted && found.type_name == cloud_type && topic.starts_with("rt/")) {
+      others.push_back(Printable(topic.substr(2)));
+    }
+  }
+  if (num > 0) (void)dds_return_loan(publications, samples.data(), num);
+  if (!problem.empty()) return problem;
+  std::sort(others.begin(), others.end());
+  others.erase(std::unique(others.begin(), others.end()), others.end());
+  if (others.size() > 8) others.resize(8);
+  return absl::StrCat("nobody publishes clouds on ", wanted->substr(2),
+                      others.empty() ? "" : "; there are clouds on ", absl::StrJoin(others, ", "));
+}
+
+Node::Health Node::health() const {
+  Health health{.num_malformed = NumMalformed()};
+  dds_subscription_matched_status_t matched{};
+  (void)dds_get_subscription_matched_status(impl_->points, &matched);
+  health.num_cloud_publishers = matched.current_count;
+  dds_sample_lost_status_t lost{};
+  (void)dds_get_sample_lost_status(impl_->points, &lost);
+  health.num_lost = lost.total_count;
+  if (matched.current_count > 0) return health;
+  dds_requested_incompatible_qos_status_t refused{};
+  (void)dds_get_requested_incompatible_qos_status(impl_->points, &refused);
+  health.problem = refused.total_count > 0 && impl_->options.is_reliable
+                       ? "the publisher of the clouds is best effort; so must be --reliability"
+                       : impl_->LookAround();
+  return health;
+}
+
+}  // namespace scanloc::ros2

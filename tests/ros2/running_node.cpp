@@ -1,0 +1,76 @@
+#include "ros2/running_node.hpp"
+
+#include <stdexcept>
+
+#include "absl/strings/str_format.h"
+#include "scanloc/dataset/scan_reader.hpp"
+
+namespace scanloc::test {
+namespace {
+
+Args NodeCommand(int domain, Args args) {
+  args.insert(args.begin(), {BinDir() + "/scanloc-ros2", "--domain", std::to_string(domain)});
+  return args;
+}
+
+std::string ScanPath(const std::string& drive, int scan) {
+  return drive + absl::StrFormat("/velodyne/%06d.bin", scan);
+}
+
+}  // namespace
+
+RunningNode::RunningNode(Args args)
+    : robot(domain.domain()),
+      process(NodeCommand(domain.domain(), std::move(args)),
+              {.environment = {CycloneOnLoopback()}}) {
+  robot.Advertise("/points", "sensor_msgs/PointCloud2", RosPeer::Reliability::kBestEffort);
+  robot.Advertise("/odom", "nav_msgs/Odometry");
+  robot.Subscribe("/initialpose", "geometry_msgs/PoseWithCovarianceStamped");
+  robot.Subscribe("/diagnostics", "diagnostic_msgs/DiagnosticArray");
+  if (process.ReadLine() != "scanloc-ros2 ready") {
+    process.Wait();
+    throw std::runtime_error("not ready: " + process.stderr_text());
+  }
+  if (!robot.WaitForReader("/points") || !robot.WaitForReader("/odom") ||
+      !robot.WaitForWriter("/initialpose") || !robot.WaitForWriter("/diagnostics")) {
+    throw std::runtime_error("the robot and scanloc-ros2 do not find each other");
+  }
+  // What is best effort gets lost until the other side has found the publisher, too.
+  WaitForDiagnosis([](const auto& heard) { return heard.values.at("cloud_publishers") == "1"; });
+}
+
+void RunningNode::SendScan(const std::string& drive, int scan, std::int64_t stamp_ns) {
+  if (!robot.Publish("/points", CloudBytes(ScanOf(drive, scan), stamp_ns))) {
+    throw std::runtime_error("the cloud is not sent");
+  }
+}
+
+DiagnosisHeard RunningNode::WaitForDiagnosis(
+    const std::function<bool(const DiagnosisHeard&)>& is_wanted) {
+  DiagnosisHeard heard;
+  for (int i = 0; i < 60; ++i) {
+    const auto bytes = robot.Next("/diagnostics");
+    if (!bytes) break;
+    heard = ReadDiagnosis(*bytes);
+    if (is_wanted(heard)) return heard;
+  }
+  throw std::runtime_error("no such diagnosis; the last: " + heard.message);
+}
+
+DiagnosisHeard RunningNode::WaitForMessage(const std::string& part) {
+  return WaitForDiagnosis(
+      [&](const DiagnosisHeard& heard) { return heard.message.find(part) != std::string::npos; });
+}
+
+Eigen::Vector3d AnswerOfCommandLine(const std::string& drive, int scan) {
+  const auto table = ParseCsv(MustScanloc(
+      {"locate", Town().map1, "--scan", ScanPath(drive, scan), "--csv", "-", "--quiet"}));
+  const auto number = [&](const char* column) { return table.Number(0, column).value().value(); };
+  return Eigen::Vector3d(number("x"), number("y"), number("z"));
+}
+
+PointCloud ScanOf(const std::string& drive, int scan) {
+  return dataset::ReadScan(ScanPath(drive, scan)).value().points;
+}
+
+}  // namespace scanloc::test

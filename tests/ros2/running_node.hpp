@@ -1,0 +1,39 @@
+#pragma once
+
+#include <functional>
+#include <string>
+
+#include "e2e/programs.hpp"
+#include "ros2/ros_peer.hpp"
+#include "ros2/ros_wire.hpp"
+#include "support/process.hpp"
+
+namespace scanloc::test {
+
+/// scanloc-ros2 as a process, and its robot as the other implementation of DDS has it, on a domain
+/// of their own.
+class RunningNode {
+ public:
+  /// Starts it with --domain and the arguments, and waits until it says that it is ready.
+  explicit RunningNode(Args args);
+
+  /// Publishes the scan of a drive of Town() as a cloud.
+  void SendScan(const std::string& drive, int scan, std::int64_t stamp_ns);
+
+  /// The first diagnosis that is as wanted, of at most 60 s; throws with the last one if none is.
+  DiagnosisHeard WaitForDiagnosis(const std::function<bool(const DiagnosisHeard&)>& is_wanted);
+  DiagnosisHeard WaitForMessage(const std::string& part);
+
+  DomainLease domain;
+  RosPeer robot;
+  Process process;
+};
+
+/// x, y, z of the answer that `scanloc locate` gives for the scan of a drive of Town().
+Eigen::Vector3d AnswerOfCommandLine(const std::string& drive, int scan);
+
+PointCloud ScanOf(const std::string& drive, int scan);
+
+inline constexpr std::int64_t kStart_ns = 1'700'000'000'000'000'000;
+
+}  // namespace scanloc::test
