@@ -5,16 +5,18 @@
 
 namespace scanloc {
 
-PrincipalAxes::PrincipalAxes(const ContextTable& table, KeyScale scale) : scale_(scale) {
+PrincipalAxes::PrincipalAxes(const ContextTable& table, KeyScale scale, std::size_t begin,
+                             std::size_t end)
+    : scale_(scale) {
   const int num_rows = table.num_rows();
   Eigen::VectorXd mean = Eigen::VectorXd::Zero(num_rows);
   Eigen::MatrixXd second_moment = Eigen::MatrixXd::Zero(num_rows, num_rows);
-  for (std::size_t i = 0; i < table.size(); ++i) {
+  for (std::size_t i = begin; i < end; ++i) {
     const Eigen::VectorXd key_m = Scaled(table.retrieval_key_cm(i));
     mean += key_m;
     second_moment.selfadjointView<Eigen::Lower>().rankUpdate(key_m);
   }
-  const double count = std::max<double>(1.0, static_cast<double>(table.size()));
+  const double count = std::max<double>(1.0, static_cast<double>(end - begin));
   mean /= count;
   second_moment.triangularView<Eigen::Lower>() -= (count * mean * mean.transpose()).eval();
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(second_moment);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -15,7 +16,8 @@ namespace scanloc {
 /// tree cuts where keys differ, and most distances are known to be too great after a few terms.
 class PrincipalAxes {
  public:
-  PrincipalAxes(const ContextTable& table, KeyScale scale);
+  /// Of the keys of a range of entries.
+  PrincipalAxes(const ContextTable& table, KeyScale scale, std::size_t begin, std::size_t end);
 
   /// The components of a key along the axes, [m] for KeyScale::kMetres.
   [[nodiscard]] Eigen::VectorXf Turn(std::span<const std::int32_t> key_cm) const;

@@ -117,14 +117,51 @@ TEST(KeyIndex, PassesOverExcludedPlaces) {
 
 TEST(KeyIndex, GivesAllPlacesWhenFewerThanAsked) {
   std::mt19937_64 random(2);
-  const KeyIndex index(RandomTable(random, 3, 100));
+  const ContextTable table = RandomTable(random, 3, 100);
+  const KeyIndex index(table);
   EXPECT_EQ(index.Search(RandomKey(random, 100), 10, true).size(), 3U);
   EXPECT_EQ(index.Search(RandomKey(random, 100), 10, false).size(), 3U);
 }
 
 TEST(KeyIndex, AnswersAnEmptyTableWithNothing) {
-  const KeyIndex index(ContextTable(kNumRows, 2));
+  const ContextTable table(kNumRows, 2);
+  const KeyIndex index(table);
   EXPECT_TRUE(index.Search(std::vector<std::int32_t>(kNumRows), 1, true).empty());
+}
+
+TEST(KeyIndex, FindsTheSameHoweverItGrew) {
+  for (const KeyScale scale : {KeyScale::kMetres, KeyScale::kUnit}) {
+    std::mt19937_64 random(3);
+    const int num_places = 2000;
+    const ContextTable all = RandomTable(random, num_places, 5000, 20);
+    ContextTable table(20, 2);
+    KeyIndex grown(table, scale);
+    const auto append_place = [&](std::size_t place) {
+      for (std::size_t i = 3 * place; i < 3 * place + 3; ++i) {
+        table.Append(all.entry(i), all.context(i).cells_cm, all.retrieval_key_cm(i),
+                     all.context(i).aligning_cm);
+      }
+    };
+    for (std::size_t place = 0; place < num_places; ++place) {
+      append_place(place);
+      // Again, so that there are ties between trees.
+      if (place % 7 == 0) append_place(place);
+      if (place % 3 == 0) grown.Extend();
+      if (place % 97 != 0) continue;
+      const KeyIndex made_at_once(table, scale);
+      const std::vector<std::int32_t> key = RandomKey(random, 5000, 20);
+      for (const std::span<const std::int32_t> query :
+           {std::span<const std::int32_t>(key), all.retrieval_key_cm(place / 7 * 7)}) {
+        const auto expected = made_at_once.Search(query, 10, true);
+        const auto found = grown.Search(query, 10, true);
+        ASSERT_EQ(found.size(), expected.size());
+        for (std::size_t n = 0; n < found.size(); ++n) {
+          EXPECT_EQ(found[n].entry, expected[n].entry);
+          EXPECT_EQ(found[n].key_distance, expected[n].key_distance);
+        }
+      }
+    }
+  }
 }
 
 TEST(KeyIndex, GivesTiesInOrderOfEntry) {

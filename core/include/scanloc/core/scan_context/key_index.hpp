@@ -16,8 +16,9 @@ enum class KeyScale : std::uint8_t {
   kUnit = 1,    ///< keys scaled to unit L2 norm: insensitive to how much of the scene a scan saw
 };
 
-/// One k-d tree over all retrieval keys of a table, original and augmented (paper, Sec. V-A, V-D).
-/// Immutable; any number of threads may search it. Holds its own copy of the keys.
+/// All retrieval keys of a table, original and augmented, in one k-d tree (paper, Sec. V-A, V-D);
+/// in several where the table grew since. What is found does not depend on which. Any number of
+/// threads may search it.
 class KeyIndex {
  public:
   struct Neighbor {
@@ -25,11 +26,15 @@ class KeyIndex {
     double key_distance = 0.0;  ///< L2 between retrieval keys, [m] for KeyScale::kMetres
   };
 
-  /// O(n log n).
+  /// O(n log n). Keeps a reference to the table.
   explicit KeyIndex(const ContextTable& table, KeyScale scale = KeyScale::kMetres);
   KeyIndex(KeyIndex&&) noexcept;
   KeyIndex& operator=(KeyIndex&&) noexcept;
   ~KeyIndex();
+
+  /// Takes in what was appended to the table. Entries are found without that, too, but each at the
+  /// cost of a comparison. Amortised O(log² n) an entry; not beside a search.
+  void Extend();
 
   /// The entries of the k places nearest by retrieval key, one entry a place (its nearest), nearest
   /// first; fewer if the table has fewer places. Ties go to the lower entry. With augmented false,
@@ -40,8 +45,8 @@ class KeyIndex {
                                              const std::vector<bool>* excluded = nullptr) const;
 
  private:
-  struct Tree;
-  std::unique_ptr<Tree> tree_;
+  struct Trees;
+  std::unique_ptr<Trees> trees_;
 };
 
 }  // namespace scanloc
