@@ -64,7 +64,7 @@ void Dump(const std::string& kind, const std::string& map_drive, const std::stri
   const AutoSearch search(map, Get(FindUp(map)));
   for (const dataset::Frame& frame : Frames(query_drive)) {
     const ScanDescriptor query = describer.Describe(Get(dataset::ReadScan(frame.file())).points);
-    if (CountDistinct(query.structure.posts) < kMinPosts) continue;
+    if (!ShowsEnough(query.structure.posts, params.automatic)) continue;
     StageTimes times;
     const std::vector<Spot> spots = search.Find(query, {}, {}, times);
     if (spots.empty()) continue;

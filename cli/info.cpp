@@ -1,8 +1,10 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <string>
 #include <type_traits>
+#include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
@@ -117,6 +119,24 @@ std::string CalibrationAsText(const mapdb::MapInfo& info) {
   return text;
 }
 
+/// All parameters but those of auto that are as its scale has them.
+std::string ParamsAsText(const Params& params) {
+  Params usual = params;
+  usual.automatic = AutoParamsAtScale(params.automatic.scale);
+  std::set<std::pair<std::string, std::string>> unsaid;
+  VisitAutoFields(usual.automatic,
+                  [&](const char* name, auto field, auto /*least*/, auto /*most*/) {
+                    unsaid.emplace(name, FieldText()(field));
+                  });
+  unsaid.erase({"auto.scale", FieldText()(params.automatic.scale)});
+  std::string text = "parameters (--json: those of auto that its scale sets, too)\n";
+  VisitFields(params, [&](const char* name, const auto& field) {
+    const std::string value = FieldText()(field);
+    if (!unsaid.contains({name, value})) absl::StrAppendFormat(&text, "  %-22s  %s\n", name, value);
+  });
+  return text;
+}
+
 std::string InfoAsText(const std::string& path, const mapdb::MapInfo& info) {
   std::string text = absl::StrFormat(
       "%s\n"
@@ -145,11 +165,7 @@ std::string InfoAsText(const std::string& path, const mapdb::MapInfo& info) {
                           session.num_empty, session.num_unreadable,
                           session.complete() ? "" : "; unfinished");
   }
-  absl::StrAppend(&text, CalibrationAsText(info));
-  absl::StrAppend(&text, "parameters\n");
-  VisitFields(info.params, [&](const char* name, const auto& field) {
-    absl::StrAppendFormat(&text, "  %-22s  %s\n", name, FieldText()(field));
-  });
+  absl::StrAppend(&text, CalibrationAsText(info), ParamsAsText(info.params));
   return text;
 }
 

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Fits the weights of SupportLogOdds (core/src/structural/evidence.cpp) to what evidence_dump wrote.
+"""Fits the weights of EvidenceParams (core/include/scanloc/core/auto_params.hpp) to what
+evidence_dump wrote.
 
   fit_evidence.py answers.csv...
 
@@ -13,7 +14,7 @@ import sys
 import numpy as np
 
 FEATURES = ("1", "score", "sharpness", "over_mirror", "contradicted", "1/sqrt(num_posts)")
-MAX_SHARPNESS, MAX_OVER_MIRROR = 0.2, 0.3  # as in evidence.cpp
+MAX_SHARPNESS, MAX_OVER_MIRROR = 0.2, 0.3  # as in EvidenceParams
 RIVAL_WEIGHT, EQUAL_SCORES, EQUAL_BY_CHANCE = 40.0, 0.02, 0.5
 LOCALIZED = 0.8
 # Pace of the descent along each feature: they vary over ranges of different widths.

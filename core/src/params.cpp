@@ -1,6 +1,7 @@
 #include "scanloc/core/params.hpp"
 
 #include <cmath>
+#include <tuple>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
@@ -8,6 +9,10 @@
 
 namespace scanloc {
 namespace {
+
+/// Cells from the sensor to the end of a grid: 8 MB a grid at most.
+constexpr double kMaxCellsReach = 600.0;
+constexpr double kMinVoxel_m = 0.05;
 
 class Checker {
  public:
@@ -68,12 +73,32 @@ absl::Status Validate(const Params& params) {
   check.Range("search.cart_threshold", search.cart_threshold, 0.0, 1.0);
   check.Range("search.min_confidence", params.search.min_confidence, 0.01, 0.999);
   check.Range("search.min_voxels", search.min_voxels, 1, limits::kMaxPointsPerScan);
+
+  VisitAutoFields(params.automatic, [&](const char* name, auto field, auto least, auto most) {
+    check.Range(name, field, least, most);
+  });
+  const PostParams& posts = params.automatic.posts;
+  check.That(posts.voxel_m == 0.0 || posts.voxel_m >= kMinVoxel_m,
+             "parameter auto.posts.voxel_m must be 0 (the contexts' voxels) or at least 0.05");
+  const VerificationParams& verify = params.automatic.verify;
+  const GroundParams& ground = params.automatic.ground;
+  for (const auto& [name, reach_m, cell_m] :
+       {std::tuple("auto.posts.reach_m", posts.reach_m, posts.cell_m),
+        std::tuple("auto.ground.reach_m", ground.reach_m, ground.cell_m),
+        std::tuple("auto.posts.reach_m", posts.reach_m, verify.coarse_cell_m),
+        std::tuple("auto.posts.reach_m", posts.reach_m, verify.fine_cell_m)}) {
+    check.Range(name, reach_m, 2.0 * cell_m, kMaxCellsReach * cell_m);
+  }
+  check.Range("auto.verify.fine_cell_m", verify.fine_cell_m, 0.0, verify.cutoff_m);
+  check.Range("auto.verify.coarse_cell_m", verify.coarse_cell_m, 0.0, verify.cutoff_m);
+  // Beyond, the exponential that scores is no number any more.
+  check.Range("auto.verify.cutoff_m", verify.cutoff_m, 0.0, 13.0 * verify.overlap_m);
   return check.status();
 }
 
 std::string DescriptorSignature(const Params& params) {
   std::string signature =
-      absl::StrFormat("scd1 voxel=%.17g height=%.17g", params.voxel_size_m, params.sensor_height_m);
+      absl::StrFormat("scd2 voxel=%.17g height=%.17g", params.voxel_size_m, params.sensor_height_m);
   if (params.polar.enabled) {
     absl::StrAppendFormat(&signature, " polar=%dx%d/%.17g", params.polar.num_rings,
                           params.polar.num_sectors, params.polar.max_range_m);
@@ -82,7 +107,14 @@ std::string DescriptorSignature(const Params& params) {
     absl::StrAppendFormat(&signature, " cart=%dx%d/%.17g,%.17g", params.cart.num_rows,
                           params.cart.num_cols, params.cart.max_x_m, params.cart.max_y_m);
   }
-  if (params.structure.enabled) absl::StrAppend(&signature, " structure=1");
+  if (params.structure.enabled) {
+    const auto& [posts, ground] = std::tie(params.automatic.posts, params.automatic.ground);
+    absl::StrAppendFormat(&signature, " posts=%.17g,%.17g,%.17g,%.17g", posts.voxel_m, posts.cell_m,
+                          posts.reach_m, posts.min_extent_m);
+    absl::StrAppendFormat(&signature, " ground=%.17g,%.17g,%d,%.17g,%.17g,%.17g,%.17g",
+                          ground.reach_m, ground.cell_m, ground.min_cells, ground.low_share,
+                          ground.wide_m, ground.narrow_m, ground.max_tilt_rad);
+  }
   return signature;
 }
 

@@ -60,7 +60,7 @@ absl::Status CheckPoses(const Params& params, const SessionPlan& plan,
     if (!*first || !*second) continue;
     checks.push_back(
         CheckPair({i, i + 1, std::move((*first)->structure), std::move((*second)->structure)},
-                  poses[i], poses[i + 1]));
+                  poses[i], poses[i + 1], params.automatic));
   }
   const ConsistencyReport report = JudgeDrive(checks, poses);
   if (!report.is_inconsistent) return absl::OkStatus();

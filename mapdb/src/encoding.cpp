@@ -84,6 +84,12 @@ absl::StatusOr<Params> DecodeParams(const ParamTexts& texts, int schema_version)
     text_of["structure.enabled"] = FieldText(false);
     text_of["search.min_confidence"] = FieldText(SearchParams{}.min_confidence);
   }
+  if (schema_version < 3) {
+    const AutoParams defaults;
+    VisitAutoFields(defaults, [&](const char* name, auto field, auto /*least*/, auto /*most*/) {
+      text_of[name] = FieldText(field);
+    });
+  }
   Params params;
   std::string problem;
   VisitFields(params, [&](std::string_view name, auto& field) {

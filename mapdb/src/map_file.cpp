@@ -85,7 +85,7 @@ absl::StatusOr<Map> LoadMap(const std::string& path) {
   ReserveFor(static_cast<std::size_t>(file->head.num_places()), map);
 
   absl::StatusOr<DescriptorReader> descriptors =
-      DescriptorReader::Open(file->connection, map.params);
+      DescriptorReader::Open(file->connection, file->head);
   if (!descriptors.ok()) return descriptors.status();
   absl::Status status = VisitPlacesOf(*file, [&](const PlaceRow& row) {
     map.places.push_back(PlaceOf(row));

@@ -44,10 +44,9 @@ absl::StatusOr<std::vector<SchemaRow>> ReadSchema(Connection& connection) {
 }
 
 const schema::Table* FindTable(const SchemaRow& row, int version) {
-  const auto* const table =
-      std::find_if(schema::kTables.begin(), schema::kTables.end(), [&](const schema::Table& known) {
-        return known.since_version <= version && known.name == row.name;
-      });
+  const auto* const table = std::find_if(
+      schema::kTables.begin(), schema::kTables.end(),
+      [&](const schema::Table& known) { return known.IsOf(version) && known.name == row.name; });
   return table != schema::kTables.end() && row.type == "table" && row.sql == table->create_sql
              ? table
              : nullptr;
@@ -75,7 +74,7 @@ absl::Status CheckSchema(const Connection& connection, const std::vector<SchemaR
   }
   const auto num_expected =
       std::count_if(schema::kTables.begin(), schema::kTables.end(),
-                    [&](const schema::Table& table) { return table.since_version <= version; });
+                    [&](const schema::Table& table) { return table.IsOf(version); });
   if (num_found != num_expected) return SchemaError(connection, "a table is missing");
   head.has_additions = static_cast<std::ptrdiff_t>(schema.size()) > num_found;
   return absl::OkStatus();

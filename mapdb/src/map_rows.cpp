@@ -124,13 +124,15 @@ absl::Status ContextCursor::Read(ContextValues& values) {
   return absl::OkStatus();
 }
 
-StructureCursor::StructureCursor(Statement statement, std::string path)
-    : statement_(std::move(statement)), path_(std::move(path)) {}
+StructureCursor::StructureCursor(Statement statement, double reach_m, std::string path)
+    : statement_(std::move(statement)), reach_m_(reach_m), path_(std::move(path)) {}
 
-absl::StatusOr<StructureCursor> StructureCursor::Open(Connection& connection) {
-  absl::StatusOr<Statement> statement = connection.Prepare(schema::kSelectStructures);
+absl::StatusOr<StructureCursor> StructureCursor::Open(Connection& connection, const MapHead& head) {
+  absl::StatusOr<Statement> statement = connection.Prepare(
+      head.schema_version < 3 ? schema::kSelectStructures2 : schema::kSelectStructures);
   if (!statement.ok()) return statement.status();
-  return StructureCursor(*std::move(statement), connection.path());
+  return StructureCursor(*std::move(statement), head.params.automatic.posts.reach_m,
+                         connection.path());
 }
 
 absl::StatusOr<bool> StructureCursor::Step() {
@@ -155,7 +157,8 @@ absl::Status StructureCursor::Read(Structure& structure, std::int64_t& checksum)
   structure.pitch_rad = static_cast<float>(row.pitch_rad);
   structure.height_m = static_cast<float>(row.height_m);
   if (!DecodePosts(row.posts, structure.posts)) return damaged("its posts are malformed");
-  if (absl::Status status = Validate(structure); !status.ok()) return damaged(status.message());
+  if (absl::Status status = Validate(structure, reach_m_); !status.ok())
+    return damaged(status.message());
   return absl::OkStatus();
 }
 
@@ -164,12 +167,12 @@ DescriptorReader::DescriptorReader(ContextCursor contexts,
     : contexts_(std::move(contexts)), structures_(std::move(structures)), path_(std::move(path)) {}
 
 absl::StatusOr<DescriptorReader> DescriptorReader::Open(Connection& connection,
-                                                        const Params& params) {
-  absl::StatusOr<ContextCursor> contexts = ContextCursor::Open(connection, params);
+                                                        const MapHead& head) {
+  absl::StatusOr<ContextCursor> contexts = ContextCursor::Open(connection, head.params);
   if (!contexts.ok()) return contexts.status();
   std::optional<StructureCursor> structures;
-  if (params.structure.enabled) {
-    absl::StatusOr<StructureCursor> opened = StructureCursor::Open(connection);
+  if (head.params.structure.enabled) {
+    absl::StatusOr<StructureCursor> opened = StructureCursor::Open(connection, head);
     if (!opened.ok()) return opened.status();
     structures = *std::move(opened);
   }

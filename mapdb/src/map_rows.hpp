@@ -107,7 +107,8 @@ class ContextCursor {
 /// The structures of a map in order, one a place.
 class StructureCursor {
  public:
-  [[nodiscard]] static absl::StatusOr<StructureCursor> Open(Connection& connection);
+  [[nodiscard]] static absl::StatusOr<StructureCursor> Open(Connection& connection,
+                                                            const MapHead& head);
 
   /// False after the last row, as PlaceCursor.
   [[nodiscard]] absl::StatusOr<bool> Step();
@@ -115,9 +116,10 @@ class StructureCursor {
   [[nodiscard]] absl::Status Read(Structure& structure, std::int64_t& checksum);
 
  private:
-  StructureCursor(Statement statement, std::string path);
+  StructureCursor(Statement statement, double reach_m, std::string path);
 
   Statement statement_;
+  double reach_m_;
   std::string path_;
   std::int64_t next_place_ = 0;
   Hasher hasher_;
@@ -127,7 +129,7 @@ class StructureCursor {
 class DescriptorReader {
  public:
   [[nodiscard]] static absl::StatusOr<DescriptorReader> Open(Connection& connection,
-                                                             const Params& params);
+                                                             const MapHead& head);
 
   /// Gives visit(shape, values) each context of the next place, in order, and fills structure();
   /// then compares the place's checksum. DataLoss if the place has not all that it should have.

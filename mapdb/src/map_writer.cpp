@@ -94,6 +94,7 @@ absl::Status MapWriter::InsertPairs(const char* sql, const ParamTexts& pairs,
 
 absl::Status MapWriter::Initialize(const Params& params) {
   for (const schema::Table& table : schema::kTables) {
+    if (!table.IsOf(schema::kVersion)) continue;
     if (absl::Status status = connection_.Execute(table.create_sql); !status.ok()) return status;
   }
   if (absl::Status status = connection_.Execute(schema::kSetApplicationId); !status.ok()) {
@@ -132,7 +133,8 @@ absl::Status MapWriter::PrepareInserts() {
   insert_place_ = *std::move(place);
   insert_context_ = *std::move(context);
   if (head_.params.structure.enabled) {
-    absl::StatusOr<Statement> structure = connection_.Prepare(schema::kInsertStructure);
+    absl::StatusOr<Statement> structure = connection_.Prepare(
+        head_.schema_version < 3 ? schema::kInsertStructure2 : schema::kInsertStructure);
     if (!structure.ok()) return structure.status();
     insert_structure_ = *std::move(structure);
   }

@@ -103,8 +103,7 @@ class MapCopier {
           return absl::OkStatus();
         });
     if (!content.ok()) return content.status();
-    absl::StatusOr<DescriptorReader> descriptors =
-        DescriptorReader::Open(*connection, head->params);
+    absl::StatusOr<DescriptorReader> descriptors = DescriptorReader::Open(*connection, *head);
     if (!descriptors.ok()) return descriptors.status();
 
     auto first = places.cbegin();

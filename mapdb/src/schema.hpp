@@ -7,19 +7,24 @@
 namespace scanloc::mapdb::schema {
 
 inline constexpr std::uint32_t kApplicationId = 0x534C4F43;  // "SLOC"; persisted, never change
-inline constexpr int kVersion = 2;                           ///< of the files that this code writes
-inline constexpr int kCompatibleVersion = 2;  ///< oldest version whose readers can read these files
+inline constexpr int kVersion = 3;                           ///< of the files that this code writes
+inline constexpr int kCompatibleVersion = 3;  ///< oldest version whose readers can read these files
 
 struct Table {
   const char* name;
   const char* create_sql;
   int since_version;
+  int until_version = kVersion;
+
+  [[nodiscard]] constexpr bool IsOf(int version) const {
+    return since_version <= version && (version <= until_version || until_version == kVersion);
+  }
 };
 
 inline constexpr const char* kMetaTable = "meta";  ///< the same in all versions
 
 /// The checksum in a row covers all other columns of the row.
-inline constexpr std::array<Table, 8> kTables = {{
+inline constexpr std::array<Table, 9> kTables = {{
     {kMetaTable,
      "CREATE TABLE meta (key TEXT NOT NULL PRIMARY KEY, value TEXT NOT NULL,"
      " checksum INTEGER NOT NULL) STRICT, WITHOUT ROWID",
@@ -50,7 +55,12 @@ inline constexpr std::array<Table, 8> kTables = {{
      "CREATE TABLE structures (place INTEGER NOT NULL PRIMARY KEY REFERENCES places (id),"
      " roll_rad REAL NOT NULL, pitch_rad REAL NOT NULL, height_m REAL NOT NULL,"
      " checksum INTEGER NOT NULL, columns BLOB NOT NULL) STRICT",
-     2},
+     2, 2},
+    {"structures",
+     "CREATE TABLE structures (place INTEGER NOT NULL PRIMARY KEY REFERENCES places (id),"
+     " roll_rad REAL NOT NULL, pitch_rad REAL NOT NULL, height_m REAL NOT NULL,"
+     " checksum INTEGER NOT NULL, posts BLOB NOT NULL) STRICT",
+     3},
     {"calibration",
      "CREATE TABLE calibration (id INTEGER NOT NULL PRIMARY KEY, content_id TEXT NOT NULL,"
      " bias REAL NOT NULL, score_weight REAL NOT NULL, margin_weight REAL NOT NULL,"
@@ -104,8 +114,10 @@ inline constexpr const char* kSelectContexts =
     "SELECT id, place, kind, variant, checksum, retrieval_key, aligning_key, cells"
     " FROM contexts ORDER BY id";
 
-inline constexpr const char* kSelectStructures =
+inline constexpr const char* kSelectStructures2 =
     "SELECT place, roll_rad, pitch_rad, height_m, checksum, columns FROM structures ORDER BY place";
+inline constexpr const char* kSelectStructures =
+    "SELECT place, roll_rad, pitch_rad, height_m, checksum, posts FROM structures ORDER BY place";
 inline constexpr const char* kSelectCalibration =
     "SELECT id, content_id, bias, score_weight, margin_weight, num_trials, num_confusable, checksum"
     " FROM calibration ORDER BY id";
@@ -125,8 +137,11 @@ inline constexpr const char* kInsertPlace =
 inline constexpr const char* kInsertContext =
     "INSERT INTO contexts (id, place, kind, variant, checksum, retrieval_key, aligning_key, cells)"
     " VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8)";
-inline constexpr const char* kInsertStructure =
+inline constexpr const char* kInsertStructure2 =
     "INSERT INTO structures (place, roll_rad, pitch_rad, height_m, checksum, columns)"
+    " VALUES (?1, ?2, ?3, ?4, ?5, ?6)";
+inline constexpr const char* kInsertStructure =
+    "INSERT INTO structures (place, roll_rad, pitch_rad, height_m, checksum, posts)"
     " VALUES (?1, ?2, ?3, ?4, ?5, ?6)";
 inline constexpr const char* kDeleteCalibration = "DELETE FROM calibration";
 inline constexpr const char* kDeleteConfusable = "DELETE FROM confusable";

@@ -85,9 +85,10 @@ std::vector<std::int64_t> CheckContexts(Connection& connection, const Params& pa
 }
 
 // The same of structures.
-std::vector<std::int64_t> CheckStructures(Connection& connection, Problems& problems) {
+std::vector<std::int64_t> CheckStructures(Connection& connection, const MapHead& head,
+                                          Problems& problems) {
   std::vector<std::int64_t> checksums;
-  absl::StatusOr<StructureCursor> structures = StructureCursor::Open(connection);
+  absl::StatusOr<StructureCursor> structures = StructureCursor::Open(connection, head);
   if (!problems.Add(structures.status())) return checksums;
   Structure structure;
   while (Next(*structures, problems)) {
@@ -149,7 +150,7 @@ void CheckPlaces(Connection& connection, const MapHead& head,
 void CheckRows(Connection& connection, const MapHead& head, Problems& problems) {
   const std::vector<std::int64_t> contexts = CheckContexts(connection, head.params, problems);
   std::vector<std::int64_t> structures;
-  if (head.schema_version >= 2) structures = CheckStructures(connection, problems);
+  if (head.schema_version >= 2) structures = CheckStructures(connection, head, problems);
   CheckPlaces(connection, head, contexts, structures, problems);
   problems.Add(ReadCalibration(connection, head).status());
 }

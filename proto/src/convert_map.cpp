@@ -1,4 +1,6 @@
+#include <map>
 #include <string>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -85,6 +87,26 @@ v1::Extent ToProto(const Extent& extent) {
   return message;
 }
 
+absl::StatusOr<AutoParams> AutoParamsFromProto(const v1::Params& message) {
+  std::map<absl::string_view, double> values;
+  for (const v1::NamedNumber& number : message.auto_params()) {
+    values[number.name()] = number.value();
+  }
+  AutoParams params;
+  absl::Status status;
+  VisitAutoFields(params, [&](const char* name, auto& field, auto least, auto most) {
+    const auto value = values.find(name);
+    if (value == values.end()) {
+      status.Update(absl::InvalidArgumentError(absl::StrCat("params lack ", name)));
+    } else {
+      status.Update(CheckRange(name, value->second, least, most));
+      if (status.ok()) field = static_cast<std::remove_reference_t<decltype(field)>>(value->second);
+    }
+  });
+  if (!status.ok()) return status;
+  return params;
+}
+
 }  // namespace
 
 absl::StatusOr<Params> FromProto(const v1::Params& message) {
@@ -94,6 +116,9 @@ absl::StatusOr<Params> FromProto(const v1::Params& message) {
   }
   const auto shift_mode = FromProto(message.cart().shift_mode());
   if (!shift_mode.ok()) return shift_mode.status();
+
+  auto automatic = AutoParamsFromProto(message);
+  if (!automatic.ok()) return automatic.status();
 
   const v1::PolarParams& polar = message.polar();
   const v1::CartParams& cart = message.cart();
@@ -120,7 +145,8 @@ absl::StatusOr<Params> FromProto(const v1::Params& message) {
                  .polar_threshold = search.polar_threshold(),
                  .cart_threshold = search.cart_threshold(),
                  .min_confidence = search.min_confidence(),
-                 .min_voxels = search.min_voxels()}};
+                 .min_voxels = search.min_voxels()},
+      .automatic = *automatic};
   if (auto status = Validate(params); !status.ok()) return status;
   return params;
 }
@@ -157,6 +183,12 @@ v1::Params ToProto(const Params& params) {
   search.set_min_voxels(params.search.min_voxels);
 
   message.mutable_structure()->set_enabled(params.structure.enabled);
+  VisitAutoFields(params.automatic,
+                  [&](const char* name, auto field, auto /*least*/, auto /*most*/) {
+                    v1::NamedNumber& number = *message.add_auto_params();
+                    number.set_name(name);
+                    number.set_value(field);
+                  });
   return message;
 }
 

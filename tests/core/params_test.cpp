@@ -54,6 +54,10 @@ TEST(ValidateParams, NamesTheBadField) {
       {"search.polar_threshold", [](Params& p) { p.search.polar_threshold = 1.1; }},
       {"search.cart_threshold", [](Params& p) { p.search.cart_threshold = std::nan(""); }},
       {"search.min_voxels", [](Params& p) { p.search.min_voxels = 0; }},
+      {"auto.posts.voxel_m", [](Params& p) { p.automatic.posts.voxel_m = 0.001; }},
+      {"auto.posts.reach_m", [](Params& p) { p.automatic.posts.cell_m = 0.05; }},
+      {"auto.ground.reach_m", [](Params& p) { p.automatic.ground.cell_m = 20.0; }},
+      {"auto.verify.fine_cell_m", [](Params& p) { p.automatic.verify.fine_cell_m = 5.0; }},
   };
   for (const auto& test : cases) {
     Params params;
@@ -69,20 +73,40 @@ TEST(DescriptorSignature, ChangesWithWhatShapesAQueryAndOnlyWithThat) {
   Params other = params;
   other.search.num_candidates = 10;
   other.polar.root_shifts_m = {4.0};
+  other.automatic.verify.cutoff_m = 2.0;
   EXPECT_EQ(DescriptorSignature(params), DescriptorSignature(other));
   const std::function<void(Params&)> changes[] = {
-      [](Params& p) { p.voxel_size_m = 0.4; },       [](Params& p) { p.sensor_height_m = 1.7; },
-      [](Params& p) { p.polar.num_rings = 40; },     [](Params& p) { p.polar.num_sectors = 120; },
-      [](Params& p) { p.polar.max_range_m = 81.0; }, [](Params& p) { p.cart.num_rows = 20; },
-      [](Params& p) { p.cart.num_cols = 20; },       [](Params& p) { p.cart.max_x_m = 90.0; },
-      [](Params& p) { p.cart.max_y_m = 30.0; },      [](Params& p) { p.cart.enabled = false; },
+      [](Params& p) { p.voxel_size_m = 0.4; },
+      [](Params& p) { p.sensor_height_m = 1.7; },
+      [](Params& p) { p.polar.num_rings = 40; },
+      [](Params& p) { p.polar.num_sectors = 120; },
+      [](Params& p) { p.polar.max_range_m = 81.0; },
+      [](Params& p) { p.cart.num_rows = 20; },
+      [](Params& p) { p.cart.num_cols = 20; },
+      [](Params& p) { p.cart.max_x_m = 90.0; },
+      [](Params& p) { p.cart.max_y_m = 30.0; },
+      [](Params& p) { p.cart.enabled = false; },
       [](Params& p) { p.polar.enabled = false; },
+      [](Params& p) { p.automatic.posts.min_extent_m = 0.5; },
+      [](Params& p) { p.automatic.ground.wide_m = 0.5; },
   };
   for (const auto& change : changes) {
     Params changed = params;
     change(changed);
     EXPECT_NE(DescriptorSignature(params), DescriptorSignature(changed));
   }
+}
+
+TEST(AutoParamsAtScale, AreValidAtAnyAndTheDefaultsAtOne) {
+  EXPECT_EQ(AutoParamsAtScale(1.0), AutoParams());
+  for (const double scale : {0.0, kMinScale, 0.25, 0.5, 2.0, kMaxScale, 1e9}) {
+    Params params;
+    params.automatic = AutoParamsAtScale(scale);
+    EXPECT_TRUE(Validate(params).ok()) << scale << ": " << Validate(params);
+    EXPECT_NE(params.automatic, AutoParams());
+  }
+  EXPECT_EQ(AutoParamsAtScale(0.5).posts.reach_m, 30.0);
+  EXPECT_EQ(AutoParamsAtScale(0.5).posts.voxel_m, 0.25);
 }
 
 TEST(VisitFields, NamesEveryFieldOnce) {
@@ -93,8 +117,8 @@ TEST(VisitFields, NamesEveryFieldOnce) {
     names.insert(name);
     ++count;
   });
-  EXPECT_EQ(count, 22);
-  EXPECT_EQ(names.size(), 22U);
+  EXPECT_EQ(count, 22 + 75);
+  EXPECT_EQ(names.size(), 22U + 75U);
 }
 
 TEST(Method, NamesAreReadBack) {

@@ -61,6 +61,15 @@ TEST(Params, OfUnknownNamesArePassedOver) {
   EXPECT_EQ(*DecodeParams(texts, schema::kVersion), Params());
 }
 
+TEST(Params, OfSchema2KnewNoNumbersOfAuto) {
+  ParamTexts texts = EncodeParams(Params());
+  std::erase_if(texts, [](const auto& text) { return text.first.starts_with("auto."); });
+  EXPECT_FALSE(DecodeParams(texts, 3).ok());
+  const auto decoded = DecodeParams(texts, 2);
+  ASSERT_TRUE(decoded.ok()) << decoded.status();
+  EXPECT_EQ(*decoded, Params());
+}
+
 TEST(Params, OfSchema1KnewNoStructures) {
   ParamTexts texts = EncodeParams(Params());
   std::erase_if(texts, [](const auto& text) {

@@ -20,11 +20,7 @@ struct Golden {
   [[nodiscard]] std::string Path() const {
     return test::SourceDir() + "/tests/data/golden_map_v" + std::to_string(version) + ".scanloc";
   }
-  [[nodiscard]] Params ParamsOf() const {
-    Params params = test::SmallParams();
-    params.structure.enabled = version >= 2;
-    return params;
-  }
+  [[nodiscard]] Params ParamsOf() const { return test::GoldenParams(version); }
   [[nodiscard]] PlaceDescriptor DescriptorOf(int seed) const {
     PlaceDescriptor descriptor = test::GoldenDescriptor(seed);
     if (version < 2) descriptor.structure = {};
@@ -33,7 +29,8 @@ struct Golden {
 };
 
 constexpr Golden kGoldens[] = {{1, "cfb06ece459fc7898dd2e31ec0f8b41b"},
-                               {2, "fdba44550c143156202ea809d68c04e8"}};
+                               {2, "fdba44550c143156202ea809d68c04e8"},
+                               {3, "197294ee8e1f3b2ba73e8ce4d8eaa584"}};
 
 class GoldenMap : public testing::TestWithParam<Golden> {};
 

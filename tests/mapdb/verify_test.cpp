@@ -117,7 +117,7 @@ TEST_F(VerifyTest, FindsKeysThatAreNotThoseOfTheirCells) {
       }
       checksums.push_back(values.checksum);
     }
-    auto structures = StructureCursor::Open(*connection);
+    auto structures = StructureCursor::Open(*connection, *head);
     ASSERT_TRUE(*structures->Step());
     Structure structure;
     ASSERT_TRUE(structures->Read(structure, checksums.emplace_back()).ok());
@@ -146,12 +146,12 @@ TEST_F(VerifyTest, RefusesAMapThatNeedsANewerReader) {
         MapBuilder::Append(path_, test::SmallPlan("two", 1)).status()}) {
     EXPECT_EQ(status.code(), absl::StatusCode::kFailedPrecondition) << status;
     EXPECT_THAT(std::string(status.message()), HasSubstr("schema version 9"));
-    EXPECT_THAT(std::string(status.message()), HasSubstr("reads up to 2"));
+    EXPECT_THAT(std::string(status.message()), HasSubstr("reads up to 3"));
   }
 }
 
 TEST_F(VerifyTest, ReadsANewerMapThatOldReadersCanReadButDoesNotWriteIt) {
-  SetMeta("version", "3");
+  SetMeta("version", "4");
   // What an added table would have executed is no business of an older reader.
   Sql(path_,
       "CREATE TABLE more (id INTEGER PRIMARY KEY, x TEXT);"
@@ -160,7 +160,7 @@ TEST_F(VerifyTest, ReadsANewerMapThatOldReadersCanReadButDoesNotWriteIt) {
       "UPDATE sqlite_schema SET sql = 'CREATE TABLE more (id INTEGER PRIMARY KEY, x TEXT, CHECK "
       "(x > ''''))' WHERE name = 'more'");
   EXPECT_TRUE(LoadMap(path_).ok());
-  EXPECT_EQ(ReadInfo(path_)->schema_version, 3);
+  EXPECT_EQ(ReadInfo(path_)->schema_version, 4);
   EXPECT_THAT(Problems(), IsEmpty());
   const absl::Status status = MapBuilder::Append(path_, test::SmallPlan("two", 1)).status();
   EXPECT_EQ(status.code(), absl::StatusCode::kFailedPrecondition) << status;

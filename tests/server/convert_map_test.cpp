@@ -30,6 +30,12 @@ Params DistinctParams() {
       field = {1.0 / next, -1.0 / next, 0.5};
     }
   });
+  params.automatic = {};
+  VisitAutoFields(params.automatic,
+                  [&](std::string_view /*name*/, auto& field, auto /*least*/, auto /*most*/) {
+                    field += static_cast<std::decay_t<decltype(field)>>(
+                        std::is_same_v<std::decay_t<decltype(field)>, int> ? 1.0 : 0.05);
+                  });
   params.polar.enabled = true;  // both kinds disabled would be refused
   params.cart.max_shift_cols = 3;
   params.search.polar_threshold = 1.0 / 3.0;
@@ -71,6 +77,15 @@ TEST(ConvertParams, RefusesParamsThatLackAPart) {
   v1::Params message = ToProto(Params());
   message.clear_search();
   EXPECT_FALSE(FromProto(message).ok());
+  message = ToProto(Params());
+  message.mutable_auto_params()->RemoveLast();
+  EXPECT_FALSE(FromProto(message).ok());
+}
+
+TEST(ConvertParams, PassesOverNumbersOfANewerServer) {
+  v1::Params message = ToProto(Params());
+  message.add_auto_params()->set_name("auto.posts.younger");
+  EXPECT_EQ(*FromProto(message), Params());
 }
 
 TEST(ConvertParams, RefusesAShiftModeThatIsNone) {

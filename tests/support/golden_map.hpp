@@ -1,6 +1,8 @@
 #pragma once
 
+#include <algorithm>
 #include <string>
+#include <type_traits>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
@@ -35,6 +37,20 @@ inline Context GoldenContext(int num_rows, int num_cols, int seed) {
   return context;
 }
 
+/// Of every schema: numbers of auto came with schema 3, and those of older maps are the defaults.
+/// Those of schema 3 are none that a fit may change.
+inline Params GoldenParams(int version) {
+  Params params = SmallParams();
+  params.structure.enabled = version >= 2;
+  if (version < 3) return params;
+  VisitAutoFields(params.automatic, [](const char*, auto& field, auto least, auto most) {
+    field = std::clamp<std::decay_t<decltype(field)>>(1, least, most);
+  });
+  params.automatic.posts.reach_m = 61.25;
+  params.automatic.ground.reach_m = 20.5;
+  return params;
+}
+
 inline PlaceDescriptor GoldenDescriptor(int seed) {
   const Params params = SmallParams();
   PlaceDescriptor descriptor;
@@ -58,7 +74,7 @@ inline PlaceDescriptor GoldenDescriptor(int seed) {
 /// Makes a map of two sessions: `morning` of 3 scans, the second one empty, and an unfinished
 /// `evening` of which 1 of 2 scans is done. Gives its content id.
 inline absl::Status MakeGoldenMap(const std::string& path) {
-  auto morning = mapdb::MapBuilder::Create(path, SmallParams(), GoldenPlan("morning", 3));
+  auto morning = mapdb::MapBuilder::Create(path, GoldenParams(3), GoldenPlan("morning", 3));
   if (!morning.ok()) return morning.status();
   if (absl::Status status = morning->Add(GoldenDescriptor(0)); !status.ok()) return status;
   if (absl::Status status = morning->Skip(mapdb::SkipReason::kEmpty); !status.ok()) return status;

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <optional>
 
 #include "absl/strings/str_format.h"
 
@@ -171,12 +172,12 @@ absl::Status CheckContext(const Context& context, bool enabled, int num_rows, in
   return absl::OkStatus();
 }
 
-absl::Status CheckStructure(const Structure& structure, bool enabled) {
-  if (!enabled && !structure.posts.empty()) {
+absl::Status CheckStructure(const Structure& structure, const Params& params) {
+  if (!params.structure.enabled && !structure.posts.empty()) {
     return absl::InvalidArgumentError(absl::StrFormat(
         "structure has %d posts; the map's parameters ask for none", structure.posts.size()));
   }
-  return Validate(structure);
+  return Validate(structure, params.automatic.posts.reach_m);
 }
 
 }  // namespace
@@ -188,11 +189,15 @@ struct Describer::State {
         filter(p.voxel_size_m),
         polar(p.polar),
         cart(p.cart),
-        structure(p.sensor_height_m) {}
+        structure(p.automatic, p.sensor_height_m) {
+    const double voxel_m = p.automatic.posts.voxel_m;
+    if (voxel_m > 0.0 && voxel_m != p.voxel_size_m) post_filter.emplace(voxel_m);
+  }
 
   Params params;
   float sensor_height_m;
   VoxelFilter filter;
+  std::optional<VoxelFilter> post_filter;  // where posts are found in voxels of their own
   PolarEncoder polar;
   CartEncoder cart;
   StructureFinder structure;
@@ -219,7 +224,10 @@ ScanDescriptor Describer::Describe(PointView scan, ScanCounts* counts) {
   if (state_->params.cart.enabled) {
     descriptor.cart = state_->cart.Encode(voxels, state_->sensor_height_m, num_cart);
   }
-  if (state_->params.structure.enabled) descriptor.structure = state_->structure.Find(voxels);
+  if (state_->params.structure.enabled) {
+    std::optional<VoxelFilter>& own = state_->post_filter;
+    descriptor.structure = state_->structure.Find(own ? own->Apply(scan) : voxels);
+  }
   descriptor.num_voxels = std::max(num_polar, num_cart);
   return descriptor;
 }
@@ -262,7 +270,7 @@ absl::Status Validate(const ScanDescriptor& descriptor, const Params& params) {
       !status.ok()) {
     return status;
   }
-  return CheckStructure(descriptor.structure, params.structure.enabled);
+  return CheckStructure(descriptor.structure, params);
 }
 
 absl::Status Validate(const PlaceDescriptor& descriptor, const Params& params) {
@@ -284,7 +292,7 @@ absl::Status Validate(const PlaceDescriptor& descriptor, const Params& params) {
       !status.ok()) {
     return status;
   }
-  return CheckStructure(descriptor.structure, params.structure.enabled);
+  return CheckStructure(descriptor.structure, params);
 }
 
 }  // namespace scanloc

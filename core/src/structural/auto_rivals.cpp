@@ -12,12 +12,6 @@
 namespace scanloc {
 namespace {
 
-/// A rival with less than this share of the best score need not be looked at from nearer by.
-constexpr double kWorthAnotherLook = 0.6;
-/// Places above and below that see what a place sees lie within so much of it in the plane.
-constexpr double kAboveRadius_m = 3.0;
-/// Floors are farther apart than two probes for them.
-constexpr double kLevelStep_m = 1.5;
 constexpr int kMaxLevels = 100;
 
 /// The pose turned on the spot, and turned by half about the middle of what the place sees: where a
@@ -48,9 +42,9 @@ std::vector<PlanarPose> TurnedGuesses(std::span<const Post> place, const PlanarP
 
 /// The pose a little ahead, behind and to either side: pillars and uprights stand at equal
 /// distances.
-std::vector<PlanarPose> ShiftedGuesses(const PlanarPose& pose) {
+std::vector<PlanarPose> ShiftedGuesses(const PlanarPose& pose, const RivalParams& params) {
   std::vector<PlanarPose> guesses;
-  for (const double distance_m : {2.5, 4.5}) {
+  for (const double distance_m : {params.near_shift_m, params.far_shift_m}) {
     for (int quarter = 0; quarter < 4; ++quarter) {
       const double direction_rad = pose.yaw_rad + quarter * std::numbers::pi / 2.0;
       guesses.push_back({pose.x_m + distance_m * std::cos(direction_rad),
@@ -72,7 +66,8 @@ std::vector<double> AutoSearch::LevelsOf(const Map& map, const Eigen::Vector3d& 
     lowest_m = std::min(lowest_m, height_m);
     highest_m = std::max(highest_m, height_m);
   }
-  const double step_m = std::max(kLevelStep_m, (highest_m - lowest_m) / kMaxLevels);
+  const double step_m =
+      std::max(map.params.automatic.rivals.level_step_m, (highest_m - lowest_m) / kMaxLevels);
   for (int i = 0; lowest_m + i * step_m < highest_m + step_m; ++i) {
     levels_m.push_back(lowest_m + i * step_m);
   }
@@ -83,16 +78,18 @@ std::vector<Hypothesis> AutoSearch::VerifyRivals(QueryMatch& match, const Struct
                                                  const Hypothesis& best,
                                                  const SearchControl& control) const {
   const std::span<const Post> place = map_.structures[static_cast<std::size_t>(best.place)].posts;
-  const PlanarPoints coarse(place, kCoarseAtOnce.num_points);
+  const RivalParams& params = match.params().rivals;
+  const CoarseStageParams& stage = match.params().verify.at_once;
+  const PlanarPoints coarse(place, static_cast<std::size_t>(stage.num_posts));
   std::vector<Hypothesis> rivals;
   match.SetPlace(place);
   for (const PlanarPose& guess : TurnedGuesses(place, best.T_place_query)) {
     Hypothesis& rival = rivals.emplace_back(Hypothesis{best.place, guess});
-    match.LayCoarsely(coarse, kCoarseAtOnce.steps, rival);
+    match.LayCoarsely(coarse, stage.steps, rival);
     rival.T_place_query = match.Settle(rival.T_place_query);
     rival.score = match.Score(rival.T_place_query);
   }
-  for (const PlanarPose& guess : ShiftedGuesses(best.T_place_query)) {
+  for (const PlanarPose& guess : ShiftedGuesses(best.T_place_query, params)) {
     Hypothesis& rival = rivals.emplace_back(Hypothesis{best.place, match.Settle(guess)});
     rival.score = match.Score(rival.T_place_query);
   }
@@ -104,7 +101,7 @@ std::vector<Hypothesis> AutoSearch::VerifyRivals(QueryMatch& match, const Struct
   const Pose T_map_best = PoseInMap(query, best);
   const std::size_t num_at_place = rivals.size();
   for (std::size_t i = 0; i < num_at_place; ++i) {
-    if (rivals[i].score < kWorthAnotherLook * best.score) continue;
+    if (rivals[i].score < params.worth_a_look * best.score) continue;
     const Pose T_map_rival = PoseInMap(query, rivals[i]);
     if (!MissOf(DifferenceOf(T_map_best, T_map_rival, up_)).any()) continue;
     const auto there = HypothesisAt(query, T_map_rival, control);
@@ -120,7 +117,7 @@ std::vector<Hypothesis> AutoSearch::VerifyRivals(QueryMatch& match, const Struct
     last = above->place;
     const PoseDifference off =
         DifferenceOf(T_map_best, map_.places[static_cast<std::size_t>(last)].T_map_place, up_);
-    if (off.plane_m < kAboveRadius_m && off.height_m > PoseLimits{}.height_m) lay(*above);
+    if (off.plane_m < params.above_radius_m && off.height_m > PoseLimits{}.height_m) lay(*above);
   }
   return rivals;
 }

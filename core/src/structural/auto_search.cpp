@@ -45,9 +45,6 @@ class Proposals {
   std::vector<std::vector<Hypothesis>> groups_;
 };
 
-/// Headings of a place that are tried beside those that the descriptors say.
-constexpr int kNumHeadings = 2;
-
 /// One retrieved entry's relative pose by its aligning key: a polar column is a turn, a cart column
 /// a lateral displacement.
 void ProposePolar(const ContextTable& table, const ContextView& query, std::size_t entry,
@@ -103,12 +100,13 @@ class AutoSearch::Structures : public PlaceStructures {
 
 AutoSearch::AutoSearch(const Map& map, const Eigen::Vector3d& up)
     : map_(map), places_(map.places), up_(up), east_(up.unitOrthogonal()), north_(up.cross(east_)) {
+  const double ring_m = map.params.automatic.shortlist.bearing_ring_m;
   T_map_level_.reserve(map.places.size());
   bearings_.reserve(map.places.size());
   for (std::size_t i = 0; i < map.places.size(); ++i) {
     T_map_level_.push_back(map.places[i].T_map_place *
                            LevelFromSensor(map.structures[i]).inverse());
-    bearings_.push_back(BearingGrid(map.structures[i].posts).Widened());
+    bearings_.push_back(BearingGrid(map.structures[i].posts, ring_m).Widened());
   }
   levels_m_ = LevelsOf(map, up);
   if (map.params.polar.enabled) {
@@ -123,8 +121,10 @@ std::array<std::vector<Hypothesis>, 2> AutoSearch::Propose(const ScanDescriptor&
                                                            int shortlist,
                                                            const SearchControl& control,
                                                            StageTimes& times) const {
+  const ShortlistParams& params = map_.params.automatic.shortlist;
   const auto search = [&](const KeyIndex& index, const Keys& keys) {
-    return index.Search(keys.retrieval_cm, std::max(shortlist, kShortlist), true, control.excluded);
+    return index.Search(keys.retrieval_cm, std::max(shortlist, params.num_places), true,
+                        control.excluded);
   };
   const auto view = [](const Context& context, const Keys& keys) {
     return ContextView{context.num_rows, context.num_cols, context.cells_cm, keys.aligning_cm};
@@ -142,7 +142,7 @@ std::array<std::vector<Hypothesis>, 2> AutoSearch::Propose(const ScanDescriptor&
   // In turns, so that the best of both kinds are verified first should time run out.
   std::array<Proposals, 2> proposals;
   for (std::size_t i = 0; i < std::max(polar_found.size(), cart_found.size()); ++i) {
-    Proposals& part = proposals[i < static_cast<std::size_t>(kShortlist) ? 0 : 1];
+    Proposals& part = proposals[i < static_cast<std::size_t>(params.num_places) ? 0 : 1];
     if (i < polar_found.size()) {
       ProposePolar(map_.polar, view(query.polar, polar_keys), polar_found[i].entry, part);
     }
@@ -151,11 +151,11 @@ std::array<std::vector<Hypothesis>, 2> AutoSearch::Propose(const ScanDescriptor&
                   part);
     }
   }
-  const BearingGrid bearings(query.structure.posts);
+  const BearingGrid bearings(query.structure.posts, params.bearing_ring_m);
   std::array<std::vector<Hypothesis>, 2> proposed;
   for (std::size_t part = 0; part < proposals.size(); ++part) {
     proposals[part].AddHeadings([&](std::int32_t place) {
-      return bearings_[static_cast<std::size_t>(place)].BestHeadings(bearings, kNumHeadings);
+      return bearings_[static_cast<std::size_t>(place)].BestHeadings(bearings, params.num_headings);
     });
     proposed[part] = proposals[part].Take();
   }
@@ -171,7 +171,7 @@ std::vector<Spot> AutoSearch::Find(const ScanDescriptor& query, const Options& o
       Propose(query, options.shortlist, control, times);
   const std::int64_t start_ns = control.Now_ns();
 
-  QueryMatch match(structure.posts);
+  QueryMatch match(structure.posts, map_.params.automatic);
   std::vector<Hypothesis> verified;
   const auto add = [&](const std::vector<Hypothesis>& more) {
     verified.insert(verified.end(), more.begin(), more.end());
@@ -180,7 +180,7 @@ std::vector<Spot> AutoSearch::Find(const ScanDescriptor& query, const Options& o
   add(VerifyPredicted(match, structure, options.predicted, control));
   Structures structures(*this);
   for (const std::vector<Hypothesis>& part : proposed) {
-    add(Verify(match, part, structures, control));
+    add(Verify(match, part, structures, control, map_.params.automatic.verify.selection));
   }
   if (verified.empty()) return {};
   const auto worse = [](const Hypothesis& a, const Hypothesis& b) { return a.score < b.score; };
@@ -231,10 +231,10 @@ std::vector<Hypothesis> AutoSearch::VerifyPredicted(QueryMatch& match, const Str
   for (const Pose& T_map_query : predictions) {
     if (auto at = HypothesisAt(query, T_map_query, control)) predicted.push_back(*at);
   }
-  const int num_predicted = static_cast<int>(predicted.size());
+  SelectionParams all = map_.params.automatic.verify.selection;
+  all.num_hypotheses = all.max_per_spot = static_cast<int>(predicted.size());
   Structures structures(*this);
-  return Verify(match, std::move(predicted), structures, control,
-                {.num_fine = num_predicted, .max_fine_per_spot = num_predicted});
+  return Verify(match, std::move(predicted), structures, control, all);
 }
 
 Pose AutoSearch::PoseInMap(const Structure& query, const Hypothesis& hypothesis) const {
@@ -259,28 +259,33 @@ std::optional<Candidate> AutoSearch::CandidateAt(const Pose& T_map_query, double
   return candidate;
 }
 
-std::vector<double> ConfidencesOf(const std::vector<Spot>& spots) {
+std::vector<double> ConfidencesOf(const std::vector<Spot>& spots, const EvidenceParams& params) {
   if (spots.empty()) return {};
   std::vector<double> scores;
   scores.reserve(spots.size());
   for (const Spot& spot : spots) scores.push_back(spot.hypothesis.score);
   const Support& support = *spots.front().support;
-  std::vector<double> confidences = Shares(scores, support.num_posts);
-  const double supported = Logistic(GenuineLogOdds(support));
+  std::vector<double> confidences = Shares(scores, support.num_posts, params);
+  const double supported = Logistic(GenuineLogOdds(support, params));
   for (double& confidence : confidences) confidence *= supported;
   return confidences;
 }
 
-std::size_t CountDistinct(std::span<const Post> posts) {
-  constexpr double kCell_cm = 50.0;
+std::size_t CountDistinct(std::span<const Post> posts, double cell_m) {
+  const double cell_cm = 100.0 * cell_m;
   std::vector<std::pair<int, int>> cells;
   cells.reserve(posts.size());
   for (const Post& post : posts) {
-    cells.emplace_back(static_cast<int>(std::floor(post.x_cm / kCell_cm)),
-                       static_cast<int>(std::floor(post.y_cm / kCell_cm)));
+    cells.emplace_back(static_cast<int>(std::floor(post.x_cm / cell_cm)),
+                       static_cast<int>(std::floor(post.y_cm / cell_cm)));
   }
   std::sort(cells.begin(), cells.end());
   return static_cast<std::size_t>(std::unique(cells.begin(), cells.end()) - cells.begin());
+}
+
+bool ShowsEnough(std::span<const Post> posts, const AutoParams& params) {
+  return CountDistinct(posts, params.posts.cell_m) >=
+         static_cast<std::size_t>(params.evidence.min_posts);
 }
 
 }  // namespace scanloc

@@ -30,16 +30,12 @@ struct Spot {
 /// Immutable after construction; any number of threads may search at once.
 class AutoSearch {
  public:
-  /// Places of each kind of context that every query looks at. More are looked at beside them, so
-  /// that no rival drops out of a longer list.
-  static constexpr int kShortlist = 100;
-
   /// Requires map.params.structure.enabled and a unit vector up in the map frame. Keeps a reference
   /// to the map.
   AutoSearch(const Map& map, const Eigen::Vector3d& up);
 
   struct Options {
-    int shortlist = kShortlist;
+    int shortlist = 0;  ///< places of each kind of context; at least ShortlistParams::num_places
     std::vector<Pose> predicted = {};  ///< T_map_query to be verified, too
     int num_supported = 1;             ///< spots whose support is looked at
   };
@@ -71,7 +67,7 @@ class AutoSearch {
   [[nodiscard]] std::optional<Hypothesis> HypothesisAt(const Structure& query,
                                                        const Pose& T_map_query,
                                                        const SearchControl& control) const;
-  /// How the query may lie on the places of the shortlist: first of the kShortlist that every query
+  /// How the query may lie on the places of the shortlist: first of the places that every query
   /// looks at, then of those that it asks for beyond.
   [[nodiscard]] std::array<std::vector<Hypothesis>, 2> Propose(const ScanDescriptor& query,
                                                                int shortlist,
@@ -103,11 +99,12 @@ class AutoSearch {
 
 /// How likely each spot is where the query was taken: that the best is not just alike, times each
 /// one's share among them. Requires the best one's support.
-[[nodiscard]] std::vector<double> ConfidencesOf(const std::vector<Spot>& spots);
+[[nodiscard]] std::vector<double> ConfidencesOf(const std::vector<Spot>& spots,
+                                                const EvidenceParams& params);
 
-/// Fewer posts than this fit on almost anything.
-inline constexpr std::size_t kMinPosts = 20;
 /// How many posts stand in cells of their own: a post that is said twice counts once.
-[[nodiscard]] std::size_t CountDistinct(std::span<const Post> posts);
+[[nodiscard]] std::size_t CountDistinct(std::span<const Post> posts, double cell_m);
+/// Whether there are enough of these.
+[[nodiscard]] bool ShowsEnough(std::span<const Post> posts, const AutoParams& params);
 
 }  // namespace scanloc

@@ -15,15 +15,16 @@ constexpr double kSector_rad = 2.0 * std::numbers::pi / BearingGrid::kNumSectors
 
 }  // namespace
 
-BearingGrid::BearingGrid(std::span<const Post> posts) {
+BearingGrid::BearingGrid(std::span<const Post> posts, double ring_m) {
+  const auto ring = static_cast<float>(ring_m);
   for (const Post& post : posts) {
     const float x_m = static_cast<float>(post.x_cm) * 0.01F;
     const float y_m = static_cast<float>(post.y_cm) * 0.01F;
-    const auto ring = static_cast<std::size_t>(std::sqrt(x_m * x_m + y_m * y_m) / kRing_m);
-    if (ring >= rings_.size()) continue;
+    const auto index = static_cast<std::size_t>(std::sqrt(x_m * x_m + y_m * y_m) / ring);
+    if (index >= rings_.size()) continue;
     const double turns = std::atan2(y_m, x_m) / kSector_rad;
     const auto sector = static_cast<unsigned>(static_cast<int>(std::floor(turns)) & 63);
-    rings_[ring] |= std::uint64_t{1} << sector;
+    rings_[index] |= std::uint64_t{1} << sector;
   }
 }
 

@@ -16,9 +16,8 @@ class BearingGrid {
  public:
   static constexpr int kNumSectors = 64;
   static constexpr int kNumRings = 15;
-  static constexpr float kRing_m = 4.0F;
 
-  explicit BearingGrid(std::span<const Post> posts);
+  BearingGrid(std::span<const Post> posts, double ring_m);
 
   /// The same with every thing one sector wider to either side.
   [[nodiscard]] BearingGrid Widened() const;

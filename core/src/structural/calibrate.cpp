@@ -75,15 +75,14 @@ void ShiftColumns(int num_cols, Context& context) {
   context.cells_cm = std::move(shifted);
 }
 
-std::int16_t Clamped_cm(double value_m) {
-  return static_cast<std::int16_t>(std::clamp(std::round(value_m * 100.0),
-                                              -100.0 * Structure::kReach_m + 1.0,
-                                              100.0 * Structure::kReach_m - 1.0));
+std::int16_t Clamped_cm(double value_m, double reach_m) {
+  return static_cast<std::int16_t>(
+      std::clamp(std::round(value_m * 100.0), -100.0 * reach_m + 1.0, 100.0 * reach_m - 1.0));
 }
 
 /// How a later visit sees the posts: some hidden, gone or moved, and some new ones.
-void PerturbPosts(const Occlusion& occlusion, double lateral_m, bool reversed, Random& random,
-                  Structure& structure) {
+void PerturbPosts(double reach_m, const Occlusion& occlusion, double lateral_m, bool reversed,
+                  Random& random, Structure& structure) {
   const double gone_share = random.Uniform(0.1, 0.5);
   const double sign = reversed ? -1.0 : 1.0;
   std::vector<Post> posts;
@@ -91,13 +90,13 @@ void PerturbPosts(const Occlusion& occlusion, double lateral_m, bool reversed, R
     const double x = sign * post.x_cm * 0.01;
     const double y = sign * (post.y_cm * 0.01 - lateral_m);
     if (random.Chance(gone_share) || occlusion.Hides(x, y)) continue;
-    posts.push_back(
-        {Clamped_cm(x + random.Uniform(-0.2, 0.2)), Clamped_cm(y + random.Uniform(-0.2, 0.2))});
+    posts.push_back({Clamped_cm(x + random.Uniform(-0.2, 0.2), reach_m),
+                     Clamped_cm(y + random.Uniform(-0.2, 0.2), reach_m)});
   }
   const std::size_t num_new = posts.size() / 6;
   for (std::size_t i = 0; i < num_new; ++i) {
-    posts.push_back(
-        {Clamped_cm(random.Uniform(-40.0, 40.0)), Clamped_cm(random.Uniform(-40.0, 40.0))});
+    posts.push_back({Clamped_cm(random.Uniform(-40.0, 40.0), reach_m),
+                     Clamped_cm(random.Uniform(-40.0, 40.0), reach_m)});
   }
   structure.posts = std::move(posts);
 }
@@ -145,7 +144,8 @@ Visit Perturbed(const Map& map, std::size_t place, Random& random) {
     if (reversed) std::reverse(cells.begin(), cells.end());
     OccludeCart(occlusion, params.cart, visit.query.cart);
   }
-  PerturbPosts(occlusion, visit.lateral_m, reversed, random, visit.query.structure);
+  PerturbPosts(params.automatic.posts.reach_m, occlusion, visit.lateral_m, reversed, random,
+               visit.query.structure);
   return visit;
 }
 
@@ -193,7 +193,7 @@ Calibrator::Trial Calibrator::Run(std::size_t i) const {
     return trial;
   }
   trial.found = spots.front().hypothesis.place;
-  trial.confidence = ConfidencesOf(spots).front();
+  trial.confidence = ConfidencesOf(spots, map.params.automatic.evidence).front();
   return trial;
 }
 

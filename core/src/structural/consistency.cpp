@@ -147,7 +147,8 @@ std::string LikelyCause(std::span<const PairCheck> checks, std::span<const Pose>
 
 }  // namespace
 
-PairCheck CheckPair(const ScanPair& pair, const Pose& T_map_first, const Pose& T_map_second) {
+PairCheck CheckPair(const ScanPair& pair, const Pose& T_map_first, const Pose& T_map_second,
+                    const AutoParams& params) {
   PairCheck check{.first = pair.first, .second = pair.second};
   check.told = T_map_first.inverse() * T_map_second;
   const std::size_t num_posts =
@@ -158,15 +159,18 @@ PairCheck CheckPair(const ScanPair& pair, const Pose& T_map_first, const Pose& T
   const Pose from_second = LevelFromSensor(pair.second_structure);
   const PlanarPose told = Planar(from_first * check.told * from_second.inverse());
   std::vector<Hypothesis> guesses{{0, told, 0.0}, {0, {}, 0.0}, {0, {0.0, 0.0, told.yaw_rad}, 0.0}};
-  for (const double yaw_rad : BearingGrid(pair.first_structure.posts)
-                                  .Widened()
-                                  .BestHeadings(BearingGrid(pair.second_structure.posts), 3)) {
+  const double ring_m = params.shortlist.bearing_ring_m;
+  for (const double yaw_rad :
+       BearingGrid(pair.first_structure.posts, ring_m)
+           .Widened()
+           .BestHeadings(BearingGrid(pair.second_structure.posts, ring_m), 3)) {
     guesses.push_back({0, {0.0, 0.0, yaw_rad}, 0.0});
   }
-  QueryMatch query(pair.second_structure.posts);
-  const PlanarPoints place(pair.first_structure.posts, kCoarseAtOnce.num_points);
+  QueryMatch query(pair.second_structure.posts, params);
+  const PlanarPoints place(pair.first_structure.posts,
+                           static_cast<std::size_t>(params.verify.at_once.num_posts));
   for (Hypothesis& guess : guesses) {
-    query.LayCoarsely(place, kCoarseAtOnce.steps, guess);
+    query.LayCoarsely(place, params.verify.at_once.steps, guess);
     query.LayFinely(pair.first_structure.posts, guess);
   }
   std::stable_sort(guesses.begin(), guesses.end(),

@@ -17,9 +17,10 @@ double ChanceOf(std::size_t num_posts) {
   return 1.0 / std::sqrt(static_cast<double>(std::max<std::size_t>(num_posts, 1)));
 }
 
-constexpr double kRivalWeight = 40.0;
 /// Scores that differ by less are equal.
-double EqualScores(std::size_t num_posts) { return 0.02 + 0.5 * ChanceOf(num_posts); }
+double EqualScores(std::size_t num_posts, const EvidenceParams& params) {
+  return params.equal_scores + params.equal_by_chance * ChanceOf(num_posts);
+}
 
 double FallAround(const QueryMatch& match, double score, const PlanarPose& pose) {
   constexpr PoseLimits kLimits;
@@ -42,22 +43,25 @@ double FallAround(const QueryMatch& match, double score, const PlanarPose& pose)
 double MirrorScore(QueryMatch& match, std::span<const Post> query, std::span<const Post> place,
                    const PlanarPose& pose) {
   constexpr int kNumHeadings = 4;
+  const double ring_m = match.params().shortlist.bearing_ring_m;
   std::vector<Post> mirrored(place.begin(), place.end());
   for (Post& post : mirrored) post.y_cm = static_cast<std::int16_t>(-post.y_cm);
   // Mirrored across its own two axes where the query stands, and as the bearings say.
   std::vector<PlanarPose> guesses = {
       {pose.x_m, -pose.y_m, -pose.yaw_rad},
       {pose.x_m, -pose.y_m, WrapAngle(std::numbers::pi - pose.yaw_rad)}};
-  for (const double yaw_rad :
-       BearingGrid(mirrored).Widened().BestHeadings(BearingGrid(query), kNumHeadings)) {
+  for (const double yaw_rad : BearingGrid(mirrored, ring_m)
+                                  .Widened()
+                                  .BestHeadings(BearingGrid(query, ring_m), kNumHeadings)) {
     guesses.push_back({0.0, 0.0, yaw_rad});
   }
   match.SetPlace(mirrored);
-  const PlanarPoints coarse(mirrored, kCoarseAtOnce.num_points);
+  const CoarseStageParams& stage = match.params().verify.at_once;
+  const PlanarPoints coarse(mirrored, static_cast<std::size_t>(stage.num_posts));
   double best = 0.0;
   for (const PlanarPose& guess : guesses) {
     Hypothesis hypothesis{.T_place_query = guess};
-    match.LayCoarsely(coarse, kCoarseAtOnce.steps, hypothesis);
+    match.LayCoarsely(coarse, stage.steps, hypothesis);
     best =
         std::max({best, match.Score(guess), match.Score(match.Settle(hypothesis.T_place_query))});
   }
@@ -68,7 +72,9 @@ double MirrorScore(QueryMatch& match, std::span<const Post> query, std::span<con
 /// What is seen first in each direction: nothing stands before it.
 class FreeSpace {
  public:
-  explicit FreeSpace(std::span<const Post> posts) {
+  FreeSpace(std::span<const Post> posts, const EvidenceParams& params)
+      : clear_m_(static_cast<float>(params.clear_m)),
+        clear_share_(static_cast<float>(params.clear_share)) {
     first_m_.fill(std::numeric_limits<float>::infinity());
     for (const Post& post : posts) {
       const float x_m = static_cast<float>(post.x_cm) * 0.01F;
@@ -86,8 +92,6 @@ class FreeSpace {
   /// clearly before what is seen first.
   [[nodiscard]] double Contradicted(std::span<const Post> posts,
                                     const PlanarPose& T_free_posts) const {
-    constexpr float kClear_m = 1.0F;
-    constexpr float kClearShare = 0.03F;  // of the range: what a heading's error moves
     const auto cosine = static_cast<float>(std::cos(T_free_posts.yaw_rad));
     const auto sine = static_cast<float>(std::sin(T_free_posts.yaw_rad));
     int num_seen = 0;
@@ -101,9 +105,9 @@ class FreeSpace {
           sine * given_x_m + cosine * given_y_m + static_cast<float>(T_free_posts.y_m);
       const float range_m = std::sqrt(x_m * x_m + y_m * y_m);
       const float first_m = first_m_[SectorOf(x_m, y_m)];
-      if (range_m < kClear_m || !std::isfinite(first_m)) continue;
+      if (range_m < clear_m_ || !std::isfinite(first_m)) continue;
       ++num_seen;
-      if (range_m < first_m * (1.0F - kClearShare) - kClear_m) ++num_contradicted;
+      if (range_m < first_m * (1.0F - clear_share_) - clear_m_) ++num_contradicted;
     }
     return num_seen == 0 ? 0.0 : static_cast<double>(num_contradicted) / num_seen;
   }
@@ -116,6 +120,7 @@ class FreeSpace {
     return static_cast<std::size_t>(turns * static_cast<float>(kNumSectors)) % kNumSectors;
   }
 
+  float clear_m_, clear_share_;
   std::array<float, kNumSectors> first_m_{};
 };
 
@@ -126,42 +131,44 @@ Support SupportOf(QueryMatch& match, std::span<const Post> query, std::span<cons
   Support support{.score = match.Score(T_place_query), .num_posts = query.size()};
   support.sharpness = FallAround(match, support.score, T_place_query);
   support.over_mirror = support.score - MirrorScore(match, query, place, T_place_query);
-  support.contradicted = FreeSpace(place).Contradicted(query, T_place_query) +
-                         FreeSpace(query).Contradicted(place, Inverse(T_place_query));
+  const EvidenceParams& params = match.params().evidence;
+  support.contradicted = FreeSpace(place, params).Contradicted(query, T_place_query) +
+                         FreeSpace(query, params).Contradicted(place, Inverse(T_place_query));
   return support;
 }
 
-double SupportLogOdds(const Support& support) {
-  // Fitted by scripts/fit_evidence.py on scans of many kinds. Beyond the bounds more says no more.
-  constexpr double kMaxSharpness = 0.2;
-  constexpr double kMaxOverMirror = 0.3;
-  return -11.2 + 15.0 * support.score + 15.6 * std::min(support.sharpness, kMaxSharpness) +
-         17.8 * std::min(support.over_mirror, kMaxOverMirror) - 4.2 * support.contradicted -
-         7.2 * ChanceOf(support.num_posts);
+double SupportLogOdds(const Support& support, const EvidenceParams& params) {
+  return params.bias + params.score * support.score +
+         params.sharpness * std::min(support.sharpness, params.max_sharpness) +
+         params.over_mirror * std::min(support.over_mirror, params.max_over_mirror) +
+         params.contradicted * support.contradicted + params.chance * ChanceOf(support.num_posts);
 }
 
-double GenuineLogOdds(const Support& support) {
-  return std::min(
-      SupportLogOdds(support),
-      RivalryLogOdds(support.score, support.score - support.over_mirror, support.num_posts));
+double GenuineLogOdds(const Support& support, const EvidenceParams& params) {
+  return std::min(SupportLogOdds(support, params),
+                  RivalryLogOdds(support.score, support.score - support.over_mirror,
+                                 support.num_posts, params));
 }
 
-double RivalryLogOdds(double better_score, double score, std::size_t num_posts) {
-  return kRivalWeight * std::max(0.0, better_score - score - EqualScores(num_posts));
+double RivalryLogOdds(double better_score, double score, std::size_t num_posts,
+                      const EvidenceParams& params) {
+  return params.rival * std::max(0.0, better_score - score - EqualScores(num_posts, params));
 }
 
-double RivalryLogOddsInARow(double better_score, double score, std::size_t num_posts) {
-  constexpr double kShared = 0.12;
-  return kRivalWeight * std::max(0.0, better_score - score - EqualScores(num_posts) - kShared);
+double RivalryLogOddsInARow(double better_score, double score, std::size_t num_posts,
+                            const EvidenceParams& params) {
+  return params.rival * std::max(0.0, better_score - score - EqualScores(num_posts, params) -
+                                          params.shared_in_a_row);
 }
 
-std::vector<double> Shares(std::span<const double> scores, std::size_t num_posts) {
+std::vector<double> Shares(std::span<const double> scores, std::size_t num_posts,
+                           const EvidenceParams& params) {
   std::vector<double> shares(scores.begin(), scores.end());
   if (shares.empty()) return shares;
   const double best = *std::max_element(scores.begin(), scores.end());
   double sum = 0.0;
   for (double& share : shares) {
-    share = std::exp(-RivalryLogOdds(best, share, num_posts));
+    share = std::exp(-RivalryLogOdds(best, share, num_posts, params));
     sum += share;
   }
   for (double& share : shares) share /= sum;

@@ -3,6 +3,7 @@
 #include <span>
 #include <vector>
 
+#include "scanloc/core/auto_params.hpp"
 #include "scanloc/core/scan/structure.hpp"
 #include "scanloc/core/structural/registration.hpp"
 #include "structural/query_match.hpp"
@@ -32,20 +33,23 @@ struct Support {
 
 /// The log-odds that a pose with such support is where the scan was taken, were there no other pose
 /// in the map with a score like it.
-[[nodiscard]] double SupportLogOdds(const Support& support);
+[[nodiscard]] double SupportLogOdds(const Support& support, const EvidenceParams& params);
 
 /// The same, but even where the scan lies as well on the place's mirror image: what cannot be told
 /// from that cannot be told from the next room.
-[[nodiscard]] double GenuineLogOdds(const Support& support);
+[[nodiscard]] double GenuineLogOdds(const Support& support, const EvidenceParams& params);
 
 /// By how much the log-odds of a pose are less than those of another with a better score, by a scan
 /// of so many posts: scores that differ by no more than chance does say nothing of which is right.
-[[nodiscard]] double RivalryLogOdds(double better_score, double score, std::size_t num_posts);
+[[nodiscard]] double RivalryLogOdds(double better_score, double score, std::size_t num_posts,
+                                    const EvidenceParams& params);
 /// The same as far as scans that follow each other may add it up: they share their errors.
-[[nodiscard]] double RivalryLogOddsInARow(double better_score, double score, std::size_t num_posts);
+[[nodiscard]] double RivalryLogOddsInARow(double better_score, double score, std::size_t num_posts,
+                                          const EvidenceParams& params);
 
 /// How likely each of some poses is the one among them, by their scores alone; sums up to 1.
-[[nodiscard]] std::vector<double> Shares(std::span<const double> scores, std::size_t num_posts);
+[[nodiscard]] std::vector<double> Shares(std::span<const double> scores, std::size_t num_posts,
+                                         const EvidenceParams& params);
 
 [[nodiscard]] double Logistic(double log_odds);
 

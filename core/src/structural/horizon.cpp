@@ -7,9 +7,6 @@
 namespace scanloc {
 namespace {
 
-/// Posts are seen from one visit and missed from the next by as much at the end of sight.
-constexpr float kMargin_m = 2.0F;
-
 // Sectors are half-open and count from the rear, counter-clockwise.
 int SectorOf(float x_m, float y_m, int num_sectors) {
   const float turn = std::atan2(y_m, x_m) / (2.0F * std::numbers::pi_v<float>)+0.5F;
@@ -18,7 +15,7 @@ int SectorOf(float x_m, float y_m, int num_sectors) {
 
 }  // namespace
 
-Horizon::Horizon(std::span<const Post> posts) {
+Horizon::Horizon(std::span<const Post> posts, double margin_m) {
   for (const Post& post : posts) {
     const float x_m = static_cast<float>(post.x_cm) * 0.01F;
     const float y_m = static_cast<float>(post.y_cm) * 0.01F;
@@ -27,7 +24,7 @@ Horizon::Horizon(std::span<const Post> posts) {
     const int sector = SectorOf(x_m, y_m, kNumSectors);
     for (const int near : {sector + kNumSectors - 1, sector, sector + 1}) {
       float& reach_m = reach_m_[static_cast<std::size_t>(near % kNumSectors)];
-      reach_m = std::max(reach_m, range_m + kMargin_m);
+      reach_m = std::max(reach_m, range_m + static_cast<float>(margin_m));
     }
   }
 }

@@ -12,7 +12,8 @@ namespace scanloc {
 /// speaks for nor against the two being of one place.
 class Horizon {
  public:
-  explicit Horizon(std::span<const Post> posts);
+  /// Beyond the farthest post in a direction the margin is still in sight.
+  Horizon(std::span<const Post> posts, double margin_m);
 
   /// Those of another scan's posts that lie within sight.
   [[nodiscard]] std::vector<Post> Within(std::span<const Post> posts,

@@ -9,7 +9,7 @@ namespace scanloc {
 namespace {
 
 void Decide(const std::vector<Spot>& spots, double confidence, double min_confidence,
-            Answer& answer) {
+            const EvidenceParams& params, Answer& answer) {
   const Support& support = *spots.front().support;
   const double percent = 100.0 * support.score;
   const double rival_percent = spots.size() < 2 ? 0.0 : 100.0 * spots[1].hypothesis.score;
@@ -18,7 +18,7 @@ void Decide(const std::vector<Spot>& spots, double confidence, double min_confid
     answer.reason =
         absl::StrFormat("%.0f %% of the upright structure agrees; the best other spot has %.0f %%",
                         percent, rival_percent);
-  } else if (Logistic(SupportLogOdds(support)) >= min_confidence) {
+  } else if (Logistic(SupportLogOdds(support, params)) >= min_confidence) {
     answer.outcome = Outcome::kAmbiguous;
     answer.reason = absl::StrFormat(
         "two distinct spots explain the scan: %.0f %% and %.0f %% of the upright structure agree, "
@@ -38,23 +38,23 @@ void Decide(const std::vector<Spot>& spots, double confidence, double min_confid
 Answer LocateByStructure(const Map& map, const AutoSearch& search, const ScanDescriptor& scan,
                          const Query& query, const SearchControl& control) {
   Answer answer;
-  const std::size_t num_posts = CountDistinct(scan.structure.posts);
-  if (num_posts < kMinPosts) {
+  const AutoParams& params = map.params.automatic;
+  if (!ShowsEnough(scan.structure.posts, params)) {
     answer.outcome = Outcome::kInsufficientScan;
     answer.reason = absl::StrFormat("the scan shows %d pieces of upright structure; %d are needed",
-                                    num_posts, kMinPosts);
+                                    CountDistinct(scan.structure.posts, params.posts.cell_m),
+                                    params.evidence.min_posts);
     return answer;
   }
 
   const std::vector<Spot> spots =
-      search.Find(scan, {.shortlist = query.num_candidates.value_or(AutoSearch::kShortlist)},
-                  control, answer.times);
+      search.Find(scan, {.shortlist = query.num_candidates.value_or(0)}, control, answer.times);
   if (spots.empty()) {
     answer.outcome = Outcome::kNotRecognized;
     answer.reason = "the map has no place to compare with";
     return answer;
   }
-  const std::vector<double> confidences = ConfidencesOf(spots);
+  const std::vector<double> confidences = ConfidencesOf(spots, params.evidence);
   for (std::size_t i = 0; i < spots.size(); ++i) {
     if (static_cast<int>(answer.candidates.size()) >= query.max_answers) break;
     auto candidate = search.CandidateAt(spots[i].T_map_query, spots[i].hypothesis.score,
@@ -62,7 +62,7 @@ Answer LocateByStructure(const Map& map, const AutoSearch& search, const ScanDes
     if (candidate) answer.candidates.push_back(*std::move(candidate));
   }
   Decide(spots, confidences.front(),
-         query.min_confidence.value_or(map.params.search.min_confidence), answer);
+         query.min_confidence.value_or(map.params.search.min_confidence), params.evidence, answer);
   return answer;
 }
 

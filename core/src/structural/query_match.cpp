@@ -5,30 +5,29 @@
 namespace scanloc {
 namespace {
 
-constexpr float kCoarseCell_m = 1.0F;
-constexpr float kFineCell_m = 0.5F;
-
-constexpr RegisterOptions kFine{
-    .num_iterations = 10, .wide_m = 1.5, .narrow_m = 0.7, .max_settling = 20};
+DistanceField FieldOf(const AutoParams& params, double cell_m) {
+  return {cell_m, params.posts.reach_m, params.verify.cutoff_m};
+}
 
 }  // namespace
 
-QueryMatch::QueryMatch(std::span<const Post> query)
-    : query_(query),
-      horizon_(query),
-      coarse_(kCoarseCell_m),
-      fine_(kFineCell_m),
-      place_field_(kFineCell_m) {
+QueryMatch::QueryMatch(std::span<const Post> query, const AutoParams& params)
+    : params_(params),
+      query_(query),
+      horizon_(query, params.verify.horizon_margin_m),
+      coarse_(FieldOf(params, params.verify.coarse_cell_m)),
+      fine_(FieldOf(params, params.verify.fine_cell_m)),
+      place_field_(FieldOf(params, params.verify.fine_cell_m)) {
   coarse_.Fill(query_);
   fine_.Fill(query_);
 }
 
-void QueryMatch::LayCoarsely(const PlanarPoints& place, const RegisterOptions& steps,
+void QueryMatch::LayCoarsely(const PlanarPoints& place, const RegistrationParams& steps,
                              Hypothesis& hypothesis) const {
   const PlanarPose T_query_place =
       Register(coarse_, place, Inverse(hypothesis.T_place_query), steps);
   hypothesis.T_place_query = Inverse(T_query_place);
-  hypothesis.score = Overlap(coarse_, place, T_query_place);
+  hypothesis.score = Overlap(coarse_, place, T_query_place, params_.verify.overlap_m);
 }
 
 void QueryMatch::SetPlace(std::span<const Post> posts) {
@@ -37,14 +36,14 @@ void QueryMatch::SetPlace(std::span<const Post> posts) {
 }
 
 PlanarPose QueryMatch::Settle(const PlanarPose& guess) const {
-  return Register(place_field_, query_, guess, kFine);
+  return Register(place_field_, query_, guess, params_.verify.fine);
 }
 
 double QueryMatch::Score(const PlanarPose& T_place_query) const {
   const PlanarPose T_query_place = Inverse(T_place_query);
   const PlanarPoints in_sight(horizon_.Within(place_, T_query_place));
-  return std::sqrt(Overlap(place_field_, query_, T_place_query) *
-                   Overlap(fine_, in_sight, T_query_place));
+  return std::sqrt(Overlap(place_field_, query_, T_place_query, params_.verify.overlap_m) *
+                   Overlap(fine_, in_sight, T_query_place, params_.verify.overlap_m));
 }
 
 void QueryMatch::LayFinely(std::span<const Post> place, Hypothesis& hypothesis) {

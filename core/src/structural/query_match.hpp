@@ -2,37 +2,31 @@
 
 #include <span>
 
+#include "scanloc/core/auto_params.hpp"
 #include "scanloc/core/structural/registration.hpp"
 #include "scanloc/core/structural/verify.hpp"
 #include "structural/horizon.hpp"
 
 namespace scanloc {
 
-/// How closely a hypothesis is looked at before others of it are.
-struct CoarseStage {
-  std::size_t num_points;  ///< posts of a place, at most
-  RegisterOptions steps;
-};
-/// For a hypothesis that is not one of many.
-inline constexpr CoarseStage kCoarseAtOnce{250,
-                                           {.num_iterations = 6, .wide_m = 3.0, .narrow_m = 1.5}};
-
 /// One query laid on places, one after the other. Holds the query's distance fields and one for a
 /// place; one per query and thread.
 class QueryMatch {
  public:
   /// Keeps nothing of the posts.
-  explicit QueryMatch(std::span<const Post> query);
+  QueryMatch(std::span<const Post> query, const AutoParams& params);
+
+  [[nodiscard]] const AutoParams& params() const { return params_; }
 
   /// Moves the hypothesis to where some of its place's points lie best on the query, and scores
   /// it by these alone.
-  void LayCoarsely(const PlanarPoints& place, const RegisterOptions& steps,
+  void LayCoarsely(const PlanarPoints& place, const RegistrationParams& steps,
                    Hypothesis& hypothesis) const;
 
   /// The place that the following speak of; its posts must stay.
   void SetPlace(std::span<const Post> posts);
-  /// T_place_query where the query lies best on the place, from a guess within 1.5 m, registered
-  /// until it moves no more.
+  /// T_place_query where the query lies best on the place, from a guess within the first width,
+  /// registered until it moves no more.
   [[nodiscard]] PlanarPose Settle(const PlanarPose& guess) const;
   /// The geometric mean of how much of the query lies on the place and how much of the place,
   /// within the query's reach, lies on the query.
@@ -42,6 +36,7 @@ class QueryMatch {
   void LayFinely(std::span<const Post> place, Hypothesis& hypothesis);
 
  private:
+  AutoParams params_;
   PlanarPoints query_;
   Horizon horizon_;
   DistanceField coarse_;

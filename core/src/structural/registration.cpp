@@ -12,7 +12,6 @@
 namespace scanloc {
 namespace {
 
-constexpr float kOverlapScale_m = 0.5F;
 constexpr std::size_t kBlock = PlanarPoints::kBlock;
 
 /// Points that fill up a block: out of reach of every field, so that they add nothing.
@@ -138,11 +137,11 @@ inline float ExpOfMinus(float x) {
   return power * std::bit_cast<float>((whole + 127) << 23);
 }
 
-/// Σ exp(-½ (d / kOverlapScale_m)²) over all points, one lane a point of a block.
-SCANLOC_SIMD float SumOverlap(const Placed& placed, const float* __restrict x_m,
+/// Σ exp(-½ (d / overlap_m)²) over all points, one lane a point of a block.
+SCANLOC_SIMD float SumOverlap(const Placed& placed, float overlap_m, const float* __restrict x_m,
                               const float* __restrict y_m, std::size_t num_points) {
   const Placed field = placed;
-  constexpr float kHalfPrecision = 0.5F / (kOverlapScale_m * kOverlapScale_m);
+  const float half_precision = 0.5F / (overlap_m * overlap_m);
   float lanes[kBlock] = {};
   for (std::size_t begin = 0; begin < num_points; begin += kBlock) {
     for (std::size_t lane = 0; lane < kBlock; ++lane) {
@@ -151,7 +150,7 @@ SCANLOC_SIMD float SumOverlap(const Placed& placed, const float* __restrict x_m,
       const float distance =
           Sample(field, field.cosine * x - field.sine * y, field.sine * x + field.cosine * y)
               .distance_m();
-      lanes[lane] += ExpOfMinus(kHalfPrecision * distance * distance);
+      lanes[lane] += ExpOfMinus(half_precision * distance * distance);
     }
   }
   float sum = 0.0F;
@@ -180,19 +179,22 @@ PlanarPoints::PlanarPoints(std::span<const Post> posts, std::size_t max_points)
   }
 }
 
-DistanceField::DistanceField(float cell_m)
-    : cell_m_(cell_m),
-      side_(static_cast<int>(2.0F * (Structure::kReach_m + kCutoff_m) / cell_m) + 4),
+DistanceField::DistanceField(double cell_m, double reach_m, double cutoff_m)
+    : cell_m_(static_cast<float>(cell_m)),
+      cutoff_m_(static_cast<float>(cutoff_m)),
+      reach_m_(static_cast<float>(reach_m)),
+      side_(static_cast<int>(2.0 * (reach_m + cutoff_m) / cell_m) + 4),
       distance_m_(static_cast<std::size_t>(side_) * static_cast<std::size_t>(side_) + kBlock) {}
 
 SCANLOC_SIMD void DistanceField::Fill(const PlanarPoints& posts) {
   // Squared distances first: every post stamps the cells around it, block by block. What of a block
   // lies beyond the cut-off, or in the next row, changes nothing.
-  std::fill(distance_m_.begin(), distance_m_.end(), kCutoff_m * kCutoff_m);
+  std::fill(distance_m_.begin(), distance_m_.end(), cutoff_m_ * cutoff_m_);
   const float cell_m = cell_m_;
-  const int radius = static_cast<int>(kCutoff_m / cell_m);
+  const int radius = static_cast<int>(cutoff_m_ / cell_m);
   const float centre = static_cast<float>(side_) / 2.0F;
   for (std::size_t i = 0; i < posts.size(); ++i) {
+    if (std::abs(posts.x_m()[i]) > reach_m_ || std::abs(posts.y_m()[i]) > reach_m_) continue;
     const float u = posts.x_m()[i] / cell_m + centre;
     const float v = posts.y_m()[i] / cell_m + centre;
     const int column = static_cast<int>(u) - radius;
@@ -218,17 +220,16 @@ SCANLOC_SIMD void DistanceField::Fill(const PlanarPoints& posts) {
 }
 
 PlanarPose Register(const DistanceField& field, const PlanarPoints& points, const PlanarPose& guess,
-                    const RegisterOptions& options) {
+                    const RegistrationParams& params) {
   // Steps smaller than these are noise beside the posts' own centimetres.
   constexpr double kSettled_m = 0.005;
   constexpr double kSettled_rad = 0.0005;
   PlanarPose pose = guess;
-  const double step_m = options.num_iterations < 2
+  const double step_m = params.num_iterations < 2
                             ? 0.0
-                            : (options.narrow_m - options.wide_m) / (options.num_iterations - 1);
-  for (int i = 0; i < options.num_iterations + options.max_settling; ++i) {
-    const double width_m =
-        i < options.num_iterations ? options.wide_m + step_m * i : options.narrow_m;
+                            : (params.narrow_m - params.wide_m) / (params.num_iterations - 1);
+  for (int i = 0; i < params.num_iterations + params.max_settling; ++i) {
+    const double width_m = i < params.num_iterations ? params.wide_m + step_m * i : params.narrow_m;
     Sums sums;
     AddUp(Placed(field, pose), static_cast<float>(width_m), points.x_m().data(),
           points.y_m().data(), points.x_m().size(), sums);
@@ -236,7 +237,7 @@ PlanarPose Register(const DistanceField& field, const PlanarPoints& points, cons
     pose.x_m -= step.x();
     pose.y_m -= step.y();
     pose.yaw_rad -= step.z();
-    if (i >= options.num_iterations && step.head<2>().norm() < kSettled_m &&
+    if (i >= params.num_iterations && step.head<2>().norm() < kSettled_m &&
         std::abs(step.z()) < kSettled_rad) {
       break;
     }
@@ -246,10 +247,10 @@ PlanarPose Register(const DistanceField& field, const PlanarPoints& points, cons
 }
 
 double Overlap(const DistanceField& field, const PlanarPoints& points,
-               const PlanarPose& T_field_points) {
+               const PlanarPose& T_field_points, double overlap_m) {
   if (points.empty()) return 0.0;
-  const float sum = SumOverlap(Placed(field, T_field_points), points.x_m().data(),
-                               points.y_m().data(), points.x_m().size());
+  const float sum = SumOverlap(Placed(field, T_field_points), static_cast<float>(overlap_m),
+                               points.x_m().data(), points.y_m().data(), points.x_m().size());
   return static_cast<double>(sum) / static_cast<double>(points.size());
 }
 

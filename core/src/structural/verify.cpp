@@ -14,15 +14,8 @@ bool Better(const Hypothesis& a, const Hypothesis& b) {
   return std::pair(-a.score, a.place) < std::pair(-b.score, b.place);
 }
 
-/// Measured on a town seen by 32 rays from two lanes off, driving the other way: as many right as
-/// with all posts and six steps for every hypothesis.
-constexpr CoarseStage kFirst{80, {.num_iterations = 3, .wide_m = 3.0, .narrow_m = 2.4}};
-constexpr CoarseStage kSecond{250, {.num_iterations = 4, .wide_m = 2.2, .narrow_m = 1.5}};
-/// Hypotheses that the second stage looks at.
-constexpr std::size_t kNumSurvivors = 160;
-
 /// Registers each place's posts, at most so many, on the query's, and scores by their overlap.
-void Lay(const QueryMatch& query, PlaceStructures& places, const CoarseStage& stage,
+void Lay(const QueryMatch& query, PlaceStructures& places, const CoarseStageParams& stage,
          const SearchControl& control, std::vector<Hypothesis>& hypotheses) {
   PlanarPoints place;
   for (std::size_t i = 0; i < hypotheses.size(); ++i) {
@@ -32,7 +25,8 @@ void Lay(const QueryMatch& query, PlaceStructures& places, const CoarseStage& st
     }
     Hypothesis& hypothesis = hypotheses[i];
     if (i == 0 || hypothesis.place != hypotheses[i - 1].place) {
-      place = PlanarPoints(places.Posts(hypothesis.place), stage.num_points);
+      place =
+          PlanarPoints(places.Posts(hypothesis.place), static_cast<std::size_t>(stage.num_posts));
     }
     query.LayCoarsely(place, stage.steps, hypothesis);
   }
@@ -43,32 +37,34 @@ void Lay(const QueryMatch& query, PlaceStructures& places, const CoarseStage& st
 /// steps, which most hypotheses do not survive.
 void CoarsePass(const QueryMatch& query, PlaceStructures& places, const SearchControl& control,
                 std::vector<Hypothesis>& hypotheses) {
-  Lay(query, places, kFirst, control, hypotheses);
-  if (hypotheses.size() > kNumSurvivors) hypotheses.resize(kNumSurvivors);
+  const VerificationParams& params = query.params().verify;
+  const auto num_survivors = static_cast<std::size_t>(params.num_survivors);
+  Lay(query, places, params.first, control, hypotheses);
+  if (hypotheses.size() > num_survivors) hypotheses.resize(num_survivors);
   std::vector<Hypothesis> survivors = hypotheses;
-  Lay(query, places, kSecond, control, survivors);
+  Lay(query, places, params.second, control, survivors);
   // Late before the second round began: the first round's word stands.
   if (!survivors.empty()) hypotheses = std::move(survivors);
 }
 
-bool AreOfOneSpot(const UprightPose& a, const UprightPose& b, const VerifyOptions& options) {
-  return (a.plane_m - b.plane_m).norm() < options.spot_radius_m &&
-         std::abs(a.height_m - b.height_m) < options.spot_height_m &&
-         std::abs(WrapAngle(a.heading_rad - b.heading_rad)) < options.spot_heading_rad;
+bool AreOfOneSpot(const UprightPose& a, const UprightPose& b, const SelectionParams& params) {
+  return (a.plane_m - b.plane_m).norm() < params.spot_radius_m &&
+         std::abs(a.height_m - b.height_m) < params.spot_height_m &&
+         std::abs(WrapAngle(a.heading_rad - b.heading_rad)) < params.spot_heading_rad;
 }
 
 /// The best hypotheses, few from each spot.
 std::vector<Hypothesis> Select(const std::vector<Hypothesis>& hypotheses, PlaceStructures& places,
-                               const VerifyOptions& options) {
+                               const SelectionParams& params) {
   std::vector<Hypothesis> selected;
   std::vector<UprightPose> poses;
   for (const Hypothesis& hypothesis : hypotheses) {
-    if (static_cast<int>(selected.size()) >= options.num_fine) break;
+    if (static_cast<int>(selected.size()) >= params.num_hypotheses) break;
     const UprightPose pose = places.Upright(hypothesis.place, hypothesis.T_place_query);
     const auto num_near = std::count_if(poses.begin(), poses.end(), [&](const UprightPose& other) {
-      return AreOfOneSpot(pose, other, options);
+      return AreOfOneSpot(pose, other, params);
     });
-    if (num_near >= options.max_fine_per_spot) continue;
+    if (num_near >= params.max_per_spot) continue;
     selected.push_back(hypothesis);
     poses.push_back(pose);
   }
@@ -79,10 +75,10 @@ std::vector<Hypothesis> Select(const std::vector<Hypothesis>& hypotheses, PlaceS
 
 std::vector<Hypothesis> Verify(QueryMatch& query, std::vector<Hypothesis> hypotheses,
                                PlaceStructures& places, const SearchControl& control,
-                               const VerifyOptions& options) {
+                               const SelectionParams& selection) {
   if (hypotheses.empty()) return {};
   CoarsePass(query, places, control, hypotheses);
-  std::vector<Hypothesis> selected = Select(hypotheses, places, options);
+  std::vector<Hypothesis> selected = Select(hypotheses, places, selection);
   for (std::size_t i = 0; i < selected.size(); ++i) {
     if (i > 0 && control.IsOver()) {
       selected.resize(i);

@@ -11,35 +11,6 @@
 #include "structural/auto_search.hpp"
 
 namespace scanloc {
-namespace {
-
-/// One scan says at most so much for or against a track: scans that follow each other are alike,
-/// and so are their errors.
-constexpr double kMaxScanLogOdds = 6.0;
-constexpr double kMaxLogOdds = 8.0;
-/// Robots are seldom carried off: what a track that begins has against it while another is sure.
-constexpr double kNewTrackPenalty = 4.0;
-constexpr double kSureLogOdds = 3.0;
-/// Tracks less likely than this are given up.
-constexpr double kLeastLogOdds = -8.0;
-/// A spot with less than this for it is none: its track has lost sight of the map.
-constexpr double kLostLogOdds = -2.0;
-
-/// Spots of a scan that are looked at for more than their scores.
-constexpr int kNumSupported = 4;
-
-/// By odometry: how far from where it should be a track may be found, and how far turned.
-constexpr double kGate_m = 3.0;
-constexpr double kGatePerMetre = 0.1;
-constexpr double kGate_rad = 0.35;
-/// Without: turned by less than half a turn between two scans.
-constexpr double kFreeGate_rad = 0.75 * std::numbers::pi;
-/// Floors are farther apart than a track moves up or down unseen, but for so much of what it moves
-/// in the plane.
-constexpr double kHeightGate_m = 1.0;
-constexpr double kHeightGatePerMetre = 0.1;
-
-}  // namespace
 
 /// A scan: where it may have been taken, and how far from their predicted poses tracks may be
 /// found.
@@ -53,6 +24,7 @@ struct Tracker::Step {
   };
   std::vector<Candidate> spots;  // distinct, best first
   Eigen::Vector3d up;
+  TrackParams params;
   double gate_m = 0.0;
   double gate_rad = 0.0;
   StageTimes times;
@@ -62,7 +34,7 @@ struct Tracker::Step {
     const auto found = std::find_if(spots.begin(), spots.end(), [&](const Candidate& spot) {
       const PoseDifference off = DifferenceOf(spot.T_map_scan, T_map_predicted, up);
       return off.plane_m <= gate_m &&
-             off.height_m <= kHeightGate_m + kHeightGatePerMetre * off.plane_m &&
+             off.height_m <= params.height_gate_m + params.height_gate_per_metre * off.plane_m &&
              off.heading_deg * std::numbers::pi / 180.0 <= gate_rad;
     });
     return found == spots.end() ? nullptr : &*found;
@@ -107,17 +79,18 @@ void Tracker::LoseSight() {
 }
 
 void Tracker::Weigh(const Step& step) {
+  const TrackParams& params = step.params;
   const double begun = tracks_.empty() ? 0.0 : tracks_.front().log_odds;
   const double second = tracks_.size() < 2 ? 0.0 : std::max(0.0, tracks_[1].total());
-  const bool is_sure = !tracks_.empty() && tracks_.front().total() - second > kSureLogOdds;
+  const bool is_sure = !tracks_.empty() && tracks_.front().total() - second > params.sure_log_odds;
   std::vector<bool> is_taken(step.spots.size());
   std::vector<Track> weighed;
   bool is_best = true;
   bool is_best_lost = true;
   for (Track track : tracks_) {
     const Step::Candidate* spot = step.Find(track.T_map_scan);
-    const bool is_lost = spot == nullptr || spot->log_odds < kLostLogOdds;
-    track.log_odds += spot == nullptr ? -kMaxScanLogOdds : spot->log_odds;
+    const bool is_lost = spot == nullptr || spot->log_odds < params.lost_log_odds;
+    track.log_odds += spot == nullptr ? -params.max_scan_log_odds : spot->log_odds;
     track.rivalry = 0.0;
     if (is_best) is_best_lost = is_lost;
     if (is_lost && is_best) LoseSight();
@@ -139,7 +112,7 @@ void Tracker::Weigh(const Step& step) {
   // A spot that was not seen before may as well have been missed: what it has against it is only
   // what the best is ahead of all others.
   const double prior =
-      std::max(0.0, is_best_lost ? 0.0 : begun) - (is_sure ? kNewTrackPenalty : 0.0);
+      std::max(0.0, is_best_lost ? 0.0 : begun) - (is_sure ? params.new_track_penalty : 0.0);
   for (std::size_t i = 0; i < step.spots.size(); ++i) {
     if (is_taken[i]) continue;
     const Step::Candidate& spot = step.spots[i];
@@ -149,12 +122,14 @@ void Tracker::Weigh(const Step& step) {
   }
   std::stable_sort(weighed.begin(), weighed.end(),
                    [](const Track& a, const Track& b) { return a.total() > b.total(); });
-  // None is surer than kMaxLogOdds; what each has over the others stays.
+  // None is surer than max_log_odds; what each has over the others stays.
   double excess = 0.0;
-  for (const Track& track : weighed) excess = std::max(excess, track.log_odds - kMaxLogOdds);
+  for (const Track& track : weighed) {
+    excess = std::max(excess, track.log_odds - params.max_log_odds);
+  }
   for (Track& track : weighed) track.log_odds -= excess;
   while (weighed.size() > 1 &&
-         (weighed.size() > kMaxTracks || weighed.back().log_odds < kLeastLogOdds)) {
+         (weighed.size() > kMaxTracks || weighed.back().log_odds < params.least_log_odds)) {
     weighed.pop_back();
   }
   tracks_ = std::move(weighed);
@@ -213,16 +188,19 @@ TrackedAnswer Tracker::Tell(const Step& step, const SearchControl& control) {
 absl::StatusOr<Tracker::Step> Tracker::Look(const ScanDescriptor& scan,
                                             const std::optional<Pose>& T_last_scan,
                                             const SearchControl& control) const {
-  AutoSearch::Options search{
-      .shortlist = options_.query.num_candidates.value_or(AutoSearch::kShortlist),
-      .num_supported = kNumSupported};
+  const EvidenceParams& evidence = localizer_->map().params.automatic.evidence;
+  const TrackParams& params = localizer_->map().params.automatic.track;
+  AutoSearch::Options search{.shortlist = options_.query.num_candidates.value_or(0),
+                             .num_supported = params.num_supported};
   for (const Track& track : tracks_) {
     search.predicted.push_back(T_last_scan ? track.T_map_scan * *T_last_scan : track.T_map_scan);
   }
   Step step;
+  step.params = params;
   const double travelled_m = T_last_scan ? T_last_scan->translation().norm() : 0.0;
-  step.gate_m = T_last_scan ? kGate_m + kGatePerMetre * travelled_m : options_.max_step_m;
-  step.gate_rad = T_last_scan ? kGate_rad : kFreeGate_rad;
+  step.gate_m =
+      T_last_scan ? params.gate_m + params.gate_per_metre * travelled_m : options_.max_step_m;
+  step.gate_rad = T_last_scan ? params.gate_rad : params.free_gate_rad;
   const AutoSearch& auto_search = *localizer_->auto_search_;
   step.up = auto_search.up();
   const std::vector<Spot> found = auto_search.Find(scan, search, control, step.times);
@@ -231,11 +209,12 @@ absl::StatusOr<Tracker::Step> Tracker::Look(const ScanDescriptor& scan,
     const Support& support = spot.support ? *spot.support : *found.front().support;
     const double best_score = found.front().hypothesis.score;
     const double score = spot.hypothesis.score;
-    const double genuine = GenuineLogOdds(support);
-    const double in_a_row = RivalryLogOddsInARow(best_score, score, support.num_posts);
-    step.spots.push_back({spot.T_map_query, score, Logistic(SupportLogOdds(support)),
-                          std::clamp(genuine - in_a_row, -kMaxScanLogOdds, kMaxScanLogOdds),
-                          RivalryLogOdds(best_score, score, support.num_posts) - in_a_row});
+    const double genuine = GenuineLogOdds(support, evidence);
+    const double in_a_row = RivalryLogOddsInARow(best_score, score, support.num_posts, evidence);
+    step.spots.push_back(
+        {spot.T_map_query, score, Logistic(SupportLogOdds(support, evidence)),
+         std::clamp(genuine - in_a_row, -params.max_scan_log_odds, params.max_scan_log_odds),
+         RivalryLogOdds(best_score, score, support.num_posts, evidence) - in_a_row});
   }
   return step;
 }
@@ -255,9 +234,9 @@ absl::StatusOr<TrackedAnswer> Tracker::Update(const ScanDescriptor& scan,
     }
     T_last = *pose;
   }
-  const SearchParams& least = localizer_->map().params.search;
-  if (scan.num_voxels < static_cast<std::uint32_t>(least.min_voxels) ||
-      CountDistinct(scan.structure.posts) < kMinPosts) {
+  const Params& params = localizer_->map().params;
+  if (scan.num_voxels < static_cast<std::uint32_t>(params.search.min_voxels) ||
+      !ShowsEnough(scan.structure.posts, params.automatic)) {
     absl::StatusOr<Answer> answer = localizer_->Localize(scan, options_.query, control);
     if (!answer.ok()) return answer.status();
     Move(T_last);

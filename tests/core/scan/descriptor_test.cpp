@@ -189,5 +189,20 @@ TEST(ValidateDescriptor, RefusesOtherShapesAndHeights) {
   EXPECT_FALSE(Validate(place, params).ok());
 }
 
+TEST(Describer, FindsPostsInVoxelsOfTheirOwnAndLeavesTheContextsAsTheyAre) {
+  Params params;
+  PointCloud scan = scenes::PostScan(5, 0);
+  // A chair, too low to be a post of a town.
+  for (int k = 0; k < 10; ++k) scan.push_back({5.1F, 3.1F, -1.95F + 0.06F * static_cast<float>(k)});
+  const ScanDescriptor town = MakeDescriber(params).Describe(scan);
+  params.automatic = AutoParamsAtScale(0.5);
+  const ScanDescriptor room = MakeDescriber(params).Describe(scan);
+  EXPECT_EQ(room.polar.cells_cm, town.polar.cells_cm);
+  EXPECT_EQ(room.cart.cells_cm, town.cart.cells_cm);
+  EXPECT_TRUE(town.structure.posts.empty());
+  ASSERT_EQ(room.structure.posts.size(), 1U);
+  EXPECT_NEAR(room.structure.posts[0].x_cm, 510, 5);
+}
+
 }  // namespace
 }  // namespace scanloc

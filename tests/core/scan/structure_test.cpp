@@ -14,7 +14,7 @@ namespace {
 
 Structure FindIn(const PointCloud& scan, double sensor_height_m = 2.0) {
   VoxelFilter filter(0.5);
-  return StructureFinder(sensor_height_m).Find(filter.Apply(scan));
+  return StructureFinder(AutoParams(), sensor_height_m).Find(filter.Apply(scan));
 }
 
 /// A sensor that rolls and pitches where it stands.
@@ -78,7 +78,7 @@ TEST(StructureFinder, TakesTheSensorForUprightWhereThereIsNoGround) {
 
 TEST(StructureFinder, KeepsNothingOfTheScanBefore) {
   VoxelFilter filter(0.5);
-  StructureFinder finder(2.0);
+  StructureFinder finder(AutoParams(), 2.0);
   const PointCloud scan = scenes::PostScan(3, 50);
   const Structure first = finder.Find(filter.Apply(scan));
   EXPECT_TRUE(finder.Find(filter.Apply(PointCloud())).posts.empty());
@@ -105,7 +105,7 @@ TEST(StructureFinder, TakesPointsAtTheVeryEndOfItsGrids) {
       }
     }
   }
-  StructureFinder finder(2.0);
+  StructureFinder finder(AutoParams(), 2.0);
   const Structure structure = finder.Find(scan);
   EXPECT_TRUE(Validate(structure).ok());
   EXPECT_EQ(finder.Find(scan), structure);
@@ -113,7 +113,7 @@ TEST(StructureFinder, TakesPointsAtTheVeryEndOfItsGrids) {
 
 TEST(ValidateStructure, RefusesWhatNoScanGives) {
   const Structure good{.height_m = 2.0F, .posts = {{5999, -5999}}};
-  EXPECT_TRUE(Validate(good).ok());
+  EXPECT_TRUE(Validate(good, 60.0).ok());
   const float nan = std::numeric_limits<float>::quiet_NaN();
   std::vector<Structure> bad(6, good);
   bad[0].roll_rad = nan;
@@ -123,7 +123,7 @@ TEST(ValidateStructure, RefusesWhatNoScanGives) {
   bad[4].posts.push_back({0, -32768});
   bad[5].posts.resize(Structure::kMaxPosts + 1);
   for (const Structure& structure : bad) {
-    EXPECT_EQ(Validate(structure).code(), absl::StatusCode::kInvalidArgument);
+    EXPECT_EQ(Validate(structure, 60.0).code(), absl::StatusCode::kInvalidArgument);
   }
 }
 

@@ -11,6 +11,8 @@
 namespace scanloc {
 namespace {
 
+constexpr double kRing_m = 4.0;
+
 std::vector<Post> RandomPosts(std::uint64_t seed, int count) {
   std::mt19937_64 random(seed);
   std::vector<Post> posts;
@@ -37,10 +39,10 @@ std::vector<Post> SeenTurned(const std::vector<Post>& posts, double heading_rad)
 
 TEST(BearingGrid, RecoversEveryHeadingWithinASector) {
   const std::vector<Post> posts = RandomPosts(1, 150);
-  const BearingGrid place = BearingGrid(posts).Widened();
+  const BearingGrid place = BearingGrid(posts, kRing_m).Widened();
   for (double heading_rad = -3.1; heading_rad < 3.14; heading_rad += 0.07) {
     const std::vector<double> found =
-        place.BestHeadings(BearingGrid(SeenTurned(posts, heading_rad)), 2);
+        place.BestHeadings(BearingGrid(SeenTurned(posts, heading_rad), kRing_m), 2);
     ASSERT_FALSE(found.empty());
     EXPECT_LT(std::abs(WrapAngle(found.front() - heading_rad)), 0.1) << heading_rad;
   }
@@ -48,15 +50,16 @@ TEST(BearingGrid, RecoversEveryHeadingWithinASector) {
 
 TEST(BearingGrid, IsNotMisledByABlindSector) {
   const std::vector<Post> posts = RandomPosts(2, 150);
-  const BearingGrid place = BearingGrid(posts).Widened();
+  const BearingGrid place = BearingGrid(posts, kRing_m).Widened();
   std::vector<Post> seen = SeenTurned(posts, 2.0);
   std::erase_if(seen, [](const Post& c) { return c.x_cm < 0; });
-  EXPECT_LT(std::abs(WrapAngle(place.BestHeadings(BearingGrid(seen), 1).front() - 2.0)), 0.1);
+  EXPECT_LT(std::abs(WrapAngle(place.BestHeadings(BearingGrid(seen, kRing_m), 1).front() - 2.0)),
+            0.1);
 }
 
 TEST(BearingGrid, GivesHeadingsThatAreApartBestFirst) {
-  const BearingGrid place = BearingGrid(RandomPosts(3, 200)).Widened();
-  const BearingGrid query(RandomPosts(4, 200));
+  const BearingGrid place = BearingGrid(RandomPosts(3, 200), kRing_m).Widened();
+  const BearingGrid query(RandomPosts(4, 200), kRing_m);
   const std::vector<double> headings = place.BestHeadings(query, 5);
   ASSERT_EQ(headings.size(), 5U);
   for (std::size_t i = 0; i < headings.size(); ++i) {
@@ -67,16 +70,16 @@ TEST(BearingGrid, GivesHeadingsThatAreApartBestFirst) {
 }
 
 TEST(BearingGrid, HasNoHeadingForAScanOfNothing) {
-  const BearingGrid nothing(std::span<const Post>{});
-  const BearingGrid place = BearingGrid(RandomPosts(5, 50)).Widened();
+  const BearingGrid nothing(std::span<const Post>{}, kRing_m);
+  const BearingGrid place = BearingGrid(RandomPosts(5, 50), kRing_m).Widened();
   EXPECT_TRUE(place.BestHeadings(nothing, 3).empty());
   EXPECT_TRUE(nothing.BestHeadings(place, 3).empty());
 }
 
 TEST(BearingGrid, CountsWhatAgrees) {
   // One thing ahead, one to the left, both in the ring from 8 m on.
-  const BearingGrid place(std::vector<Post>{{1000, 10}, {-10, 1000}});
-  const BearingGrid query(std::vector<Post>{{1000, 10}});
+  const BearingGrid place(std::vector<Post>{{1000, 10}, {-10, 1000}}, kRing_m);
+  const BearingGrid query(std::vector<Post>{{1000, 10}}, kRing_m);
   EXPECT_EQ(place.AgreementByTurn(query)[0], 1);
   EXPECT_EQ(place.AgreementByTurn(query)[16], 1);
   EXPECT_EQ(place.AgreementByTurn(query)[8], 0);

@@ -18,39 +18,39 @@ using test::PostWorld;
 using test::RoomScan;
 
 TEST(Shares, AreEqualOfScoresThatAreAlikeAndAddUpToOne) {
-  const std::vector<double> shares = Shares(std::vector<double>{0.80, 0.78, 0.5, 0.2}, 400);
+  const std::vector<double> shares = Shares(std::vector<double>{0.80, 0.78, 0.5, 0.2}, 400, {});
   EXPECT_DOUBLE_EQ(shares[0], shares[1]);
   EXPECT_LT(shares[2], 0.01);
   EXPECT_GT(shares[2], shares[3]);
   EXPECT_NEAR(std::accumulate(shares.begin(), shares.end(), 0.0), 1.0, 1e-12);
-  EXPECT_TRUE(Shares({}, 400).empty());
+  EXPECT_TRUE(Shares({}, 400, {}).empty());
 }
 
 TEST(Shares, OfFewPostsAreEqualForLonger) {
   const std::vector<double> scores = {0.8, 0.7};
-  EXPECT_GT(Shares(scores, 400)[0], 0.85);
-  EXPECT_DOUBLE_EQ(Shares(scores, 25)[0], 0.5);
+  EXPECT_GT(Shares(scores, 400, {})[0], 0.85);
+  EXPECT_DOUBLE_EQ(Shares(scores, 25, {})[0], 0.5);
 }
 
 TEST(SupportLogOdds, GrowsWithWhatSpeaksForAPoseAndFallsWithWhatSpeaksAgainst) {
   const Support support{
       .score = 0.7, .sharpness = 0.1, .over_mirror = 0.2, .contradicted = 0.1, .num_posts = 100};
-  const double log_odds = SupportLogOdds(support);
+  const double log_odds = SupportLogOdds(support, {});
   Support other = support;
   other.score = 0.8;
-  EXPECT_GT(SupportLogOdds(other), log_odds);
+  EXPECT_GT(SupportLogOdds(other, {}), log_odds);
   other = support;
   other.sharpness = 0.05;
-  EXPECT_LT(SupportLogOdds(other), log_odds);
+  EXPECT_LT(SupportLogOdds(other, {}), log_odds);
   other = support;
   other.over_mirror = 0.1;
-  EXPECT_LT(SupportLogOdds(other), log_odds);
+  EXPECT_LT(SupportLogOdds(other, {}), log_odds);
   other = support;
   other.contradicted = 0.2;
-  EXPECT_LT(SupportLogOdds(other), log_odds);
+  EXPECT_LT(SupportLogOdds(other, {}), log_odds);
   other = support;
   other.num_posts = 30;
-  EXPECT_LT(SupportLogOdds(other), log_odds);
+  EXPECT_LT(SupportLogOdds(other, {}), log_odds);
 }
 
 TEST(SupportOf, IsSharpAmongPostsAndFlatBetweenTwoEndlessWalls) {
@@ -64,7 +64,7 @@ TEST(SupportOf, IsSharpAmongPostsAndFlatBetweenTwoEndlessWalls) {
     }
   }
   const auto support_of = [&](const std::vector<Post>& scene) {
-    QueryMatch match(scene);
+    QueryMatch match(scene, {});
     match.SetPlace(scene);
     return SupportOf(match, scene, scene, PlanarPose{});
   };
@@ -89,7 +89,7 @@ TEST(SupportOf, CountsWhatStandsInFreeSpace) {
   };
   const std::vector<Post> near = ring(6.0);
   const std::vector<Post> far = ring(12.0);
-  QueryMatch match(near);
+  QueryMatch match(near, {});
   match.SetPlace(far);
   // The query's walls stand where the place sees none; the place's stand behind the query's.
   EXPECT_DOUBLE_EQ(SupportOf(match, near, far, PlanarPose{}).contradicted, 1.0);

@@ -11,6 +11,9 @@
 namespace scanloc {
 namespace {
 
+constexpr double kCutoff_m = 3.0;
+const RegistrationParams kSteps;
+
 std::vector<Post> RandomPosts(std::uint64_t seed, int count, int reach_cm = 4000) {
   std::mt19937_64 random(seed);
   std::vector<Post> posts;
@@ -38,19 +41,19 @@ std::vector<Post> Moved(const std::vector<Post>& posts, const PlanarPose& T_a_b)
 }
 
 DistanceField FieldOf(const std::vector<Post>& posts, float cell_m) {
-  DistanceField field(cell_m);
+  DistanceField field(cell_m, 60.0, kCutoff_m);
   field.Fill(PlanarPoints(posts));
   return field;
 }
 
 TEST(Register, RecoversADisplacementAndATurn) {
   const std::vector<Post> query = RandomPosts(1, 150);
-  const RegisterOptions options{.num_iterations = 15, .wide_m = 2.0, .narrow_m = 0.5};
+  const RegistrationParams params{.num_iterations = 15, .wide_m = 2.0, .narrow_m = 0.5};
   for (const PlanarPose& truth :
        {PlanarPose{1.0, -0.8, 0.05}, PlanarPose{0.0, 1.5, -0.04}, PlanarPose{7.0, -3.0, 3.1}}) {
     const DistanceField place = FieldOf(Moved(query, truth), 0.25F);
     const PlanarPose guess{truth.x_m + 0.7, truth.y_m - 0.6, truth.yaw_rad + 0.03};
-    const PlanarPose found = Register(place, PlanarPoints(query), guess, options);
+    const PlanarPose found = Register(place, PlanarPoints(query), guess, params);
     EXPECT_NEAR(found.x_m, truth.x_m, 0.15);
     EXPECT_NEAR(found.y_m, truth.y_m, 0.15);
     EXPECT_NEAR(std::remainder(found.yaw_rad - truth.yaw_rad, 2.0 * M_PI), 0.0, 0.003);
@@ -63,7 +66,8 @@ TEST(Register, HoldsOutAgainstPostsThatAreGoneAndNew) {
   std::vector<Post> place = Moved(query, truth);
   place.resize(80);
   for (const Post& c : RandomPosts(3, 40)) place.push_back(c);
-  const PlanarPose found = Register(FieldOf(place, 0.25F), PlanarPoints(query), PlanarPose{}, {});
+  const PlanarPose found =
+      Register(FieldOf(place, 0.25F), PlanarPoints(query), PlanarPose{}, kSteps);
   EXPECT_NEAR(found.x_m, truth.x_m, 0.1);
   EXPECT_NEAR(found.y_m, truth.y_m, 0.1);
 }
@@ -72,7 +76,7 @@ TEST(Register, LeavesTheGuessWithoutAnythingToGoBy) {
   const PlanarPose guess{1.0, 2.0, 0.3};
   const DistanceField nothing = FieldOf({}, 1.0F);
   for (const std::vector<Post>& posts : {std::vector<Post>(), RandomPosts(4, 20)}) {
-    const PlanarPose found = Register(nothing, PlanarPoints(posts), guess, {});
+    const PlanarPose found = Register(nothing, PlanarPoints(posts), guess, kSteps);
     EXPECT_DOUBLE_EQ(found.x_m, guess.x_m);
     EXPECT_DOUBLE_EQ(found.y_m, guess.y_m);
     EXPECT_NEAR(found.yaw_rad, guess.yaw_rad, 1e-12);
@@ -83,10 +87,10 @@ TEST(Overlap, IsNearOneOnItselfAndNearNoneElsewhere) {
   const std::vector<Post> posts = RandomPosts(5, 100);
   const DistanceField field = FieldOf(posts, 0.25F);
   const PlanarPoints points(posts);
-  EXPECT_GT(Overlap(field, points, {}), 0.9);
-  EXPECT_LT(Overlap(field, points, {10.0, 0.0, 1.0}), 0.1);
-  EXPECT_LT(Overlap(field, points, {1.0e6, 0.0, 0.0}), 1e-6);
-  EXPECT_EQ(Overlap(field, PlanarPoints(), {}), 0.0);
+  EXPECT_GT(Overlap(field, points, {}, 0.5), 0.9);
+  EXPECT_LT(Overlap(field, points, {10.0, 0.0, 1.0}, 0.5), 0.1);
+  EXPECT_LT(Overlap(field, points, {1.0e6, 0.0, 0.0}, 0.5), 1e-6);
+  EXPECT_EQ(Overlap(field, PlanarPoints(), {}, 0.5), 0.0);
 }
 
 TEST(DistanceField, HoldsTheDistanceToTheNearestColumn) {
@@ -106,9 +110,8 @@ TEST(DistanceField, HoldsTheDistanceToTheNearestColumn) {
         const double told =
             field.distances_m()[static_cast<std::size_t>(row * field.side() + column)];
         // A cell that a post's stamp just misses is at the cut-off already.
-        EXPECT_TRUE(
-            std::abs(told - std::min<double>(nearest, DistanceField::kCutoff_m)) < 1e-3 ||
-            (told == DistanceField::kCutoff_m && nearest > DistanceField::kCutoff_m - cell_m))
+        EXPECT_TRUE(std::abs(told - std::min<double>(nearest, kCutoff_m)) < 1e-3 ||
+                    (told == kCutoff_m && nearest > kCutoff_m - cell_m))
             << cell_m << ": " << told << " for " << nearest;
       }
     }
@@ -136,11 +139,11 @@ TEST(Horizon, LeavesOutWhatLiesBehindOrWhereNothingWasSeen) {
   // A wall 10 m ahead; nothing behind.
   std::vector<Post> wall;
   for (std::int16_t y_cm = -500; y_cm <= 500; y_cm += 50) wall.push_back({1000, y_cm});
-  const Horizon horizon(wall);
+  const Horizon horizon(wall, 2.0);
   const std::vector<Post> others = {{900, 0}, {1100, 0}, {1500, 0}, {-300, 0}};
   EXPECT_EQ(horizon.Within(others, {}), (std::vector<Post>{{900, 0}, {1100, 0}}));
   EXPECT_EQ(horizon.Within(others, {0.0, 0.0, M_PI}), (std::vector<Post>{{-300, 0}}));
-  EXPECT_TRUE(Horizon({}).Within(others, {}).empty());
+  EXPECT_TRUE(Horizon({}, 2.0).Within(others, {}).empty());
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "absl/status/status.h"
+#include "scanloc/core/auto_params.hpp"
 
 namespace scanloc {
 
@@ -74,6 +75,7 @@ struct Params {
   CartParams cart;
   StructureParams structure;
   SearchParams search;
+  AutoParams automatic;
 
   friend bool operator==(const Params&, const Params&) = default;
 };
@@ -112,6 +114,8 @@ void VisitFields(P& params, Visitor&& visit) {
   visit("search.cart_threshold", params.search.cart_threshold);
   visit("search.min_confidence", params.search.min_confidence);
   visit("search.min_voxels", params.search.min_voxels);
+  VisitAutoFields(params.automatic, [&](const char* name, auto& field, auto /*least*/,
+                                        auto /*most*/) { visit(name, field); });
 }
 
 }  // namespace scanloc

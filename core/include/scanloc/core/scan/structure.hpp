@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "absl/status/status.h"
+#include "scanloc/core/auto_params.hpp"
 #include "scanloc/core/scan/point_cloud.hpp"
 #include "scanloc/core/scan/pose.hpp"
 
@@ -25,8 +26,7 @@ struct Post {
 /// The levelled frame has the sensor's origin and heading, and its z axis is the ground's normal:
 /// a scan of a tilted sensor gives the same posts as one of an upright sensor.
 struct Structure {
-  /// Coordinates of posts lie within ±kReach_m.
-  static constexpr float kReach_m = 60.0F;
+  static constexpr double kMaxReach_m = 300.0;  ///< posts may lie within ± this along x and y
   static constexpr std::size_t kMaxPosts = 8192;
 
   float roll_rad = 0.0F;  ///< T_level_sensor = RotY(pitch) · RotX(roll), each within ±0.6
@@ -39,22 +39,23 @@ struct Structure {
 
 /// OK, or InvalidArgument: too many posts, one out of reach, or a ground that no vehicle stands
 /// on.
-[[nodiscard]] absl::Status Validate(const Structure& structure);
+[[nodiscard]] absl::Status Validate(const Structure& structure,
+                                    double reach_m = Structure::kMaxReach_m);
 
 /// Rotation that takes the sensor frame to the levelled frame.
 [[nodiscard]] Eigen::Isometry3d LevelFromSensor(const Structure& structure);
 
 /// Finds ground and posts in the voxels of a scan.
 ///
-/// Ground: a plane through the lowest voxels within 25 m, found by iteratively reweighted least
-/// squares; where there is none to be seen the sensor is taken to be upright, sensor_height_m above
-/// it. Posts: cells of 0.5 m whose voxels span more than 0.8 m in height; the position is the
-/// mean of the voxels.
+/// Ground: a plane through the lowest voxels around, found by iteratively reweighted least squares;
+/// where there is none to be seen the sensor is taken to be upright, sensor_height_m above it.
+/// Posts: cells whose voxels span more than the least extent in height; the position is the mean of
+/// the voxels.
 ///
 /// Keeps its grids from scan to scan; use one per thread. O(voxels).
 class StructureFinder {
  public:
-  explicit StructureFinder(double sensor_height_m);
+  StructureFinder(const AutoParams& params, double sensor_height_m);
 
   [[nodiscard]] Structure Find(const PointCloud& voxels);
 
@@ -63,7 +64,13 @@ class StructureFinder {
     float z_min, z_max, sum_x, sum_y, num_voxels;
   };
 
+  [[nodiscard]] std::vector<Eigen::Vector3d> LowestPoints(const PointCloud& voxels) const;
+
+  PostParams posts_;
+  GroundParams ground_;
   float sensor_height_m_;
+  int side_;         // of the grid of posts [cells]
+  int ground_side_;  // of the grid of the ground [cells]
   std::vector<Cell> cells_;
   std::vector<std::uint32_t> touched_;
 };

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "scanloc/core/auto_params.hpp"
 #include "scanloc/core/scan/pose.hpp"
 #include "scanloc/core/scan/structure.hpp"
 
@@ -35,8 +36,9 @@ struct PairCheck {
   Pose shown = Pose::Identity();  ///< T_first_second as the scans lie on each other best
 };
 
+/// Both scans must have been described with these parameters, which are valid.
 [[nodiscard]] PairCheck CheckPair(const ScanPair& pair, const Pose& T_map_first,
-                                  const Pose& T_map_second);
+                                  const Pose& T_map_second, const AutoParams& params);
 
 /// What the pairs of a drive say together.
 struct ConsistencyReport {

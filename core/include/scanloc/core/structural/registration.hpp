@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "scanloc/core/auto_params.hpp"
 #include "scanloc/core/scan/structure.hpp"
 
 namespace scanloc {
@@ -41,15 +42,13 @@ class PlanarPoints {
 };
 
 /// For every cell of a grid around the sensor, the distance to the nearest post, cut off at
-/// kCutoff_m; between cells by bilinear interpolation, which evens out how walls were sampled.
+/// cutoff_m; between cells by bilinear interpolation, which evens out how walls were sampled.
 class DistanceField {
  public:
-  static constexpr float kCutoff_m = 3.0F;
+  /// Of posts within ±reach_m; others are left out.
+  DistanceField(double cell_m, double reach_m, double cutoff_m);
 
-  /// cell_m in [0.25, 2].
-  explicit DistanceField(float cell_m);
-
-  /// Replaces the posts. O(posts · (kCutoff_m / cell_m)² + cells).
+  /// Replaces the posts. O(posts · (cutoff_m / cell_m)² + cells).
   void Fill(const PlanarPoints& posts);
 
   [[nodiscard]] float cell_m() const { return cell_m_; }
@@ -61,25 +60,19 @@ class DistanceField {
 
  private:
   float cell_m_;
+  float cutoff_m_;
+  float reach_m_;
   int side_;
   std::vector<float> distance_m_;  // and room for a block behind
 };
 
-/// Steps of Gauss-Newton, and the width of the Geman-McClure weights from the first to the last.
-struct RegisterOptions {
-  int num_iterations = 10;
-  double wide_m = 1.5;
-  double narrow_m = 0.7;
-  /// Further steps at the narrow width until they become small: what still slides is no minimum.
-  int max_settling = 0;
-};
-
 /// T_field_points that lays the points on the field's posts, from a guess.
 [[nodiscard]] PlanarPose Register(const DistanceField& field, const PlanarPoints& points,
-                                  const PlanarPose& guess, const RegisterOptions& options);
+                                  const PlanarPose& guess, const RegistrationParams& params);
 
-/// Mean of exp(-½ (distance / 0.5 m)²) over the points under a pose, in [0, 1]; 0 without points.
+/// Mean of exp(-½ (distance / overlap_m)²) over the points under a pose, in [0, 1]; 0 without
+/// points.
 [[nodiscard]] double Overlap(const DistanceField& field, const PlanarPoints& points,
-                             const PlanarPose& T_field_points);
+                             const PlanarPose& T_field_points, double overlap_m);
 
 }  // namespace scanloc

@@ -2,10 +2,10 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <numbers>
 #include <span>
 #include <vector>
 
+#include "scanloc/core/auto_params.hpp"
 #include "scanloc/core/search_control.hpp"
 #include "scanloc/core/structural/registration.hpp"
 
@@ -26,16 +26,6 @@ struct UprightPose {
   double heading_rad = 0.0;                           ///< about it
 };
 
-struct VerifyOptions {
-  int num_fine = 16;  ///< hypotheses that the fine pass looks at
-  /// Of hypotheses nearer to each other than these, at most so many reach the fine pass: a rival
-  /// elsewhere, on another floor or turned gets its chance.
-  int max_fine_per_spot = 4;
-  double spot_radius_m = 8.0;
-  double spot_height_m = 1.0;
-  double spot_heading_rad = std::numbers::pi / 4.0;
-};
-
 /// The places that hypotheses speak of.
 class PlaceStructures {
  public:
@@ -54,6 +44,6 @@ class QueryMatch;
 /// search is over; those of one place should follow each other.
 [[nodiscard]] std::vector<Hypothesis> Verify(QueryMatch& query, std::vector<Hypothesis> hypotheses,
                                              PlaceStructures& places, const SearchControl& control,
-                                             const VerifyOptions& options = {});
+                                             const SelectionParams& selection);
 
 }  // namespace scanloc

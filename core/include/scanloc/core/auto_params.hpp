@@ -1,0 +1,256 @@
+#pragma once
+
+#include <numbers>
+
+namespace scanloc {
+
+/// What of a scan is taken for a post, something upright seen from above. Shapes queries.
+struct PostParams {
+  double voxel_m = 0.0;   ///< voxels that posts are found in; 0: those of the contexts
+  double cell_m = 0.5;    ///< cells of the plane that are looked at; one post a cell
+  double reach_m = 60.0;  ///< posts farther off along x or y are left out: too few points a post
+  double min_extent_m = 0.8;  ///< least height that a cell's points span: more than kerbs and steps
+
+  friend bool operator==(const PostParams&, const PostParams&) = default;
+};
+
+/// The ground that levels a scan: a plane through the lowest points. Shapes queries.
+struct GroundParams {
+  double reach_m = 25.0;         ///< farther off the ground is hardly hit, and no longer one plane
+  double cell_m = 2.0;           ///< of each cell of the plane the lowest point counts
+  int min_cells = 12;            ///< with fewer there is no ground to be seen
+  double low_share = 1.0 / 3.0;  ///< the quantile of their heights that the fit begins at
+  double wide_m = 1.0;           ///< width of the weights in the first third of the steps ...
+  double narrow_m = 0.3;         ///< ... and in the others: kerbs and slopes are ground, too
+  double max_tilt_rad = 0.6;     ///< roll and pitch beyond are taken for a wall or a slope
+
+  friend bool operator==(const GroundParams&, const GroundParams&) = default;
+};
+
+/// Places that may be the query's, and how it may lie on them.
+struct ShortlistParams {
+  /// Of each kind of context that every query looks at; more are looked at beside them, so that no
+  /// rival drops out of a longer list. With 30 one hard query in fifty misses its own place.
+  int num_places = 100;
+  int num_headings = 2;         ///< that the posts' bearings tell, beside those of the contexts
+  double bearing_ring_m = 4.0;  ///< rings of the bearing grid: as coarse as a pose may be off
+
+  friend bool operator==(const ShortlistParams&, const ShortlistParams&) = default;
+};
+
+/// A registration of posts on a distance field: Gauss-Newton with Geman-McClure weights.
+struct RegistrationParams {
+  int num_iterations = 10;
+  double wide_m = 1.5;    ///< width of the weights in the first step: as far as a guess is off ...
+  double narrow_m = 0.7;  ///< ... and in the last, in even steps between
+  /// Further steps at the narrow width until they become small: what still slides is no minimum.
+  int max_settling = 0;
+
+  friend bool operator==(const RegistrationParams&, const RegistrationParams&) = default;
+};
+
+/// A first look at hypotheses: some posts of a place, evenly taken, and few steps.
+struct CoarseStageParams {
+  int num_posts;
+  RegistrationParams steps;
+
+  friend bool operator==(const CoarseStageParams&, const CoarseStageParams&) = default;
+};
+
+/// Which hypotheses the fine stage looks at: of those nearer to each other than a spot's bounds,
+/// few of each, so that a rival elsewhere, on another floor or turned gets its chance.
+struct SelectionParams {
+  int num_hypotheses = 16;
+  int max_per_spot = 4;
+  double spot_radius_m = 8.0;
+  double spot_height_m = 1.0;
+  double spot_heading_rad = std::numbers::pi / 4.0;
+
+  friend bool operator==(const SelectionParams&, const SelectionParams&) = default;
+};
+
+/// From hypotheses to verified ones. The stages are measured on a town seen by 32 rays from two
+/// lanes off, driving the other way: as many right as with all posts and steps for every one.
+struct VerificationParams {
+  double cutoff_m = 3.0;       ///< distances of fields end here: as far as a hypothesis is drawn
+  double coarse_cell_m = 1.0;  ///< of the distance field of the coarse stages
+  double fine_cell_m = 0.5;    ///< of those of the fine one
+  CoarseStageParams first = {80, {3, 3.0, 2.4}};     ///< sees all hypotheses
+  int num_survivors = 160;                           ///< of the first stage
+  CoarseStageParams second = {250, {4, 2.2, 1.5}};   ///< sees those
+  CoarseStageParams at_once = {250, {6, 3.0, 1.5}};  ///< for a hypothesis that is not one of many
+  SelectionParams selection;                         ///< of the second stage, for the fine one
+  RegistrationParams fine = {10, 1.5, 0.7, 20};      ///< all posts of the best
+  /// How well a post lies on another, exp(-½ (distance / this)²): noise, cells, other view.
+  double overlap_m = 0.5;
+  double horizon_margin_m = 2.0;  ///< beyond the farthest post in a direction still in sight
+
+  friend bool operator==(const VerificationParams&, const VerificationParams&) = default;
+};
+
+/// What else the best pose may be: looked at for every query.
+struct RivalParams {
+  double near_shift_m = 2.5;    ///< shifts that are tried: pillars stand at equal distances ...
+  double far_shift_m = 4.5;     ///< ... seldom the same in two buildings
+  double worth_a_look = 0.6;    ///< of the best score; with less a rival is not seen from nearer by
+  double level_step_m = 1.5;    ///< floors are farther apart than two probes for them
+  double above_radius_m = 3.0;  ///< places above and below that see the same lie within, in plan
+
+  friend bool operator==(const RivalParams&, const RivalParams&) = default;
+};
+
+/// From what speaks for a pose to its confidence (docs/algorithm.md, "Confidence"). The weights are
+/// fitted by scripts/fit_evidence.py on scans of many kinds.
+struct EvidenceParams {
+  int min_posts = 20;  ///< fewer, in cells of their own, fit on almost anything
+  double bias = -11.2;
+  double score = 15.0;
+  double sharpness = 15.6;
+  double max_sharpness = 0.2;  ///< beyond, more says no more
+  double over_mirror = 17.8;
+  double max_over_mirror = 0.3;  ///< likewise
+  double contradicted = -4.2;
+  double chance = -7.2;           ///< times 1/√posts
+  double rival = 40.0;            ///< log-odds a score that is better by one
+  double equal_scores = 0.02;     ///< scores that differ by less, and by ...
+  double equal_by_chance = 0.5;   ///< ... this times 1/√posts, are equal
+  double shared_in_a_row = 0.12;  ///< and by this: scans that follow each other share their errors
+  double clear_m = 1.0;           ///< what stands before what is seen first is nearer by this ...
+  double clear_share = 0.03;      ///< ... and by this share of the range, which a turn may move
+
+  friend bool operator==(const EvidenceParams&, const EvidenceParams&) = default;
+};
+
+/// A robot that keeps moving: log-odds of its tracks, and how far they move unseen.
+struct TrackParams {
+  int num_supported = 4;           ///< spots of a scan that are looked at for more than scores
+  double max_scan_log_odds = 6.0;  ///< of one scan: those that follow are alike, as are its errors
+  double max_log_odds = 8.0;       ///< of a track
+  double new_track_penalty = 4.0;  ///< robots are seldom carried off while a track is ...
+  double sure_log_odds = 3.0;      ///< ... by so much surer than any other
+  double least_log_odds = -8.0;    ///< tracks less likely are given up
+  double lost_log_odds = -2.0;     ///< a spot with less is none: its track has lost sight
+  double gate_m = 3.0;             ///< by odometry: how far off a track may be found ...
+  double gate_per_metre = 0.1;     ///< ... and farther the longer the way was ...
+  double gate_rad = 0.35;          ///< ... and how far turned
+  double free_gate_rad = 0.75 * std::numbers::pi;  ///< without: less than half a turn
+  double height_gate_m = 1.0;          ///< floors are farther apart than a track rises unseen ...
+  double height_gate_per_metre = 0.1;  ///< ... but for so much of what it moves in the plane
+
+  friend bool operator==(const TrackParams&, const TrackParams&) = default;
+};
+
+/// The numbers by which the method `auto` sees a scene, lays scans on it and judges them
+/// (docs/algorithm.md, "Beyond the paper"), by stage; the defaults are those of a town or campus
+/// seen by a vehicle. They belong to the map.
+///
+/// Not among them, for they are no matter of taste: numbers that a data structure is built of (64
+/// sectors are the bits of a word, 15 rings, 72 sectors of a horizon, lanes of a block), limits
+/// (Structure::kMaxPosts), what counts as right (PoseLimits), the damping and the number of steps
+/// of fits that have converged long before, and the trials that a map is calibrated by
+/// (calibrate.cpp).
+struct AutoParams {
+  /// Of the lengths of posts, ground, shortlist and verification to those of a town; told for
+  /// people, the lengths themselves are what counts.
+  double scale = 1.0;
+  PostParams posts;
+  GroundParams ground;
+  ShortlistParams shortlist;
+  VerificationParams verify;
+  RivalParams rivals;
+  EvidenceParams evidence;
+  TrackParams track;
+
+  friend bool operator==(const AutoParams&, const AutoParams&) = default;
+};
+
+inline constexpr double kMinScale = 0.1;
+inline constexpr double kMaxScale = 4.0;
+
+/// Calls visit(name, field, least, most) for every field, in a fixed order, with the range allowed.
+/// A field is an int or double. Never rename one. P is AutoParams or const AutoParams.
+template <typename P, typename Visitor>
+void VisitAutoFields(P& params, Visitor&& visit) {
+  visit("auto.scale", params.scale, kMinScale, kMaxScale);
+  visit("auto.posts.voxel_m", params.posts.voxel_m, 0.0, 10.0);
+  visit("auto.posts.cell_m", params.posts.cell_m, 0.05, 10.0);
+  visit("auto.posts.reach_m", params.posts.reach_m, 2.0, 300.0);
+  visit("auto.posts.min_extent_m", params.posts.min_extent_m, 0.02, 20.0);
+  visit("auto.ground.reach_m", params.ground.reach_m, 1.0, 300.0);
+  visit("auto.ground.cell_m", params.ground.cell_m, 0.1, 20.0);
+  visit("auto.ground.min_cells", params.ground.min_cells, 3, 10000);
+  visit("auto.ground.low_share", params.ground.low_share, 0.0, 0.9);
+  visit("auto.ground.wide_m", params.ground.wide_m, 0.01, 10.0);
+  visit("auto.ground.narrow_m", params.ground.narrow_m, 0.01, 10.0);
+  visit("auto.ground.max_tilt_rad", params.ground.max_tilt_rad, 0.0, 1.5);
+  visit("auto.shortlist.num_places", params.shortlist.num_places, 1, 10000);
+  visit("auto.shortlist.num_headings", params.shortlist.num_headings, 0, 16);
+  visit("auto.shortlist.bearing_ring_m", params.shortlist.bearing_ring_m, 0.05, 50.0);
+  visit("auto.verify.cutoff_m", params.verify.cutoff_m, 0.05, 20.0);
+  visit("auto.verify.coarse_cell_m", params.verify.coarse_cell_m, 0.05, 10.0);
+  visit("auto.verify.fine_cell_m", params.verify.fine_cell_m, 0.05, 10.0);
+  visit("auto.verify.first.num_posts", params.verify.first.num_posts, 1, 8192);
+  visit("auto.verify.first.num_iterations", params.verify.first.steps.num_iterations, 1, 100);
+  visit("auto.verify.first.wide_m", params.verify.first.steps.wide_m, 0.01, 50.0);
+  visit("auto.verify.first.narrow_m", params.verify.first.steps.narrow_m, 0.01, 50.0);
+  visit("auto.verify.num_survivors", params.verify.num_survivors, 1, 100000);
+  visit("auto.verify.second.num_posts", params.verify.second.num_posts, 1, 8192);
+  visit("auto.verify.second.num_iterations", params.verify.second.steps.num_iterations, 1, 100);
+  visit("auto.verify.second.wide_m", params.verify.second.steps.wide_m, 0.01, 50.0);
+  visit("auto.verify.second.narrow_m", params.verify.second.steps.narrow_m, 0.01, 50.0);
+  visit("auto.verify.at_once.num_posts", params.verify.at_once.num_posts, 1, 8192);
+  visit("auto.verify.at_once.num_iterations", params.verify.at_once.steps.num_iterations, 1, 100);
+  visit("auto.verify.at_once.wide_m", params.verify.at_once.steps.wide_m, 0.01, 50.0);
+  visit("auto.verify.at_once.narrow_m", params.verify.at_once.steps.narrow_m, 0.01, 50.0);
+  visit("auto.verify.fine.num_iterations", params.verify.fine.num_iterations, 1, 100);
+  visit("auto.verify.fine.wide_m", params.verify.fine.wide_m, 0.01, 50.0);
+  visit("auto.verify.fine.narrow_m", params.verify.fine.narrow_m, 0.01, 50.0);
+  visit("auto.verify.fine.max_settling", params.verify.fine.max_settling, 0, 100);
+  visit("auto.verify.selection.num_hypotheses", params.verify.selection.num_hypotheses, 1, 1000);
+  visit("auto.verify.selection.max_per_spot", params.verify.selection.max_per_spot, 1, 1000);
+  visit("auto.verify.selection.spot_radius_m", params.verify.selection.spot_radius_m, 0.1, 100.0);
+  visit("auto.verify.selection.spot_height_m", params.verify.selection.spot_height_m, 0.1, 100.0);
+  visit("auto.verify.selection.spot_heading_rad", params.verify.selection.spot_heading_rad, 0.05,
+        3.2);
+  visit("auto.verify.overlap_m", params.verify.overlap_m, 0.01, 10.0);
+  visit("auto.verify.horizon_margin_m", params.verify.horizon_margin_m, 0.0, 50.0);
+  visit("auto.rivals.near_shift_m", params.rivals.near_shift_m, 0.1, 50.0);
+  visit("auto.rivals.far_shift_m", params.rivals.far_shift_m, 0.1, 50.0);
+  visit("auto.rivals.worth_a_look", params.rivals.worth_a_look, 0.0, 1.0);
+  visit("auto.rivals.level_step_m", params.rivals.level_step_m, 0.1, 50.0);
+  visit("auto.rivals.above_radius_m", params.rivals.above_radius_m, 0.1, 50.0);
+  visit("auto.evidence.min_posts", params.evidence.min_posts, 1, 8192);
+  visit("auto.evidence.bias", params.evidence.bias, -1000.0, 1000.0);
+  visit("auto.evidence.score", params.evidence.score, -1000.0, 1000.0);
+  visit("auto.evidence.sharpness", params.evidence.sharpness, -1000.0, 1000.0);
+  visit("auto.evidence.max_sharpness", params.evidence.max_sharpness, 0.0, 1.0);
+  visit("auto.evidence.over_mirror", params.evidence.over_mirror, -1000.0, 1000.0);
+  visit("auto.evidence.max_over_mirror", params.evidence.max_over_mirror, 0.0, 1.0);
+  visit("auto.evidence.contradicted", params.evidence.contradicted, -1000.0, 1000.0);
+  visit("auto.evidence.chance", params.evidence.chance, -1000.0, 1000.0);
+  visit("auto.evidence.rival", params.evidence.rival, 0.0, 1000.0);
+  visit("auto.evidence.equal_scores", params.evidence.equal_scores, 0.0, 1.0);
+  visit("auto.evidence.equal_by_chance", params.evidence.equal_by_chance, 0.0, 10.0);
+  visit("auto.evidence.shared_in_a_row", params.evidence.shared_in_a_row, 0.0, 1.0);
+  visit("auto.evidence.clear_m", params.evidence.clear_m, 0.0, 50.0);
+  visit("auto.evidence.clear_share", params.evidence.clear_share, 0.0, 0.9);
+  visit("auto.track.num_supported", params.track.num_supported, 1, 1000);
+  visit("auto.track.max_scan_log_odds", params.track.max_scan_log_odds, 0.1, 100.0);
+  visit("auto.track.max_log_odds", params.track.max_log_odds, 0.1, 100.0);
+  visit("auto.track.new_track_penalty", params.track.new_track_penalty, 0.0, 100.0);
+  visit("auto.track.sure_log_odds", params.track.sure_log_odds, 0.0, 100.0);
+  visit("auto.track.least_log_odds", params.track.least_log_odds, -100.0, 0.0);
+  visit("auto.track.lost_log_odds", params.track.lost_log_odds, -100.0, 0.0);
+  visit("auto.track.gate_m", params.track.gate_m, 0.1, 100.0);
+  visit("auto.track.gate_per_metre", params.track.gate_per_metre, 0.0, 1.0);
+  visit("auto.track.gate_rad", params.track.gate_rad, 0.01, 3.2);
+  visit("auto.track.free_gate_rad", params.track.free_gate_rad, 0.01, 3.2);
+  visit("auto.track.height_gate_m", params.track.height_gate_m, 0.1, 100.0);
+  visit("auto.track.height_gate_per_metre", params.track.height_gate_per_metre, 0.0, 1.0);
+}
+
+/// The defaults with the lengths of posts, ground, shortlist and verification times a scale in
+/// [kMinScale, kMaxScale], which is clamped to it; below 1 posts are found in finer voxels, too.
+[[nodiscard]] AutoParams AutoParamsAtScale(double scale);
+
+}  // namespace scanloc

@@ -1,0 +1,38 @@
+#include "scanloc/core/auto_params.hpp"
+
+#include <algorithm>
+
+#include "scanloc/core/params.hpp"
+
+namespace scanloc {
+namespace {
+
+void Scale(double scale, RegistrationParams& steps) {
+  steps.wide_m *= scale;
+  steps.narrow_m *= scale;
+}
+
+}  // namespace
+
+AutoParams AutoParamsAtScale(double scale) {
+  AutoParams params;
+  scale = std::clamp(scale, kMinScale, kMaxScale);
+  if (scale == 1.0) return params;
+  params.scale = scale;
+  if (scale < 1.0) params.posts.voxel_m = scale * Params{}.voxel_size_m;
+  for (double* length_m :
+       {&params.posts.cell_m, &params.posts.reach_m, &params.posts.min_extent_m,
+        &params.ground.reach_m, &params.ground.cell_m, &params.ground.wide_m,
+        &params.ground.narrow_m, &params.shortlist.bearing_ring_m, &params.verify.cutoff_m,
+        &params.verify.coarse_cell_m, &params.verify.fine_cell_m, &params.verify.overlap_m,
+        &params.verify.horizon_margin_m}) {
+    *length_m *= scale;
+  }
+  Scale(scale, params.verify.first.steps);
+  Scale(scale, params.verify.second.steps);
+  Scale(scale, params.verify.at_once.steps);
+  Scale(scale, params.verify.fine);
+  return params;
+}
+
+}  // namespace scanloc
