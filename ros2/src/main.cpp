@@ -103,7 +103,7 @@ class Reporter {
     }
     diagnosis.stamp_ns = WallClockNs();
     diagnosis.values.emplace_back("cloud_publishers", absl::StrCat(health.num_cloud_publishers));
-    diagnosis.values.emplace_back("clouds_lost", absl::StrCat(health.num_lost));
+    diagnosis.values.emplace_back("dropped_datagrams", absl::StrCat(health.num_dropped_datagrams));
     diagnosis.values.emplace_back("malformed_messages", absl::StrCat(health.num_malformed));
     node_.Publish(diagnosis);
     if (std::exchange(last_logged_, diagnosis.message) != diagnosis.message) Log(diagnosis);

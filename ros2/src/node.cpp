@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdlib>
 #include <cstring>
 #include <utility>
 
@@ -14,6 +15,7 @@
 #include "dds_messages.hpp"
 #include "ros_names.hpp"
 #include "scanloc/core/printable.hpp"
+#include "socket_drops.hpp"
 
 namespace scanloc::ros2 {
 namespace {
@@ -68,10 +70,20 @@ QosPointer Qos(bool is_reliable, int depth) {
   return qos;
 }
 
+/// What the user says, after what we do: it goes before ours.
+std::string Configuration() {
+  // A cloud of megabytes comes as one burst of datagrams, faster than any thread takes them up; the
+  // kernel cuts this down to net.core.rmem_max.
+  std::string configuration = "<Internal><SocketReceiveBufferSize max=\"32MiB\"/></Internal>";
+  const char* const users = std::getenv("CYCLONEDDS_URI");
+  if (users != nullptr && *users != '\0') absl::StrAppend(&configuration, ",", users);
+  return configuration;
+}
+
 }  // namespace
 
 struct Node::Impl {
-  ~Impl() { dds_delete(participant); }
+  ~Impl() { dds_delete(domain); }
 
   absl::Status Open();
   /// A topic of ROS by its name, or an error.
@@ -85,6 +97,7 @@ struct Node::Impl {
   [[nodiscard]] std::string LookAround() const;
 
   NodeOptions options;
+  dds_entity_t domain = 0;
   dds_entity_t participant = 0;
   dds_entity_t waitset = 0;
   dds_entity_t guard = 0;
@@ -136,6 +149,8 @@ absl::Status Node::Impl::Write(const std::string& name, const dds_topic_descript
 }
 
 absl::Status Node::Impl::Open() {
+  domain = dds_create_domain(static_cast<dds_domainid_t>(options.domain), Configuration().c_str());
+  if (domain < 0) return Failed("CYCLONEDDS_URI or the network is not as DDS wants it", domain);
   participant =
       dds_create_participant(static_cast<dds_domainid_t>(options.domain), nullptr, nullptr);
   if (participant < 0) {
@@ -268,14 +283,18 @@ std::string Node::Impl::LookAround() const {
 }
 
 Node::Health Node::health() const {
-  Health health{.num_malformed = NumMalformed()};
+  Health health{.num_malformed = NumMalformed(), .num_dropped_datagrams = NumDroppedDatagrams()};
   dds_subscription_matched_status_t matched{};
   (void)dds_get_subscription_matched_status(impl_->points, &matched);
   health.num_cloud_publishers = matched.current_count;
-  dds_sample_lost_status_t lost{};
-  (void)dds_get_sample_lost_status(impl_->points, &lost);
-  health.num_lost = lost.total_count;
-  if (matched.current_count > 0) return health;
+  if (matched.current_count > 0) {
+    if (health.num_dropped_datagrams > 0) {
+      health.problem =
+          absl::StrCat("the kernel drops datagrams; net.core.rmem_max is ",
+                       LargestReceiveBuffer_bytes(), ", ", "set it to some clouds' bytes");
+    }
+    return health;
+  }
   dds_requested_incompatible_qos_status_t refused{};
   (void)dds_get_requested_incompatible_qos_status(impl_->points, &refused);
   health.problem = refused.total_count > 0 && impl_->options.is_reliable

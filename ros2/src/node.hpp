@@ -65,8 +65,9 @@ class Node {
   /// none.
   struct Health {
     std::size_t num_cloud_publishers = 0;
-    std::size_t num_lost = 0;       ///< clouds that DDS says it did not get
-    std::size_t num_malformed = 0;  ///< messages, of any topic, that were no such message
+    /// Of any topic: messages that were no such message, and datagrams that the kernel dropped.
+    std::size_t num_malformed = 0;
+    std::uint64_t num_dropped_datagrams = 0;
     std::string problem;
   };
   [[nodiscard]] Health health() const;

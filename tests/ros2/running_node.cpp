@@ -1,5 +1,11 @@
 #include "ros2/running_node.hpp"
 
+#include <arpa/inet.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <algorithm>
 #include <stdexcept>
 
 #include "absl/strings/str_format.h"
@@ -19,11 +25,10 @@ std::string ScanPath(const std::string& drive, int scan) {
 
 }  // namespace
 
-RunningNode::RunningNode(Args args)
+RunningNode::RunningNode(const Args& args, RosPeer::Reliability reliability)
     : robot(domain.domain()),
-      process(NodeCommand(domain.domain(), std::move(args)),
-              {.environment = {CycloneOnLoopback()}}) {
-  robot.Advertise("/points", "sensor_msgs/PointCloud2", RosPeer::Reliability::kBestEffort);
+      process(NodeCommand(domain.domain(), args), {.environment = {CycloneOnLoopback()}}) {
+  robot.Advertise("/points", "sensor_msgs/PointCloud2", reliability);
   robot.Advertise("/odom", "nav_msgs/Odometry");
   robot.Subscribe("/initialpose", "geometry_msgs/PoseWithCovarianceStamped");
   robot.Subscribe("/diagnostics", "diagnostic_msgs/DiagnosticArray");
@@ -31,10 +36,11 @@ RunningNode::RunningNode(Args args)
     process.Wait();
     throw std::runtime_error("not ready: " + process.stderr_text());
   }
-  if (!robot.WaitForReader("/points") || !robot.WaitForReader("/odom") ||
-      !robot.WaitForWriter("/initialpose") || !robot.WaitForWriter("/diagnostics")) {
+  if (!robot.WaitForReader("/odom") || !robot.WaitForWriter("/initialpose") ||
+      !robot.WaitForWriter("/diagnostics")) {
     throw std::runtime_error("the robot and scanloc-ros2 do not find each other");
   }
+  if (std::find(args.begin(), args.end(), "--points") != args.end()) return;
   // What is best effort gets lost until the other side has found the publisher, too.
   WaitForDiagnosis([](const auto& heard) { return heard.values.at("cloud_publishers") == "1"; });
 }
@@ -54,13 +60,29 @@ DiagnosisHeard RunningNode::WaitForDiagnosis(
     heard = ReadDiagnosis(*bytes);
     if (is_wanted(heard)) return heard;
   }
-  throw std::runtime_error("no such diagnosis; the last: " + heard.message);
+  std::string text = heard.message;
+  for (const auto& [key, value] : heard.values) text += "\n  " + key + ": " + value;
+  throw std::runtime_error("no such diagnosis; the last: " + text);
 }
 
 DiagnosisHeard RunningNode::WaitForMessage(const std::string& part) {
   return WaitForDiagnosis(
       [&](const DiagnosisHeard& heard) { return heard.message.find(part) != std::string::npos; });
 }
+
+SilentServer::SilentServer() : fd_(socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
+  sockaddr_in name{.sin_family = AF_INET};
+  name.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  socklen_t size = sizeof(name);
+  auto* const any = reinterpret_cast<sockaddr*>(&name);
+  if (fd_ < 0 || bind(fd_, any, size) != 0 || listen(fd_, 16) != 0 ||
+      getsockname(fd_, any, &size) != 0) {
+    throw std::runtime_error("cannot listen");
+  }
+  address_ = "127.0.0.1:" + std::to_string(ntohs(name.sin_port));
+}
+
+SilentServer::~SilentServer() { close(fd_); }
 
 Eigen::Vector3d AnswerOfCommandLine(const std::string& drive, int scan) {
   const auto table = ParseCsv(MustScanloc(

@@ -14,8 +14,10 @@ namespace scanloc::test {
 /// of their own.
 class RunningNode {
  public:
-  /// Starts it with --domain and the arguments, and waits until it says that it is ready.
-  explicit RunningNode(Args args);
+  /// Starts it with --domain and the arguments, and waits until it is ready and both sides have
+  /// found each other on the topics; on that of clouds if it is /points, the robot's.
+  explicit RunningNode(const Args& args,
+                       RosPeer::Reliability reliability = RosPeer::Reliability::kBestEffort);
 
   /// Publishes the scan of a drive of Town() as a cloud.
   void SendScan(const std::string& drive, int scan, std::int64_t stamp_ns);
@@ -27,6 +29,21 @@ class RunningNode {
   DomainLease domain;
   RosPeer robot;
   Process process;
+};
+
+/// Takes connections and never says a word.
+class SilentServer {
+ public:
+  SilentServer();
+  ~SilentServer();
+  SilentServer(const SilentServer&) = delete;
+  SilentServer& operator=(const SilentServer&) = delete;
+
+  [[nodiscard]] const std::string& address() const { return address_; }
+
+ private:
+  int fd_ = -1;
+  std::string address_;
 };
 
 /// x, y, z of the answer that `scanloc locate` gives for the scan of a drive of Town().
