@@ -22,6 +22,7 @@ Candidate CandidateOf(const Map& map, std::size_t place) {
   const Place& at = map.places[place];
   Candidate candidate;
   candidate.place = static_cast<std::int32_t>(place);
+  candidate.matched = candidate.place;
   candidate.session = at.session;
   candidate.session_name = map.sessions[static_cast<std::size_t>(at.session)];
   candidate.T_map_place = at.T_map_place;

@@ -10,29 +10,45 @@
 
 namespace scanloc {
 
-Localizer::Localizer(std::shared_ptr<const Map> map, const Eigen::Vector3d& up)
-    : map_(std::move(map)) {
+absl::Status Localizer::Prepare(const std::optional<Method>& only) {
   const Params& params = map_->params;
-  if (params.polar.enabled) {
-    polar_search_ = std::make_shared<const ContextSearch>(*map_, DescriptorKind::kPolar);
+  if (absl::Status status = Validate(params); !status.ok()) return status;
+  const std::size_t num_structures = params.structure.enabled ? map_->places.size() : 0;
+  if (map_->structures.size() != num_structures) {
+    return absl::InvalidArgumentError(
+        absl::StrFormat("the map has %d structures; its parameters ask for %d",
+                        map_->structures.size(), num_structures));
   }
-  if (params.cart.enabled) {
-    cart_search_ = std::make_shared<const ContextSearch>(*map_, DescriptorKind::kCart);
+  const auto is_wanted = [&](DescriptorKind kind) {
+    return !only || (!only->automatic && only->kind == kind);
+  };
+  if (params.polar.enabled && is_wanted(DescriptorKind::kPolar)) {
+    polar_search_ = std::make_shared<ContextSearch>(*map_, DescriptorKind::kPolar);
   }
-  if (params.structure.enabled) auto_search_ = std::make_shared<const AutoSearch>(*map_, up);
+  if (params.cart.enabled && is_wanted(DescriptorKind::kCart)) {
+    cart_search_ = std::make_shared<ContextSearch>(*map_, DescriptorKind::kCart);
+  }
+  const absl::StatusOr<Eigen::Vector3d> up = FindUp(*map_);
+  if (!up.ok()) return up.status();
+  if (params.structure.enabled && (!only || only->automatic)) {
+    auto_search_ = std::make_shared<AutoSearch>(*map_, *up);
+  }
+  return absl::OkStatus();
+}
+
+absl::Status Localizer::Extend() {
+  if (polar_search_) polar_search_->Extend();
+  if (cart_search_) cart_search_->Extend();
+  if (!auto_search_) return absl::OkStatus();
+  const absl::StatusOr<Eigen::Vector3d> up = FindUp(*map_);
+  auto_search_->Extend(up.ok() ? *up : auto_search_->up());
+  return up.status();
 }
 
 absl::StatusOr<std::shared_ptr<const Localizer>> Localizer::Create(std::shared_ptr<const Map> map) {
-  if (absl::Status status = Validate(map->params); !status.ok()) return status;
-  const std::size_t num_structures = map->params.structure.enabled ? map->places.size() : 0;
-  if (map->structures.size() != num_structures) {
-    return absl::InvalidArgumentError(
-        absl::StrFormat("the map has %d structures; its parameters ask for %d",
-                        map->structures.size(), num_structures));
-  }
-  const absl::StatusOr<Eigen::Vector3d> up = FindUp(*map);
-  if (!up.ok()) return up.status();
-  return std::shared_ptr<const Localizer>(new Localizer(std::move(map), *up));
+  std::shared_ptr<Localizer> localizer(new Localizer(std::move(map)));
+  if (absl::Status status = localizer->Prepare(); !status.ok()) return status;
+  return localizer;
 }
 
 absl::Status Localizer::Check(const ScanDescriptor& scan, const Query& query,

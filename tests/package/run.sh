@@ -33,11 +33,17 @@ server=$!
 read -r line <"$work/ready"
 "$work/build/where_am_i" "${line##* }" | grep -E '^(localized|ambiguous|not_recognized|insufficient)'
 
-# The example in the documentation is the one that was just built.
-sed -n '/^```cpp$/,/^```$/p' "$source_dir/docs/client.md" | sed '1d;$d' |
-  diff - "$source_dir/tests/package/where_am_i.cpp"
-if (($(wc -l <"$source_dir/tests/package/where_am_i.cpp") > 20)); then
-  echo "the documented example has more than 20 lines" >&2
-  exit 1
-fi
+"$work/build/close_loops" | grep '^scan 45 is at place 0$'
+
+# The examples in the documentation are those that were just built.
+documents() {
+  sed -n '/^```cpp$/,/^```$/p' "$source_dir/docs/$1" | sed '1d;$d' |
+    diff - "$source_dir/tests/package/$2"
+  if (($(wc -l <"$source_dir/tests/package/$2") > 20)); then
+    echo "the example of $1 has more than 20 lines" >&2
+    exit 1
+  fi
+}
+documents client.md where_am_i.cpp
+documents loop_closure.md close_loops.cpp
 echo "package: all well"

@@ -1,6 +1,7 @@
 #include "scanloc/core/map/up.hpp"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <vector>
@@ -9,6 +10,9 @@
 
 namespace scanloc {
 namespace {
+
+/// More say no more. Taken at steps that double, so that a map that grows seldom says anew.
+constexpr std::size_t kMaxNormals = 1024;
 
 constexpr double kAgrees_rad = std::numbers::pi / 6.0;
 
@@ -20,7 +24,10 @@ double AngleBetween(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
 
 absl::StatusOr<Eigen::Vector3d> FindUp(const Map& map) {
   std::vector<Eigen::Vector3d> normals;
-  for (std::size_t i = 0; i < map.structures.size() && i < map.places.size(); ++i) {
+  const std::size_t num_places = std::min(map.structures.size(), map.places.size());
+  std::size_t step = 1;
+  while (num_places / step > kMaxNormals) step *= 2;
+  for (std::size_t i = 0; i < num_places; i += step) {
     normals.emplace_back(map.places[i].T_map_place.linear() *
                          LevelFromSensor(map.structures[i]).linear().transpose().col(2));
   }

@@ -15,11 +15,14 @@
 namespace scanloc {
 
 /// The paper's place recognition (Sec. V) by one kind of context.
-/// Immutable; any number of threads may call Locate at once.
+/// Any number of threads may call Locate at once.
 class ContextSearch {
  public:
   /// Builds the k-d tree. Requires that the map holds the kind; keeps a reference to the map.
   ContextSearch(const Map& map, DescriptorKind kind);
+
+  /// Takes in the places that were appended to the map, as KeyIndex::Extend does.
+  void Extend() { index_.Extend(); }
 
   /// The three stages, and the decision. Requires a query that is valid and asks for a method of
   /// this kind. What comes of a search that became unwanted is no answer.
@@ -49,7 +52,7 @@ class ContextSearch {
   const Map& map_;
   const DescriptorKind kind_;
   const ContextTable& table_;
-  const KeyIndex index_;
+  KeyIndex index_;
 };
 
 }  // namespace scanloc

@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
 
 #include "scanloc/core/scan/pose_difference.hpp"
@@ -56,20 +55,12 @@ std::vector<PlanarPose> ShiftedGuesses(const PlanarPose& pose, const RivalParams
 
 }  // namespace
 
-std::vector<double> AutoSearch::LevelsOf(const Map& map, const Eigen::Vector3d& up) {
+std::vector<double> AutoSearch::Levels() const {
   std::vector<double> levels_m;
-  if (map.places.empty()) return levels_m;
-  double lowest_m = std::numeric_limits<double>::infinity();
-  double highest_m = -lowest_m;
-  for (const Place& place : map.places) {
-    const double height_m = place.T_map_place.translation().dot(up);
-    lowest_m = std::min(lowest_m, height_m);
-    highest_m = std::max(highest_m, height_m);
-  }
   const double step_m =
-      std::max(map.params.automatic.rivals.level_step_m, (highest_m - lowest_m) / kMaxLevels);
-  for (int i = 0; lowest_m + i * step_m < highest_m + step_m; ++i) {
-    levels_m.push_back(lowest_m + i * step_m);
+      std::max(map_.params.automatic.rivals.level_step_m, (highest_m_ - lowest_m_) / kMaxLevels);
+  for (int i = 0; lowest_m_ + i * step_m < highest_m_ + step_m; ++i) {
+    levels_m.push_back(lowest_m_ + i * step_m);
   }
   return levels_m;
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <numbers>
 #include <utility>
@@ -98,23 +99,37 @@ class AutoSearch::Structures : public PlaceStructures {
   const AutoSearch& search_;
 };
 
-AutoSearch::AutoSearch(const Map& map, const Eigen::Vector3d& up)
-    : map_(map), places_(map.places), up_(up), east_(up.unitOrthogonal()), north_(up.cross(east_)) {
-  const double ring_m = map.params.automatic.shortlist.bearing_ring_m;
-  T_map_level_.reserve(map.places.size());
-  bearings_.reserve(map.places.size());
-  for (std::size_t i = 0; i < map.places.size(); ++i) {
-    T_map_level_.push_back(map.places[i].T_map_place *
-                           LevelFromSensor(map.structures[i]).inverse());
-    bearings_.push_back(BearingGrid(map.structures[i].posts, ring_m).Widened());
+AutoSearch::AutoSearch(const Map& map, const Eigen::Vector3d& up) : map_(map), places_(map.places) {
+  if (map.params.polar.enabled) polar_ = std::make_unique<KeyIndex>(map.polar, KeyScale::kUnit);
+  if (map.params.cart.enabled) cart_ = std::make_unique<KeyIndex>(map.cart, KeyScale::kUnit);
+  Extend(up);
+}
+
+void AutoSearch::Extend(const Eigen::Vector3d& up) {
+  const std::size_t num_known = T_map_level_.size();
+  const bool is_anew = num_known == 0 || up != up_;
+  if (is_anew) {
+    up_ = up;
+    east_ = up.unitOrthogonal();
+    north_ = up.cross(east_);
+    lowest_m_ = std::numeric_limits<double>::infinity();
+    highest_m_ = -lowest_m_;
   }
-  levels_m_ = LevelsOf(map, up);
-  if (map.params.polar.enabled) {
-    polar_ = std::make_unique<const KeyIndex>(map.polar, KeyScale::kUnit);
+  for (std::size_t i = is_anew ? 0 : num_known; i < map_.places.size(); ++i) {
+    const double height_m = map_.places[i].T_map_place.translation().dot(up_);
+    lowest_m_ = std::min(lowest_m_, height_m);
+    highest_m_ = std::max(highest_m_, height_m);
   }
-  if (map.params.cart.enabled) {
-    cart_ = std::make_unique<const KeyIndex>(map.cart, KeyScale::kUnit);
+  levels_m_ = Levels();
+  for (std::size_t i = num_known; i < map_.places.size(); ++i) {
+    const Structure& structure = map_.structures[i];
+    T_map_level_.push_back(map_.places[i].T_map_place * LevelFromSensor(structure).inverse());
+    bearings_.push_back(
+        BearingGrid(structure.posts, map_.params.automatic.shortlist.bearing_ring_m).Widened());
   }
+  places_.Extend();
+  if (polar_) polar_->Extend();
+  if (cart_) cart_->Extend();
 }
 
 std::array<std::vector<Hypothesis>, 2> AutoSearch::Propose(const ScanDescriptor& query,

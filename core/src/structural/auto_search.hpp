@@ -27,12 +27,16 @@ struct Spot {
 
 /// The search behind the method `auto` (docs/algorithm.md, "Beyond the paper"): a shortlist from
 /// both kinds of context by keys of unit norm, then geometric verification.
-/// Immutable after construction; any number of threads may search at once.
+/// Any number of threads may search at once.
 class AutoSearch {
  public:
   /// Requires map.params.structure.enabled and a unit vector up in the map frame. Keeps a reference
   /// to the map.
   AutoSearch(const Map& map, const Eigen::Vector3d& up);
+
+  /// Takes in the places that were appended to the map; up as it is known now. Amortised O(log² n)
+  /// a place as long as up stays, else O(n); not beside a search.
+  void Extend(const Eigen::Vector3d& up);
 
   struct Options {
     int shortlist = 0;  ///< places of each kind of context; at least ShortlistParams::num_places
@@ -81,7 +85,7 @@ class AutoSearch {
   [[nodiscard]] std::vector<Spot> Distinct(const Structure& query,
                                            std::vector<Hypothesis> verified) const;
   /// Heights at which there may be places, from the lowest to the highest.
-  [[nodiscard]] static std::vector<double> LevelsOf(const Map& map, const Eigen::Vector3d& up);
+  [[nodiscard]] std::vector<double> Levels() const;
   /// What else the query may be at the best hypothesis' place, verified.
   [[nodiscard]] std::vector<Hypothesis> VerifyRivals(QueryMatch& match, const Structure& query,
                                                      const Hypothesis& best,
@@ -90,11 +94,12 @@ class AutoSearch {
   const Map& map_;
   PlaceTree places_;
   Eigen::Vector3d up_, east_, north_;  // right-handed
+  double lowest_m_, highest_m_;        // of the places, along up_
   std::vector<double> levels_m_;       // heights along up_ that are probed for places
   std::vector<Pose> T_map_level_;      // of the places' levelled frames
   std::vector<BearingGrid> bearings_;  // of the places, widened
-  std::unique_ptr<const KeyIndex> polar_;
-  std::unique_ptr<const KeyIndex> cart_;
+  std::unique_ptr<KeyIndex> polar_;
+  std::unique_ptr<KeyIndex> cart_;
 };
 
 /// How likely each spot is where the query was taken: that the best is not just alike, times each

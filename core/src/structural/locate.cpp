@@ -59,7 +59,9 @@ Answer LocateByStructure(const Map& map, const AutoSearch& search, const ScanDes
     if (static_cast<int>(answer.candidates.size()) >= query.max_answers) break;
     auto candidate = search.CandidateAt(spots[i].T_map_query, spots[i].hypothesis.score,
                                         confidences[i], control);
-    if (candidate) answer.candidates.push_back(*std::move(candidate));
+    if (!candidate) continue;
+    candidate->matched = spots[i].hypothesis.place;
+    answer.candidates.push_back(*std::move(candidate));
   }
   Decide(spots, confidences.front(),
          query.min_confidence.value_or(map.params.search.min_confidence), params.evidence, answer);

@@ -24,7 +24,10 @@ enum class Outcome : std::uint8_t {  // on the wire, never renumber
 
 /// One place that the scan may have been taken at.
 struct Candidate {
-  std::int32_t place = 0;    ///< index in the map, 0-based, in the order built
+  std::int32_t place = 0;  ///< index in the map, 0-based, in the order built
+  /// The place that the scan was laid on, which T_map_query comes from; with `auto` another may
+  /// stand nearer to it.
+  std::int32_t matched = 0;
   std::int32_t session = 0;  ///< index of its session in the map
   std::string session_name;
   Pose T_map_place = Pose::Identity();

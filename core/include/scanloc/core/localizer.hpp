@@ -1,10 +1,13 @@
 #pragma once
 
 #include <memory>
+#include <optional>
+#include <utility>
 
 #include "absl/status/statusor.h"
 #include "scanloc/core/answer.hpp"
 #include "scanloc/core/map/map.hpp"
+#include "scanloc/core/method.hpp"
 #include "scanloc/core/query.hpp"
 #include "scanloc/core/scan/descriptor.hpp"
 #include "scanloc/core/search_control.hpp"
@@ -13,6 +16,7 @@ namespace scanloc {
 
 class AutoSearch;
 class ContextSearch;
+class LoopDetector;
 class Tracker;
 
 /// Answers wake-up queries against one map: hands each to the method it asks for.
@@ -33,9 +37,16 @@ class Localizer {
   [[nodiscard]] const Map& map() const { return *map_; }
 
  private:
+  friend class LoopDetector;
   friend class Tracker;
 
-  Localizer(std::shared_ptr<const Map> map, const Eigen::Vector3d& up);
+  explicit Localizer(std::shared_ptr<const Map> map) : map_(std::move(map)) {}
+
+  /// Makes the searches of all methods that the map serves, or of one.
+  [[nodiscard]] absl::Status Prepare(const std::optional<Method>& only = std::nullopt);
+
+  /// Takes in the places that were appended to the map. Not beside a call.
+  [[nodiscard]] absl::Status Extend();
 
   /// What is to be refused, whatever the method.
   [[nodiscard]] absl::Status Check(const ScanDescriptor& scan, const Query& query,
@@ -43,9 +54,9 @@ class Localizer {
 
   std::shared_ptr<const Map> map_;
   // Null where the map does not hold what they search.
-  std::shared_ptr<const ContextSearch> polar_search_;
-  std::shared_ptr<const ContextSearch> cart_search_;
-  std::shared_ptr<const AutoSearch> auto_search_;
+  std::shared_ptr<ContextSearch> polar_search_;
+  std::shared_ptr<ContextSearch> cart_search_;
+  std::shared_ptr<AutoSearch> auto_search_;
 };
 
 }  // namespace scanloc
