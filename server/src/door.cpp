@@ -24,8 +24,6 @@
 namespace scanloc::server {
 namespace {
 
-/// What gRPC holds for a connection with nothing on it, and some.
-constexpr std::int64_t kBytesPerConnection = std::int64_t{64} << 10;
 /// For all else: maps that load, the log, the metrics' readers.
 constexpr int kOwnDescriptors = 96;
 /// gRPC's own, and the door's.

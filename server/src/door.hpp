@@ -19,6 +19,9 @@ namespace scanloc::server {
 /// Raises the number of files and connections that the process may have open as far as it may.
 void RaiseDescriptorLimit();
 
+/// What gRPC holds for a connection with nothing on it, and some.
+inline constexpr std::int64_t kBytesPerConnection = std::int64_t{64} << 10;
+
 /// How many connections there may be at once, within the memory that they may take [bytes] and what
 /// the process may have open.
 [[nodiscard]] int MaxConnections(std::int64_t max_memory_bytes);

@@ -38,11 +38,13 @@ absl::StatusOr<std::unique_ptr<GuardedFront>> GuardedFront::Open(Options options
                                own.door_->own_address(),
                                own.options_.tls == nullptr ? nullptr : own.tls_.get());
                          },
+                     .work_bytes = own.options_.work_bytes,
                      // They cannot be more than copies of what was sent; what is, is gRPC's own.
                      .at_hand_bytes =
                          [&own] {
                            return std::min(own.options_.at_hand_bytes(),
-                                           kCopiesOfReceived * own.door_->num_bytes_received());
+                                           kCopiesOfReceived * own.door_->num_bytes_received()) +
+                                  kBytesPerConnection * own.door_->num_connections();
                          },
                      .make_anew = [&own](const std::string& why) { own.MakeAnew(why); },
                      .asked =

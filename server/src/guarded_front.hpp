@@ -32,7 +32,8 @@ class GuardedFront {
     std::vector<const RawService*> services;
     int max_message_bytes = 0;
     std::int64_t max_memory_bytes = 0;
-    /// What the requests at hand may account for [bytes].
+    /// As MemoryBound::Look has them [bytes].
+    std::function<std::int64_t()> work_bytes;
     std::function<std::int64_t()> at_hand_bytes;
     /// Told each time that the front is made anew, and why.
     std::function<void(const std::string& why)> made_anew;

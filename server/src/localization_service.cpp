@@ -79,6 +79,12 @@ LocalizationService::LocalizationService(const MapRegistry& maps, WorkerPool& wo
                     [this](Context* context) { return GetMapInfo(context); });
 }
 
+std::int64_t LocalizationService::work_bytes() const {
+  std::int64_t sum = 0;
+  for (const QueryDescriber& describer : describers_) sum += describer.held_bytes();
+  return sum;
+}
+
 absl::Status LocalizationService::CheckMemory(const std::string& client) const {
   if (!waiting_bytes_.IsOverdrawnFor(client)) return absl::OkStatus();
   return proto::WithRetryAfter(

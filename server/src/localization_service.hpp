@@ -45,6 +45,9 @@ class LocalizationService final : public RawService {
 
   [[nodiscard]] int num_streams() const { return streams_.num_open(); }
 
+  /// What the workers' tables may take [bytes].
+  [[nodiscard]] std::int64_t work_bytes() const;
+
   /// Ends the streams, which would else last as long as their robots like.
   void Drain() { streams_.Drain(); }
 

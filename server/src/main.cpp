@@ -17,6 +17,7 @@
 #include "library_logs.hpp"
 #include "lifecycle.hpp"
 #include "logs.hpp"
+#include "memory.hpp"
 #include "scanloc/core/printable.hpp"
 #include "scanloc/mapdb/map_file.hpp"
 #include "scanloc/server/build_info.hpp"
@@ -181,6 +182,7 @@ int Run(CommandLine line) {
   }
   if (auto status = Validate(line.options); !status.ok()) return Fail(kExitUsage, status);
 
+  KeepLittleFreedMemory();
   StartLogging(spdlog::level::from_str(line.log_level), line.log_format);
   RouteLibraryLogs();
   std::signal(SIGPIPE, SIG_IGN);

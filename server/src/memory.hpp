@@ -11,6 +11,9 @@ struct ProcessMemory {
 };
 [[nodiscard]] ProcessMemory MeasureMemory();
 
+/// Has the allocator keep little of what is freed. Once, before there are threads.
+void KeepLittleFreedMemory();
+
 /// Gives memory that was freed back to the system, which the allocator would keep.
 void ReturnFreedMemory();
 

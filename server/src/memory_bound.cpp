@@ -16,7 +16,9 @@ constexpr std::int64_t kMiB = 1 << 20;
 constexpr std::int64_t kMemoryPerFileByte = 16;
 constexpr std::int64_t kLoadingBytes = 64 * kMiB;
 
-/// Less than this is not worth a look.
+/// What is not accounted for, beyond which it is worth to give back what was freed, and beyond
+/// which at least something is wrong.
+constexpr std::int64_t kMinSlackBytes = 8 * kMiB;
 constexpr std::int64_t kMinOddBytes = 16 * kMiB;
 
 /// What a sanitizer keeps beside what is used.
@@ -60,18 +62,24 @@ MemoryBound::Loading::~Loading() {
   bound_.max_virtual_bytes_ = MaxVirtualBytes();
 }
 
-MemoryBound::State MemoryBound::Look(const std::function<std::int64_t()>& at_hand_bytes) {
+MemoryBound::State MemoryBound::Look(std::int64_t work_bytes,
+                                     const std::function<std::int64_t()>& at_hand_bytes) {
   const ProcessMemory now = MeasureMemory();
   State state;
+  std::int64_t excess = 0;
   std::int64_t max_odd = 0;
   {
     const std::lock_guard lock(mutex_);
     base_bytes_ = std::min(base_bytes_, now.resident_bytes);
-    state.excess_bytes = now.resident_bytes - base_bytes_ - loading_bytes_;
-    state.is_over = state.excess_bytes > max_bytes_ || now.virtual_bytes > max_virtual_bytes_;
+    excess = now.resident_bytes - base_bytes_ - loading_bytes_ - kAllocatorFactor * work_bytes;
+    state.is_over = excess > max_bytes_ || now.virtual_bytes > max_virtual_bytes_;
     max_odd = kAllocatorFactor * std::max(kMinOddBytes, base_bytes_ / 4 * 3);
   }
-  state.is_odd = state.excess_bytes > max_odd && state.excess_bytes - at_hand_bytes() > max_odd;
+  const std::int64_t max_slack = kAllocatorFactor * kMinSlackBytes;
+  if (excess <= max_slack) return state;
+  const std::int64_t unaccounted = excess - at_hand_bytes();
+  state.has_slack = unaccounted > max_slack;
+  state.is_odd = unaccounted > max_odd;
   return state;
 }
 

@@ -27,13 +27,15 @@ class MemoryBound {
   };
 
   struct State {
-    std::int64_t excess_bytes = 0;  ///< beyond what maps take
-    bool is_over = false;           ///< more than clients may have it hold
-    bool is_odd = false;            ///< so much that the requests at hand do not account for it
+    bool is_over = false;    ///< more than clients may have it hold
+    bool has_slack = false;  ///< some that the requests at hand do not account for
+    bool is_odd = false;     ///< so much of it that something is wrong
   };
 
-  /// at_hand_bytes: what the requests at hand may account for; asked only where it matters.
-  [[nodiscard]] State Look(const std::function<std::int64_t()>& at_hand_bytes);
+  /// work_bytes: of what the process holds, what is the workers' own. at_hand_bytes: what the
+  /// requests at hand may account for; asked only where it matters.
+  [[nodiscard]] State Look(std::int64_t work_bytes,
+                           const std::function<std::int64_t()>& at_hand_bytes);
 
   /// What is held now is what it takes.
   void Accept();

@@ -1,5 +1,6 @@
 #include "query_describer.hpp"
 
+#include <algorithm>
 #include <utility>
 
 #include "absl/strings/escaping.h"
@@ -15,6 +16,15 @@ constexpr std::size_t kMaxDescribersKept = 16;
 
 /// Of one point on the wire: x y z.
 constexpr std::size_t kPointBytes = 12;
+
+/// A scan with more is described with tables that are not kept: 50 MB for 300,000 voxels.
+constexpr std::size_t kMaxVoxelsKept = 65'536;
+constexpr std::size_t kMaxPointsKept = 262'144;
+
+/// Of a describer at most: its smallest tables, and for a voxel up to four slots and a centroid.
+/// While the table grows half as much again.
+constexpr std::size_t kDescriberBytes = std::size_t{1} << 20;
+constexpr std::size_t kBytesPerVoxel = 208;
 
 absl::Status CheckSignature(const SignedDescriptor& query, const ServedMap& map) {
   if (query.signature == map.signature) return absl::OkStatus();
@@ -55,10 +65,24 @@ absl::StatusOr<QueryDescriber::Described> QueryDescriber::DescribeScan(const v1:
   const auto describer = DescriberFor(map);
   if (!describer.ok()) return describer.status();
   Described result;
+  held_bytes_ += static_cast<std::int64_t>(kBytesPerVoxel * points_.size() * 3 / 2);
   const std::int64_t start_ns = NowNs();
   result.descriptor = (*describer)->Describe(points_, &result.scan_counts.emplace());
   result.describe_ns = NowNs() - start_ns;
+  KeepWhatIsUsual(result.scan_counts->num_voxels);
   return result;
+}
+
+void QueryDescriber::KeepWhatIsUsual(std::size_t num_voxels) {
+  max_voxels_ = std::max(max_voxels_, num_voxels);
+  if (max_voxels_ > kMaxVoxelsKept || points_.capacity() > kMaxPointsKept) {
+    points_ = {};
+    describers_.clear();
+    max_voxels_ = 0;
+  }
+  held_bytes_ = static_cast<std::int64_t>(points_.capacity() * sizeof(Point) +
+                                          describers_.size() *
+                                              (kDescriberBytes + max_voxels_ * kBytesPerVoxel));
 }
 
 absl::StatusOr<Describer*> QueryDescriber::DescriberFor(const ServedMap& map) {

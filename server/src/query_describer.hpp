@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <map>
@@ -14,7 +15,8 @@
 
 namespace scanloc::server {
 
-/// Makes or takes the descriptors of queries. Keeps its memory from query to query; one a worker.
+/// Makes or takes the descriptors of queries. Keeps its memory from query to query, unless a scan
+/// took much more than scans do; one a worker.
 class QueryDescriber {
  public:
   struct Described {
@@ -29,14 +31,22 @@ class QueryDescriber {
   [[nodiscard]] absl::StatusOr<Described> Describe(const v1::LocalizeRequest& request,
                                                    const ServedMap& map, std::size_t max_points);
 
+  /// What its tables may take now [bytes]. From any thread.
+  [[nodiscard]] std::int64_t held_bytes() const { return held_bytes_; }
+
  private:
   [[nodiscard]] absl::StatusOr<Described> DescribeScan(const v1::ScanPoints& scan,
                                                        const ServedMap& map,
                                                        std::size_t max_points);
   [[nodiscard]] absl::StatusOr<Describer*> DescriberFor(const ServedMap& map);
 
+  /// Lets go of what a large scan made large.
+  void KeepWhatIsUsual(std::size_t num_voxels);
+
   PointCloud points_;
   std::map<std::string, Describer> describers_;  // by signature
+  std::size_t max_voxels_ = 0;                   // of the scans that they had
+  std::atomic<std::int64_t> held_bytes_ = 0;
 };
 
 }  // namespace scanloc::server

@@ -45,6 +45,9 @@ constexpr std::chrono::milliseconds kReceivedAtOnce(250);
 /// How long a request may take to arrive once the server drains, and an answer to be taken in.
 constexpr std::chrono::seconds kDrainGrace(1);
 
+/// What an answer on its way takes with its call, and some.
+constexpr std::int64_t kAnswerBytes = std::int64_t{32} << 10;
+
 /// Answers on their way, of those that are not taken in at once.
 constexpr int kMaxSending = 4096;
 
@@ -153,9 +156,9 @@ Metrics::Gauges Server::State::Look() const {
 
 std::int64_t Server::State::AtHandBytes() const {
   const WorkerPool::Load load = workers.load();
-  const std::int64_t num_at_hand = inbox.num_waiters() + outbox.num_waiters() +
-                                   localization.num_streams() + load.num_waiting + load.num_running;
-  return num_at_hand * LargestMessageBytes(options);
+  const std::int64_t num_at_hand =
+      inbox.num_waiters() + localization.num_streams() + load.num_waiting + load.num_running;
+  return num_at_hand * LargestMessageBytes(options) + outbox.num_waiters() * kAnswerBytes;
 }
 
 absl::Status Server::State::Listen() {
@@ -177,6 +180,7 @@ absl::Status Server::State::Listen() {
       .services = {&localization, &health},
       .max_message_bytes = LargestMessageBytes(options),
       .max_memory_bytes = options.max_memory_bytes,
+      .work_bytes = [this] { return localization.work_bytes(); },
       .at_hand_bytes = [this] { return AtHandBytes(); },
       .made_anew = [this](const std::string& why) { metrics.CountFrontMadeAnew(why); },
       .asked_itself = [this](bool is_answered) { metrics.CountSelfCheck(is_answered); }};

@@ -24,12 +24,12 @@ constexpr int kMinUnanswered = 2;
 /// The thread itself was not run for so long: nothing is known about the front.
 constexpr milliseconds kOverslept(1000);
 
-/// Memory that nothing accounts for is given back after so long, and if it stays, the front is made
-/// anew after so long.
-constexpr milliseconds kOddBeforeTrim(300);
-constexpr milliseconds kMaxOdd(5000);
-/// What a front held is freed a while after it is gone.
-constexpr milliseconds kTrimAfterMakingAnew(1000);
+/// Memory that nothing accounts for is mostly free, and only to be given back, now and then; if so
+/// much stays for so long, the front is made anew.
+constexpr milliseconds kBetweenTrims(500);
+constexpr milliseconds kMaxOdd(1000);
+/// What a front held is freed, bit by bit, until so long after it is gone.
+constexpr milliseconds kSettling(3000);
 
 }  // namespace
 
@@ -91,30 +91,27 @@ void Watchdog::TakeOutcome(bool is_answered) {
 }
 
 void Watchdog::LookAtMemory() {
-  const MemoryBound::State state = memory_.Look(ward_.at_hand_bytes);
-  if (state.is_over) return MakeAnew("memory");
+  const auto look = [this] { return memory_.Look(ward_.work_bytes(), ward_.at_hand_bytes); };
+  MemoryBound::State state = look();
   const auto now = Clock::now();
-  if (now >= trim_) {
+  const bool is_to_trim = state.is_over || state.has_slack || now < settled_;
+  if (is_to_trim && now - last_trim_ >= kBetweenTrims) {
     ReturnFreedMemory();
-    trim_ = Clock::time_point::max();
+    last_trim_ = now;
+    state = look();
   }
-  if (!state.is_odd) {
-    is_odd_ = is_trimmed_ = false;
-    return;
-  }
-  if (!std::exchange(is_odd_, true)) odd_since_ = now;
-  if (now - odd_since_ >= kOddBeforeTrim && !std::exchange(is_trimmed_, true)) ReturnFreedMemory();
-  if (now - odd_since_ < kMaxOdd) return;
-  MakeAnew("memory");
+  if (state.is_odd && !std::exchange(is_odd_, true)) odd_since_ = now;
+  is_odd_ = state.is_odd;
+  if (state.is_over || (is_odd_ && now - odd_since_ >= kMaxOdd)) MakeAnew("memory");
 }
 
 void Watchdog::MakeAnew(const std::string& why) {
   question_.reset();
   ward_.make_anew(why);
-  is_odd_ = is_trimmed_ = false;
+  is_odd_ = false;
   num_unanswered_ = 0;
-  well_ = next_question_ = Clock::now();
-  trim_ = well_ + kTrimAfterMakingAnew;
+  well_ = next_question_ = last_trim_ = Clock::now();
+  settled_ = well_ + kSettling;
 }
 
 }  // namespace scanloc::server

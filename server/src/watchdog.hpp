@@ -22,7 +22,8 @@ class Watchdog {
   struct Ward {
     /// A question on its way to the front.
     std::function<std::unique_ptr<DoorProbe>()> ask;
-    /// What the requests at hand may account for [bytes].
+    /// As MemoryBound::Look has them [bytes].
+    std::function<std::int64_t()> work_bytes;
     std::function<std::int64_t()> at_hand_bytes;
     /// Throws the front away and makes another one; why, as one word: deaf, memory.
     std::function<void(const std::string& why)> make_anew;
@@ -63,8 +64,8 @@ class Watchdog {
   std::chrono::nanoseconds max_deafness_;
   Clock::time_point odd_since_;
   bool is_odd_ = false;
-  bool is_trimmed_ = false;
-  Clock::time_point trim_ = Clock::time_point::max();
+  Clock::time_point last_trim_;
+  Clock::time_point settled_;
   std::thread thread_;
 };
 

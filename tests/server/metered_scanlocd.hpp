@@ -19,6 +19,13 @@
 
 namespace scanloc::server {
 
+/// What a sanitizer keeps beside what is used, and how much longer all takes with it.
+#ifdef SCANLOC_SANITIZED
+inline constexpr long kSanitizerFactor = 8;
+#else
+inline constexpr long kSanitizerFactor = 1;
+#endif
+
 /// Waits until the condition holds; throws if it never does.
 inline void Await(const std::string& what, const std::function<bool()>& holds) {
   const auto patience = std::chrono::steady_clock::now() + test::Process::kPatience;
@@ -80,6 +87,14 @@ class MeteredScanlocdTest : public ScanlocdTest {
 
   void AwaitMetric(const std::string& name, const std::function<bool(double)>& is_good) const {
     Await(name, [&] { return is_good(Metric(name)); });
+  }
+
+  /// Memory of the server's.
+  [[nodiscard]] long ResidentKb() const { return scanlocd_->StatusOf("VmRSS"); }
+
+  /// How often the front was made anew, for this reason.
+  [[nodiscard]] double NumRebuilds(const std::string& reason) const {
+    return Metric("scanloc_front_rebuilds_total{reason=\"" + reason + "\"}");
   }
 
   /// Of a map, or of the server as a whole.

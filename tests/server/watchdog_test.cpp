@@ -44,6 +44,7 @@ std::string FirstDeed(const std::string& address, MemoryBound& memory) {
     if (!is_done.exchange(true)) done.set_value(deed);
   };
   const Watchdog watchdog({.ask = [&] { return std::make_unique<DoorProbe>(address, nullptr); },
+                           .work_bytes = [] { return 0; },
                            .at_hand_bytes = [] { return 0; },
                            .make_anew = tell,
                            .asked =
@@ -83,23 +84,36 @@ TEST(MemoryBound, AllowsForAMapThatLoads) {
   {
     const MemoryBound::Loading loading(memory, kFileBytes);
     map.assign(std::size_t{96} << 20, 'x');
-    EXPECT_FALSE(memory.Look([] { return 0; }).is_over);
+    EXPECT_FALSE(memory.Look(0, [] { return 0; }).is_over);
   }
-  EXPECT_FALSE(memory.Look([] { return 0; }).is_over) << "what the map takes is not the clients'";
+  EXPECT_FALSE(memory.Look(0, [] { return 0; }).is_over)
+      << "what the map takes is not the clients'";
   const std::vector<char> much(std::size_t{64} << 20, 'x');
-  EXPECT_TRUE(memory.Look([] { return 0; }).is_over);
+  EXPECT_TRUE(memory.Look(0, [] { return 0; }).is_over);
   memory.Accept();
-  EXPECT_FALSE(memory.Look([] { return 0; }).is_over);
+  EXPECT_FALSE(memory.Look(0, [] { return 0; }).is_over);
   EXPECT_EQ(map.back(), much.back());
 }
 
 TEST(MemoryBound, AllowsForRequestsAtHand) {
   MemoryBound memory(std::int64_t{1} << 40);
   const std::vector<char> much(std::size_t{256} << 20, 'x');
-  EXPECT_TRUE(memory.Look([] { return 0; }).is_odd);
-  EXPECT_FALSE(memory.Look([] { return std::int64_t{256} << 20; }).is_odd);
-  EXPECT_FALSE(memory.Look([] { return 0; }).is_over);
+  EXPECT_TRUE(memory.Look(0, [] { return 0; }).is_odd);
+  const auto explained = memory.Look(0, [] { return std::int64_t{256} << 20; });
+  EXPECT_FALSE(explained.is_odd);
+  EXPECT_FALSE(explained.has_slack);
+  EXPECT_FALSE(memory.Look(0, [] { return 0; }).is_over);
   EXPECT_EQ(much.back(), 'x');
+}
+
+TEST(MemoryBound, AllowsForTheWorkersTables) {
+  constexpr std::int64_t kTableBytes = std::int64_t{256} << 20;
+  MemoryBound memory(std::int64_t{64} << 20);
+  const std::vector<char> tables(kTableBytes, 'x');
+  EXPECT_TRUE(memory.Look(0, [] { return 0; }).is_over);
+  EXPECT_FALSE(memory.Look(kTableBytes, [] { return 0; }).is_over);
+  EXPECT_FALSE(memory.Look(kTableBytes, [] { return 0; }).is_odd);
+  EXPECT_EQ(tables.back(), 'x');
 }
 
 }  // namespace
