@@ -12,6 +12,9 @@ install(DIRECTORY core/include/ mapdb/include/ client/include/ client/offline/in
 install(FILES proto/include/scanloc/proto/messages.hpp
   DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/scanloc/proto)
 
+install(DIRECTORY proto/scanloc DESTINATION ${CMAKE_INSTALL_DATADIR}/scanloc/proto
+  FILES_MATCHING PATTERN "*.proto")
+
 configure_package_config_file(cmake/scanlocConfig.cmake.in
   "${PROJECT_BINARY_DIR}/scanlocConfig.cmake" INSTALL_DESTINATION "${package_dir}")
 write_basic_package_version_file("${PROJECT_BINARY_DIR}/scanlocConfigVersion.cmake"

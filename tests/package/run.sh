@@ -35,15 +35,22 @@ read -r line <"$work/ready"
 
 "$work/build/close_loops" | grep '^scan 45 is at place 0$'
 
+protoc --proto_path="$work/prefix/share/scanloc/proto" --python_out="$work" --grpc_out="$work" \
+  --plugin=protoc-gen-grpc=/usr/bin/grpc_python_plugin scanloc/v1/map.proto \
+  scanloc/v1/localization.proto
+PYTHONPATH=$work /usr/bin/python3 "$source_dir/tests/package/where_am_i.py" "${line##* }" \
+  "$work/drive/velodyne/000000.bin" | grep '^OUTCOME_LOCALIZED'
+
 # The examples in the documentation are those that were just built.
 documents() {
-  sed -n '/^```cpp$/,/^```$/p' "$source_dir/docs/$1" | sed '1d;$d' |
+  sed -n "/^\`\`\`$3\$/,/^\`\`\`\$/p" "$source_dir/docs/$1" | sed '1d;$d' |
     diff - "$source_dir/tests/package/$2"
   if (($(wc -l <"$source_dir/tests/package/$2") > 20)); then
     echo "the example of $1 has more than 20 lines" >&2
     exit 1
   fi
 }
-documents client.md where_am_i.cpp
-documents loop_closure.md close_loops.cpp
+documents client.md where_am_i.cpp cpp
+documents client.md where_am_i.py python
+documents loop_closure.md close_loops.cpp cpp
 echo "package: all well"
