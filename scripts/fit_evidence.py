@@ -2,26 +2,33 @@
 """Fits the weights of EvidenceParams (core/include/scanloc/core/auto_params.hpp) to what
 evidence_dump wrote.
 
-  fit_evidence.py answers.csv...
+  fit_evidence.py [--wrong N] [--rival WEIGHT] answers.csv...
 
-Needs numpy. Prints the weights, then for each kind of data how many of the right answers would be
+Needs numpy. A wrong answer counts N times [1]; --rival is the weight of a rival's score [40]. Prints the weights, then for each kind of data how many of the right answers would be
 localized, the wrong ones that would be, the greatest confidence of a wrong one and the calibration
 error; and the same with that kind left out of the fit. Each kind weighs as the root of its number.
 """
+import argparse
 import csv
-import sys
 
 import numpy as np
 
 FEATURES = ("1", "score", "sharpness", "over_mirror", "contradicted", "1/sqrt(num_posts)")
 MAX_SHARPNESS, MAX_OVER_MIRROR = 0.2, 0.3  # as in EvidenceParams
-RIVAL_WEIGHT, EQUAL_SCORES, EQUAL_BY_CHANCE = 40.0, 0.02, 0.5
+EQUAL_SCORES, EQUAL_BY_CHANCE, ALIKE_SCORE, EQUAL_OF_ALIKE = 0.02, 0.5, 0.7, 1.0
 LOCALIZED = 0.8
 # Pace of the descent along each feature: they vary over ranges of different widths.
 PACE = np.array([1.0, 1.0, 5.0, 3.0, 3.0, 5.0])
 
 
-def read(files):
+def rivalry(better, score, chance, weight):
+    """As RivalryLogOdds in evidence.cpp."""
+    equal = EQUAL_SCORES + EQUAL_BY_CHANCE * chance + EQUAL_OF_ALIKE * np.maximum(
+        score - ALIKE_SCORE, 0.0)
+    return weight * np.maximum(better - score - equal, 0.0)
+
+
+def read(files, rival_weight):
     rows = []
     for name in files:
         with open(name, newline="", encoding="utf-8") as file:
@@ -32,22 +39,25 @@ def read(files):
                          np.minimum(column("sharpness"), MAX_SHARPNESS),
                          np.minimum(column("over_mirror"), MAX_OVER_MIRROR),
                          column("contradicted"), chance], 1)
-    lead = column("score") - column("rival") - EQUAL_SCORES - EQUAL_BY_CHANCE * chance
-    over_mirror = column("over_mirror") - EQUAL_SCORES - EQUAL_BY_CHANCE * chance
-    # The mirror image is one more rival.
-    share = 1.0 / (1.0 + np.exp(-RIVAL_WEIGHT * np.maximum(lead, 0.0)) +
-                   np.exp(-RIVAL_WEIGHT * np.maximum(over_mirror, 0.0)))
-    return features, share, column("right"), np.array([row["kind"] for row in rows])
+    score = column("score")
+    share = 1.0 / (1.0 + np.exp(-rivalry(score, column("rival"), chance, rival_weight)))
+    genuine = rivalry(score, score - column("over_mirror"), chance, rival_weight)
+    return features, share, genuine, column("right"), np.array([row["kind"] for row in rows])
 
 
-def fit(features, share, right, weight, steps=4000):
-    """Greatest likelihood of logistic(features · b) · share, by Adam."""
+def confidence(features, share, genuine, b):
+    return share / (1.0 + np.exp(-np.minimum(features @ b, genuine)))
+
+
+def fit(features, share, genuine, right, weight, steps=4000):
+    """Greatest likelihood of logistic(min(features · b, genuine)) · share, by Adam."""
     b = np.array([-12.0, 15.0, 20.0, 20.0, -6.0, -10.0])
     mean, square = np.zeros_like(b), np.zeros_like(b)
     for step in range(1, steps + 1):
         supported = 1.0 / (1.0 + np.exp(-features @ b))
         p = np.clip(supported * share, 1e-9, 1.0 - 1e-9)
         slope = weight * (p - right) / (p * (1.0 - p)) * share * supported * (1.0 - supported)
+        slope *= features @ b < genuine
         gradient = (features.T @ slope / weight.sum() + 2e-5 * b) * PACE
         mean = 0.9 * mean + 0.1 * gradient
         square = 0.999 * square + 0.001 * gradient**2
@@ -72,23 +82,28 @@ def tell(name, p, right):
           f"{calibration_error(p, right):.3f}")
 
 
-def main(files):
-    features, share, right, kind = read(files)
+def main():
+    parser = argparse.ArgumentParser(description=__doc__,
+                                     formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--wrong", type=float, default=1.0)
+    parser.add_argument("--rival", type=float, default=40.0)
+    parser.add_argument("files", nargs="+")
+    options = parser.parse_args()
+    features, share, genuine, right, kind = read(options.files, options.rival)
     weight = np.zeros(len(right))
     for name in set(kind):
         weight[kind == name] = 1.0 / np.sqrt((kind == name).sum())
-    b = fit(features, share, right, weight)
+    weight[right == 0.0] *= options.wrong
+    b = fit(features, share, genuine, right, weight)
     print("weights: " + ", ".join(f"{name} {value:.1f}" for name, value in zip(FEATURES, b)))
-    p = share / (1.0 + np.exp(-features @ b))
+    p = confidence(features, share, genuine, b)
     tell("all", p, right)
     for name in sorted(set(kind)):
         of = kind == name
         tell(name, p[of], right[of])
-        others = fit(features[~of], share[~of], right[~of], weight[~of], steps=2000)
-        tell("  left out of the fit", (share / (1.0 + np.exp(-features @ others)))[of], right[of])
+        others = fit(features[~of], share[~of], genuine[~of], right[~of], weight[~of], steps=2000)
+        tell("  left out of the fit", confidence(features, share, genuine, others)[of], right[of])
 
 
 if __name__ == "__main__":
-    if len(sys.argv) < 2:
-        sys.exit(__doc__)
-    main(sys.argv[1:])
+    main()

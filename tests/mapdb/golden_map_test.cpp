@@ -30,7 +30,7 @@ struct Golden {
 
 constexpr Golden kGoldens[] = {{1, "cfb06ece459fc7898dd2e31ec0f8b41b"},
                                {2, "fdba44550c143156202ea809d68c04e8"},
-                               {3, "197294ee8e1f3b2ba73e8ce4d8eaa584"}};
+                               {3, "c1e3c145e98f1c3f29e929981272aaea"}};
 
 class GoldenMap : public testing::TestWithParam<Golden> {};
 

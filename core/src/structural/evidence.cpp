@@ -17,9 +17,10 @@ double ChanceOf(std::size_t num_posts) {
   return 1.0 / std::sqrt(static_cast<double>(std::max<std::size_t>(num_posts, 1)));
 }
 
-/// Scores that differ by less are equal.
-double EqualScores(std::size_t num_posts, const EvidenceParams& params) {
-  return params.equal_scores + params.equal_by_chance * ChanceOf(num_posts);
+/// By how much a better score must be better to say anything against this one.
+double EqualScores(double score, std::size_t num_posts, const EvidenceParams& params) {
+  return params.equal_scores + params.equal_by_chance * ChanceOf(num_posts) +
+         params.equal_of_alike * std::max(0.0, score - params.alike_score);
 }
 
 double FallAround(const QueryMatch& match, double score, const PlanarPose& pose) {
@@ -152,12 +153,12 @@ double GenuineLogOdds(const Support& support, const EvidenceParams& params) {
 
 double RivalryLogOdds(double better_score, double score, std::size_t num_posts,
                       const EvidenceParams& params) {
-  return params.rival * std::max(0.0, better_score - score - EqualScores(num_posts, params));
+  return params.rival * std::max(0.0, better_score - score - EqualScores(score, num_posts, params));
 }
 
 double RivalryLogOddsInARow(double better_score, double score, std::size_t num_posts,
                             const EvidenceParams& params) {
-  return params.rival * std::max(0.0, better_score - score - EqualScores(num_posts, params) -
+  return params.rival * std::max(0.0, better_score - score - EqualScores(score, num_posts, params) -
                                           params.shared_in_a_row);
 }
 

@@ -32,6 +32,11 @@ TEST(Shares, OfFewPostsAreEqualForLonger) {
   EXPECT_DOUBLE_EQ(Shares(scores, 25, {})[0], 0.5);
 }
 
+TEST(Shares, OfPosesThatBothExplainNearlyAllAreEqualForLonger) {
+  EXPECT_LT(Shares(std::vector<double>{0.95, 0.80}, 400, {})[0], 0.75);
+  EXPECT_GT(Shares(std::vector<double>{0.75, 0.60}, 400, {})[0], 0.95);
+}
+
 TEST(SupportLogOdds, GrowsWithWhatSpeaksForAPoseAndFallsWithWhatSpeaksAgainst) {
   const Support support{
       .score = 0.7, .sharpness = 0.1, .over_mirror = 0.2, .contradicted = 0.1, .num_posts = 100};

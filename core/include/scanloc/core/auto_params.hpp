@@ -110,10 +110,14 @@ struct EvidenceParams {
   double over_mirror = 17.8;
   double max_over_mirror = 0.3;  ///< likewise
   double contradicted = -4.2;
-  double chance = -7.2;           ///< times 1/√posts
-  double rival = 40.0;            ///< log-odds a score that is better by one
-  double equal_scores = 0.02;     ///< scores that differ by less, and by ...
-  double equal_by_chance = 0.5;   ///< ... this times 1/√posts, are equal
+  double chance = -7.2;          ///< times 1/√posts
+  double rival = 40.0;           ///< log-odds a score that is better by one
+  double equal_scores = 0.02;    ///< scores that differ by less, and by ...
+  double equal_by_chance = 0.5;  ///< ... this times 1/√posts, are equal
+  /// A rival that explains more than this of a scan is alike in all that stays: what tells it apart
+  /// is loose things, which may stand right for either. Its score counts as more by this ...
+  double alike_score = 0.7;
+  double equal_of_alike = 1.0;    ///< ... times what it has beyond
   double shared_in_a_row = 0.12;  ///< and by this: scans that follow each other share their errors
   double clear_m = 1.0;           ///< what stands before what is seen first is nearer by this ...
   double clear_share = 0.03;      ///< ... and by this share of the range, which a turn may move
@@ -231,6 +235,8 @@ void VisitAutoFields(P& params, Visitor&& visit) {
   visit("auto.evidence.rival", params.evidence.rival, 0.0, 1000.0);
   visit("auto.evidence.equal_scores", params.evidence.equal_scores, 0.0, 1.0);
   visit("auto.evidence.equal_by_chance", params.evidence.equal_by_chance, 0.0, 10.0);
+  visit("auto.evidence.alike_score", params.evidence.alike_score, 0.0, 1.0);
+  visit("auto.evidence.equal_of_alike", params.evidence.equal_of_alike, 0.0, 10.0);
   visit("auto.evidence.shared_in_a_row", params.evidence.shared_in_a_row, 0.0, 1.0);
   visit("auto.evidence.clear_m", params.evidence.clear_m, 0.0, 50.0);
   visit("auto.evidence.clear_share", params.evidence.clear_share, 0.0, 0.9);
