@@ -1,9 +1,9 @@
 // What speaks for the best answer to each query of some drives, as CSV: what
 // scripts/fit_evidence.py fits the confidence to.
 //   evidence_dump SETS > answers.csv
-// SETS: lines of KIND MAP_DRIVE QUERY_DRIVE within|elsewhere SENSOR_HEIGHT_M; a drive is a folder
-// with scans and poses.txt, or FOLDER:FROM:TO:STEP for some of them. Queries from elsewhere are
-// never right.
+// SETS: lines of KIND MAP_DRIVE QUERY_DRIVE within|elsewhere SENSOR_HEIGHT_M SCALE; a drive is a
+// folder with scans and poses.txt, or FOLDER:FROM:TO:STEP for some of them. Queries from elsewhere
+// are never right.
 #include <cstdlib>
 #include <fstream>
 #include <iostream>
@@ -50,8 +50,9 @@ std::vector<dataset::Frame> Frames(const std::string& drive) {
 }
 
 void Dump(const std::string& kind, const std::string& map_drive, const std::string& query_drive,
-          bool is_within, double sensor_height_m) {
+          bool is_within, double sensor_height_m, double scale) {
   Params params;
+  params.automatic = AutoParamsAtScale(scale);
   params.sensor_height_m = sensor_height_m;
   Map map = MakeEmptyMap(params);
   map.sessions = {"only"};
@@ -90,9 +91,10 @@ int main(int argc, char** argv) {
     std::istringstream words(line);
     std::string kind, map_drive, query_drive, where;
     double sensor_height_m = 0.0;
-    if (!(words >> kind >> map_drive >> query_drive >> where >> sensor_height_m)) {
-      scanloc::Fail("a line of five words was expected, not: " + line);
+    double scale = 0.0;
+    if (!(words >> kind >> map_drive >> query_drive >> where >> sensor_height_m >> scale)) {
+      scanloc::Fail("a line of six words was expected, not: " + line);
     }
-    scanloc::Dump(kind, map_drive, query_drive, where == "within", sensor_height_m);
+    scanloc::Dump(kind, map_drive, query_drive, where == "within", sensor_height_m, scale);
   }
 }

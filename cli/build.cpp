@@ -3,6 +3,7 @@
 #include <atomic>
 #include <chrono>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -21,6 +22,7 @@
 #include "scanloc/dataset/scan_reader.hpp"
 #include "scanloc/mapdb/build_map.hpp"
 #include "scanloc/mapdb/check_session.hpp"
+#include "scanloc/mapdb/learn_scale.hpp"
 #include "scanloc/mapdb/map_file.hpp"
 
 namespace scanloc::cli {
@@ -45,11 +47,13 @@ class BuildCommand : public Command {
   /// The frames that become places: selected, then thinned to the spacing.
   [[nodiscard]] absl::StatusOr<std::vector<dataset::Frame>> ChooseFrames();
   [[nodiscard]] absl::StatusOr<mapdb::BuildOptions> MakeBuildOptions(
-      const std::string& session) const;
+      const mapdb::SessionPlan& plan, const mapdb::ScanLoader& load_scan) const;
+  /// The numbers of auto that a build which was stopped had begun with; none if it left no map.
+  [[nodiscard]] std::optional<AutoParams> BegunWith() const;
   /// InvalidArgument where the poses contradict the scans, or the map that is appended to.
   [[nodiscard]] absl::Status CheckConsistency(const mapdb::BuildOptions& options,
                                               const mapdb::SessionPlan& plan,
-                                              const std::vector<dataset::Frame>& frames) const;
+                                              const mapdb::ScanLoader& load_scan) const;
   [[nodiscard]] absl::StatusOr<mapdb::BuildSummary> Build(const mapdb::BuildOptions& options,
                                                           const mapdb::SessionPlan& plan,
                                                           const std::vector<dataset::Frame>& frames,
@@ -143,8 +147,16 @@ absl::StatusOr<std::vector<dataset::Frame>> BuildCommand::ChooseFrames() {
   return frames;
 }
 
+std::optional<AutoParams> BuildCommand::BegunWith() const {
+  // What is wrong with the file is told by the build.
+  if (!mapdb::RecoverMap(map_).ok()) return std::nullopt;
+  const absl::StatusOr<mapdb::MapInfo> info = mapdb::ReadInfo(map_);
+  if (!info.ok()) return std::nullopt;
+  return info->params.automatic;
+}
+
 absl::StatusOr<mapdb::BuildOptions> BuildCommand::MakeBuildOptions(
-    const std::string& session) const {
+    const mapdb::SessionPlan& plan, const mapdb::ScanLoader& load_scan) const {
   mapdb::BuildOptions options{.path = map_,
                               .num_threads = num_threads_,
                               .commit_interval = commit_interval_,
@@ -153,7 +165,17 @@ absl::StatusOr<mapdb::BuildOptions> BuildCommand::MakeBuildOptions(
   if (!params.ok()) return params.status();
   options.params = *std::move(params);
   if (resume_) options.mode = mapdb::BuildMode::kResume;
-  if (!append_) return options;
+  if (!append_) {
+    if (!params_.learns_scale() || !options.params.structure.enabled) return options;
+    if (const std::optional<AutoParams> begun = resume_ ? BegunWith() : std::nullopt) {
+      options.params.automatic = *begun;
+      return options;
+    }
+    const absl::StatusOr<double> scale = mapdb::LearnScale(options.params, plan, load_scan);
+    if (!scale.ok()) return scale.status();
+    options.params.automatic = AutoParamsAtScale(*scale);
+    return options;
+  }
 
   if (resume_) {
     if (absl::Status s = mapdb::RecoverMap(map_).status(); !s.ok()) return s;
@@ -164,7 +186,7 @@ absl::StatusOr<mapdb::BuildOptions> BuildCommand::MakeBuildOptions(
   // A build stopped before its session was first committed has left nothing to resume.
   const bool begun =
       std::any_of(info->sessions.begin(), info->sessions.end(),
-                  [&](const mapdb::SessionInfo& existing) { return existing.name == session; });
+                  [&](const mapdb::SessionInfo& existing) { return existing.name == plan.name; });
   if (!resume_ || !begun) options.mode = mapdb::BuildMode::kAppend;
   return options;
 }
@@ -198,14 +220,8 @@ absl::StatusOr<mapdb::BuildSummary> BuildCommand::Build(const mapdb::BuildOption
 
 absl::Status BuildCommand::CheckConsistency(const mapdb::BuildOptions& options,
                                             const mapdb::SessionPlan& plan,
-                                            const std::vector<dataset::Frame>& frames) const {
+                                            const mapdb::ScanLoader& load_scan) const {
   if (accept_inconsistent_ || options.mode == mapdb::BuildMode::kResume) return absl::OkStatus();
-  const mapdb::ScanLoader load_scan = [&](std::size_t i) -> absl::StatusOr<PointCloud> {
-    if (Interrupted()) return absl::CancelledError("interrupted before anything was written");
-    absl::StatusOr<dataset::Scan> scan = dataset::ReadScan(frames[i].file());
-    if (!scan.ok()) return scan.status();
-    return std::move(scan->points);
-  };
   absl::Status status = mapdb::CheckPoses(options.params, plan, load_scan);
   if (status.ok() && options.mode == mapdb::BuildMode::kAppend) {
     status = mapdb::CheckFrame(map_, plan, load_scan);
@@ -226,9 +242,15 @@ absl::Status BuildCommand::Run() {
   for (const dataset::Frame& frame : *frames) {
     plan.scans.push_back({frame.name, frame.stamp_ns, frame.T_map_sensor});
   }
-  const absl::StatusOr<mapdb::BuildOptions> options = MakeBuildOptions(plan.name);
+  const mapdb::ScanLoader load_scan = [&](std::size_t i) -> absl::StatusOr<PointCloud> {
+    if (Interrupted()) return absl::CancelledError("interrupted before anything was written");
+    absl::StatusOr<dataset::Scan> scan = dataset::ReadScan((*frames)[i].file());
+    if (!scan.ok()) return scan.status();
+    return std::move(scan->points);
+  };
+  const absl::StatusOr<mapdb::BuildOptions> options = MakeBuildOptions(plan, load_scan);
   if (!options.ok()) return options.status();
-  if (absl::Status s = CheckConsistency(*options, plan, *frames); !s.ok()) return s;
+  if (absl::Status s = CheckConsistency(*options, plan, load_scan); !s.ok()) return s;
   ReadCounts counts;
   const absl::StatusOr<mapdb::BuildSummary> summary = Build(*options, plan, *frames, &counts);
   if (!summary.ok()) return summary.status();
@@ -242,11 +264,13 @@ absl::Status BuildCommand::Run() {
       "(--spacing-m)\n"
       "  skipped     %d scans without a point in range, %d that could not be read\n"
       "  points      %d used, %d that are not finite left out\n"
+      "  scale       %g\n"
       "  content id  %s\n",
       Printable(map_), elapsed.count(), Printable(plan.name), summary->num_places,
       summary->num_places_in_map, num_too_near_, spacing_m_, summary->num_empty,
       summary->num_unreadable, summary->num_points,
-      summary->num_points_not_finite + counts.num_not_finite.load(), summary->content_id);
+      summary->num_points_not_finite + counts.num_not_finite.load(),
+      options->params.automatic.scale, summary->content_id);
   if (summary->num_unreadable > 0) {
     absl::StrAppend(
         &text, "  the first that could not be read: ", Printable(summary->first_unreadable), "\n");

@@ -41,6 +41,17 @@ absl::Status ParseRootShifts(const std::string& text, Params* params) {
   return absl::OkStatus();
 }
 
+absl::Status ParseScale(const std::string& text, Params* params) {
+  double scale = 0.0;
+  if (!absl::SimpleAtod(text, &scale) || !(scale >= kMinScale && scale <= kMaxScale)) {
+    return absl::InvalidArgumentError(absl::StrCat("--scale is \"", text,
+                                                   "\"; use auto or a number in [", kMinScale, ", ",
+                                                   kMaxScale, "], for example 0.35 for rooms"));
+  }
+  params->automatic = AutoParamsAtScale(scale);
+  return absl::OkStatus();
+}
+
 }  // namespace
 
 void ParamOptions::Declare(CLI::App& app) {
@@ -61,6 +72,10 @@ void ParamOptions::Declare(CLI::App& app) {
                    "Keep the upright structure of every scan, 1 to 5 kB each, which auto needs "
                    "[yes]")
           ->group("Parameters of the map (fixed when it is made)"));
+  add("--scale", scale_,
+      "Of the lengths by which auto sees a scene: a number, 1 for streets and 0.35 for rooms, or "
+      "auto "
+      "to learn it from the scans");
   add("--voxel-size-m", params_.voxel_size_m, "Edge of the voxels that thin a scan [m]");
   add("--sensor-height-m", params_.sensor_height_m,
       "Height of the sensor above the ground, in [0, 10] [m]")
@@ -102,6 +117,9 @@ absl::StatusOr<Params> ParamOptions::Make() const {
   Params params = params_;
   if (absl::Status s = ParseDescriptors(descriptors_, &params); !s.ok()) return s;
   if (absl::Status s = ParseRootShifts(root_shifts_m_, &params); !s.ok()) return s;
+  if (!learns_scale()) {
+    if (absl::Status s = ParseScale(scale_, &params); !s.ok()) return s;
+  }
   params.cart.shift_mode =
       cart_shift_mode_ == "bounded" ? ShiftMode::kBounded : ShiftMode::kCircular;
   if (no_augment_) {

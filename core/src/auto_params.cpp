@@ -12,6 +12,19 @@ void Scale(double scale, RegistrationParams& steps) {
   steps.narrow_m *= scale;
 }
 
+/// Fitted by scripts/fit_evidence.py --wrong 6 on rooms, halls, homes and offices at scale 0.35.
+EvidenceParams IndoorEvidence() {
+  EvidenceParams params;
+  params.bias = -14.7;
+  params.score = 17.5;
+  params.sharpness = 14.5;
+  params.over_mirror = 22.2;
+  params.contradicted = -4.4;
+  params.chance = -31.0;
+  params.rival = 50.0;
+  return params;
+}
+
 }  // namespace
 
 AutoParams AutoParamsAtScale(double scale) {
@@ -32,6 +45,7 @@ AutoParams AutoParamsAtScale(double scale) {
   Scale(scale, params.verify.second.steps);
   Scale(scale, params.verify.at_once.steps);
   Scale(scale, params.verify.fine);
+  if (scale < 1.0) params.evidence = IndoorEvidence();
   return params;
 }
 

@@ -81,8 +81,11 @@ std::int16_t Clamped_cm(double value_m, double reach_m) {
 }
 
 /// How a later visit sees the posts: some hidden, gone or moved, and some new ones.
-void PerturbPosts(double reach_m, const Occlusion& occlusion, double lateral_m, bool reversed,
-                  Random& random, Structure& structure) {
+void PerturbPosts(const AutoParams& params, const Occlusion& occlusion, double lateral_m,
+                  bool reversed, Random& random, Structure& structure) {
+  const double reach_m = params.posts.reach_m;
+  const double moved_m = 0.2 * params.scale;
+  const double around_m = 40.0 * params.scale;
   const double gone_share = random.Uniform(0.1, 0.5);
   const double sign = reversed ? -1.0 : 1.0;
   std::vector<Post> posts;
@@ -90,13 +93,13 @@ void PerturbPosts(double reach_m, const Occlusion& occlusion, double lateral_m, 
     const double x = sign * post.x_cm * 0.01;
     const double y = sign * (post.y_cm * 0.01 - lateral_m);
     if (random.Chance(gone_share) || occlusion.Hides(x, y)) continue;
-    posts.push_back({Clamped_cm(x + random.Uniform(-0.2, 0.2), reach_m),
-                     Clamped_cm(y + random.Uniform(-0.2, 0.2), reach_m)});
+    posts.push_back({Clamped_cm(x + random.Uniform(-moved_m, moved_m), reach_m),
+                     Clamped_cm(y + random.Uniform(-moved_m, moved_m), reach_m)});
   }
   const std::size_t num_new = posts.size() / 6;
   for (std::size_t i = 0; i < num_new; ++i) {
-    posts.push_back({Clamped_cm(random.Uniform(-40.0, 40.0), reach_m),
-                     Clamped_cm(random.Uniform(-40.0, 40.0), reach_m)});
+    posts.push_back({Clamped_cm(random.Uniform(-around_m, around_m), reach_m),
+                     Clamped_cm(random.Uniform(-around_m, around_m), reach_m)});
   }
   structure.posts = std::move(posts);
 }
@@ -144,7 +147,7 @@ Visit Perturbed(const Map& map, std::size_t place, Random& random) {
     if (reversed) std::reverse(cells.begin(), cells.end());
     OccludeCart(occlusion, params.cart, visit.query.cart);
   }
-  PerturbPosts(params.automatic.posts.reach_m, occlusion, visit.lateral_m, reversed, random,
+  PerturbPosts(params.automatic, occlusion, visit.lateral_m, reversed, random,
                visit.query.structure);
   return visit;
 }

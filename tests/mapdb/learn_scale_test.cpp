@@ -1,0 +1,62 @@
+#include "scanloc/mapdb/learn_scale.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <set>
+#include <string>
+
+#include "support/building.hpp"
+
+namespace scanloc::mapdb {
+namespace {
+
+constexpr std::size_t kNumScans = 100;
+
+SessionPlan Plan(std::size_t num_scans = kNumScans) {
+  SessionPlan plan{.name = "drive"};
+  for (std::size_t i = 0; i < num_scans; ++i) {
+    plan.scans.push_back({std::to_string(i) + ".bin", 0, Pose::Identity()});
+  }
+  return plan;
+}
+
+absl::StatusOr<PointCloud> Room(std::size_t /*scan*/) { return test::RoomScan(7.0F, 5.0F, 1, 8); }
+absl::StatusOr<PointCloud> Street(std::size_t /*scan*/) {
+  return test::RoomScan(90.0F, 30.0F, 1, 8);
+}
+
+TEST(LearnScale, TellsRoomsFromStreetsByMostOfTheirScans) {
+  EXPECT_LT(*LearnScale(Params(), Plan(), Room), 1.0);
+  EXPECT_EQ(*LearnScale(Params(), Plan(), Street), 1.0);
+  const auto both = [](std::size_t scan) { return scan % 10 < 4 ? Room(scan) : Street(scan); };
+  EXPECT_EQ(*LearnScale(Params(), Plan(), both), 1.0);
+}
+
+TEST(LearnScale, LooksAtAFewScansAllOverTheDrive) {
+  std::set<std::size_t> seen;
+  const auto load = [&](std::size_t scan) {
+    seen.insert(scan);
+    return Room(scan);
+  };
+  ASSERT_TRUE(LearnScale(Params(), Plan(), load).ok());
+  EXPECT_EQ(seen.size(), 32U);
+  EXPECT_GT(*seen.rbegin(), kNumScans - 5);
+}
+
+TEST(LearnScale, IsThatOfATownWhereNothingIsSeenAndPassesAnInterruptOn) {
+  const auto nothing = [](std::size_t) { return absl::StatusOr<PointCloud>(PointCloud()); };
+  const auto unreadable = [](std::size_t) -> absl::StatusOr<PointCloud> {
+    return absl::DataLossError("half a file");
+  };
+  const auto interrupted = [](std::size_t) -> absl::StatusOr<PointCloud> {
+    return absl::CancelledError("interrupted");
+  };
+  EXPECT_EQ(*LearnScale(Params(), Plan(), nothing), 1.0);
+  EXPECT_EQ(*LearnScale(Params(), Plan(), unreadable), 1.0);
+  EXPECT_EQ(*LearnScale(Params(), Plan(0), Room), 1.0);
+  EXPECT_TRUE(absl::IsCancelled(LearnScale(Params(), Plan(), interrupted).status()));
+}
+
+}  // namespace
+}  // namespace scanloc::mapdb
