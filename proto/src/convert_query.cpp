@@ -79,6 +79,44 @@ v1::Structure ToProto(const Structure& structure) {
   return message;
 }
 
+v1::Method ToProto(const Method& method) {
+  if (method.automatic) return v1::METHOD_AUTO;
+  if (method.kind == DescriptorKind::kPolar) {
+    return method.augmented ? v1::METHOD_A_PC : v1::METHOD_PC;
+  }
+  return method.augmented ? v1::METHOD_A_CC : v1::METHOD_CC;
+}
+
+absl::Status SetMethod(const v1::LocalizeOptions& message, Query* query) {
+  Method method{.naive_alignment = message.naive_alignment(),
+                .brute_force = message.brute_force()};
+  const v1::Method name = message.method();
+  switch (name) {
+    case v1::METHOD_PC:
+    case v1::METHOD_A_PC:
+      method.kind = DescriptorKind::kPolar;
+      break;
+    case v1::METHOD_CC:
+    case v1::METHOD_A_CC:
+      method.kind = DescriptorKind::kCart;
+      break;
+    case v1::METHOD_AUTO:
+      method.automatic = true;
+      [[fallthrough]];
+    case v1::METHOD_UNSPECIFIED:
+      if (!method.naive_alignment && !method.brute_force) break;
+      return absl::InvalidArgumentError(
+          "options.naive_alignment and options.brute_force go with the methods PC, CC, A_PC and "
+          "A_CC only");
+    default:
+      return absl::InvalidArgumentError(absl::StrCat("options.method is ", static_cast<int>(name),
+                                                     ", which is none; see enum Method"));
+  }
+  method.augmented = name != v1::METHOD_PC && name != v1::METHOD_CC;
+  if (name != v1::METHOD_UNSPECIFIED) query->method = method;
+  return absl::OkStatus();
+}
+
 // Absent, or in [0, 1].
 absl::Status CheckShare(const char* field, bool is_set, double value) {
   return is_set ? CheckRange(field, value, 0.0, 1.0) : absl::OkStatus();
@@ -161,15 +199,7 @@ v1::Descriptors ToProto(const SignedDescriptor& descriptor) {
 // should not cost the description of its scan.
 absl::StatusOr<Query> FromProto(const v1::LocalizeOptions& message) {
   Query query;
-  if (message.has_method()) {
-    if (auto status = CheckLength("options.method", message.method(), kMaxMethodBytes);
-        !status.ok()) {
-      return status;
-    }
-    auto method = ParseMethod(message.method());
-    if (!method.ok()) return method.status();
-    query.method = *method;
-  }
+  if (auto status = SetMethod(message, &query); !status.ok()) return status;
   if (message.has_num_candidates()) {
     if (auto status = CheckRange("options.num_candidates", message.num_candidates(), 1,
                                  limits::kMaxCandidates);
@@ -205,7 +235,11 @@ absl::StatusOr<std::chrono::milliseconds> BudgetFromProto(const v1::LocalizeOpti
 
 v1::LocalizeOptions ToProto(const Query& query, std::chrono::milliseconds budget) {
   v1::LocalizeOptions message;
-  if (query.method) message.set_method(MethodName(*query.method));
+  if (query.method) {
+    message.set_method(ToProto(*query.method));
+    message.set_naive_alignment(query.method->naive_alignment);
+    message.set_brute_force(query.method->brute_force);
+  }
   if (query.num_candidates) message.set_num_candidates(*query.num_candidates);
   if (query.threshold) message.set_threshold(*query.threshold);
   if (query.min_confidence) message.set_min_confidence(*query.min_confidence);

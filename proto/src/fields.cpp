@@ -25,25 +25,24 @@ absl::Status CheckRange(absl::string_view field, double value, double low, doubl
 }
 
 absl::StatusOr<Pose> PoseFromProto(absl::string_view field, const v1::Pose& message) {
-  if (message.matrix_size() != 12) {
-    return absl::InvalidArgumentError(
-        absl::StrCat(field, " has ", message.matrix_size(), " numbers; it must have 12"));
-  }
-  Eigen::Matrix<double, 3, 4> matrix;
-  for (int i = 0; i < 12; ++i) matrix(i / 4, i % 4) = message.matrix(i);
-  // Only the verdict is taken: the nearest rotation need not be the same bits.
-  if (const auto pose = PoseFromMatrix(matrix); !pose.ok()) {
+  auto pose = PoseFromQuaternion({message.x_m(), message.y_m(), message.z_m()},
+                                 {message.qw(), message.qx(), message.qy(), message.qz()});
+  if (!pose.ok()) {
     return absl::InvalidArgumentError(absl::StrCat(field, ": ", pose.status().message()));
   }
-  Pose pose = Pose::Identity();
-  pose.matrix().topRows<3>() = matrix;
   return pose;
 }
 
 v1::Pose PoseToProto(const Pose& pose) {
+  const Eigen::Quaterniond rotation(pose.linear());
   v1::Pose message;
-  message.mutable_matrix()->Reserve(12);
-  for (int i = 0; i < 12; ++i) message.add_matrix(pose.matrix()(i / 4, i % 4));
+  message.set_x_m(pose.translation().x());
+  message.set_y_m(pose.translation().y());
+  message.set_z_m(pose.translation().z());
+  message.set_qx(rotation.x());
+  message.set_qy(rotation.y());
+  message.set_qz(rotation.z());
+  message.set_qw(rotation.w());
   return message;
 }
 

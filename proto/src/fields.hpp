@@ -23,14 +23,13 @@ namespace scanloc::proto {
 [[nodiscard]] absl::Status CheckRange(absl::string_view field, double value, double low,
                                       double high);
 
-/// The bits of the pose are those of the message.
+/// Translations travel exactly, rotations to some 1e-15.
 [[nodiscard]] absl::StatusOr<Pose> PoseFromProto(absl::string_view field, const v1::Pose& message);
 [[nodiscard]] v1::Pose PoseToProto(const Pose& pose);
 
-/// Longest content id, reason, method name and signature [bytes].
+/// Longest content id, reason and signature [bytes].
 inline constexpr std::size_t kMaxContentIdBytes = 128;
 inline constexpr std::size_t kMaxReasonBytes = 4096;
-inline constexpr std::size_t kMaxMethodBytes = 64;
 inline constexpr std::size_t kMaxSignatureBytes = 1024;
 
 }  // namespace scanloc::proto

@@ -48,7 +48,7 @@ LocalizeReply RandomReply(std::uint64_t seed) {
   return reply;
 }
 
-TEST(ConvertReply, BringsAnswersBackToTheLastBit) {
+TEST(ConvertReply, BringsAnswersBackAsTheyWere) {
   for (std::uint64_t seed = 0; seed < 200; ++seed) {
     SCOPED_TRACE(seed);
     const LocalizeReply sent = RandomReply(seed);
@@ -96,9 +96,9 @@ TEST(ConvertReply, RefusesWhatIsOutOfRange) {
   refuses([&](Reply&, One& c) { c.set_lateral_m(1.0 / 0.0); });
   refuses([](Reply&, One& c) { c.set_confidence(1.5); });
   refuses([](Reply&, One& c) { c.clear_t_map_place(); });
-  refuses([](Reply&, One& c) { c.mutable_t_map_query()->add_matrix(1.0); });
-  refuses([&](Reply&, One& c) { c.mutable_t_map_query()->set_matrix(3, nan); });
-  refuses([](Reply&, One& c) { c.mutable_t_map_query()->set_matrix(0, 5.0); });
+  refuses([](Reply&, One& c) { c.mutable_t_map_query()->set_qw(3.0); });
+  refuses([&](Reply&, One& c) { c.mutable_t_map_query()->set_x_m(nan); });
+  refuses([](Reply&, One& c) { c.mutable_t_map_query()->set_qx(nan); });
 }
 
 }  // namespace

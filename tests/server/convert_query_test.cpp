@@ -129,15 +129,17 @@ TEST(ConvertDescriptor, RefusesAnEndlessSignature) {
 
 TEST(ConvertOptions, BringsOptionsBackAsTheyWere) {
   Query sent;
-  sent.method = ParseMethod("a-cc-naive").value();
   sent.num_candidates = 25;
   sent.threshold = 0.1 + 0.2;
   sent.max_answers = 7;
-  const v1::LocalizeOptions message = ToProto(sent, std::chrono::milliseconds(70));
-  const auto back = FromProto(message);
-  ASSERT_TRUE(back.ok()) << back.status();
-  EXPECT_EQ(*back, sent);
-  EXPECT_EQ(BudgetFromProto(message).value(), std::chrono::milliseconds(70));
+  for (const char* method : {"auto", "pc", "cc-brute", "a-pc-naive-brute", "a-cc-naive"}) {
+    sent.method = ParseMethod(method).value();
+    const v1::LocalizeOptions message = ToProto(sent, std::chrono::milliseconds(70));
+    const auto back = FromProto(message);
+    ASSERT_TRUE(back.ok()) << back.status();
+    EXPECT_EQ(*back, sent) << method;
+    EXPECT_EQ(BudgetFromProto(message).value(), std::chrono::milliseconds(70));
+  }
 }
 
 TEST(ConvertOptions, LeavesUnsetWhatIsNotGiven) {
@@ -165,10 +167,11 @@ TEST(ConvertOptions, RefusesWhatIsOutOfRange) {
 
 TEST(ConvertOptions, RefusesAMethodThatIsNone) {
   v1::LocalizeOptions message;
-  message.set_method("guess");
-  ExpectInvalid(FromProto(message).status(), "guess");
-  message.set_method(std::string(1'000'000, 'a'));
-  ExpectInvalid(FromProto(message).status(), "options.method");
+  message.set_method(static_cast<v1::Method>(77));
+  ExpectInvalid(FromProto(message).status(), "options.method is 77");
+  message.set_method(v1::METHOD_AUTO);
+  message.set_brute_force(true);
+  ExpectInvalid(FromProto(message).status(), "options.brute_force");
 }
 
 TEST(ConvertMapName, RefusesAnEndlessName) {

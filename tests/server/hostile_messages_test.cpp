@@ -28,7 +28,7 @@ struct Method {
 
 v1::LocalizeOptions AllOptions() {
   v1::LocalizeOptions options;
-  options.set_method("auto");
+  options.set_method(v1::METHOD_AUTO);
   options.set_num_candidates(3);
   options.set_threshold(0.5);
   options.set_max_answers(2);

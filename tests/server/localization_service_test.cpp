@@ -199,8 +199,8 @@ TEST_F(LocalizationServiceTest, RefusesBadOptions) {
   request.mutable_options()->set_threshold(std::numeric_limits<double>::quiet_NaN());
   ExpectRefused(request, grpc::StatusCode::INVALID_ARGUMENT, "options.threshold");
   request.mutable_options()->Clear();
-  request.mutable_options()->set_method("guess");
-  ExpectRefused(request, grpc::StatusCode::INVALID_ARGUMENT, "guess");
+  request.mutable_options()->set_method(static_cast<v1::Method>(77));
+  ExpectRefused(request, grpc::StatusCode::INVALID_ARGUMENT, "options.method is 77");
 }
 
 TEST_F(LocalizationServiceTest, RefusesAQueryOfNothing) {

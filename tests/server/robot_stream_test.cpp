@@ -159,16 +159,16 @@ TEST(RobotStream, EndsWithAnErrorThatSaysWhy) {
   cases.push_back({StreamRequest(0, "village"), grpc::StatusCode::NOT_FOUND, "village"});
   cases.push_back({{}, grpc::StatusCode::INVALID_ARGUMENT, "neither scan nor descriptors"});
   v1::LocalizeStreamRequest request = StreamRequest(0);
-  request.mutable_query()->mutable_options()->set_method("a-pc");
+  request.mutable_query()->mutable_options()->set_method(v1::METHOD_A_PC);
   cases.push_back({request, grpc::StatusCode::INVALID_ARGUMENT, "auto, not a-pc"});
   request = StreamRequest(0);
   request.set_max_step_m(-1.0);
   cases.push_back({request, grpc::StatusCode::INVALID_ARGUMENT, "max_step_m"});
   request = StreamRequest(0);
-  request.mutable_t_last_scan()->add_matrix(1.0);
+  request.mutable_t_last_scan()->set_qw(3.0);
   cases.push_back({request, grpc::StatusCode::INVALID_ARGUMENT, "T_last_scan"});
   request = StreamRequest(0);
-  for (int i = 0; i < 12; ++i) request.mutable_t_last_scan()->add_matrix(i);
+  request.mutable_t_last_scan()->set_x_m(1e9);
   cases.push_back({request, grpc::StatusCode::INVALID_ARGUMENT, "T_last_scan"});
   for (const Case& c : cases) {
     RawStream stream(*server);

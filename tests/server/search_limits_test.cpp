@@ -47,7 +47,9 @@ class SearchTest : public testing::Test {
 
   static v1::LocalizeRequest SlowRequest() {
     v1::LocalizeRequest request = test::ScanRequest(test::QueryScan(1, 2));
-    request.mutable_options()->set_method("a-pc-naive-brute");
+    request.mutable_options()->set_method(v1::METHOD_A_PC);
+    request.mutable_options()->set_naive_alignment(true);
+    request.mutable_options()->set_brute_force(true);
     return request;
   }
 
@@ -58,9 +60,10 @@ class SearchTest : public testing::Test {
 
 TEST_F(SearchTest, TakesSlowMethodsOnlyIfToldTo) {
   StartWith(/*allow_slow_methods=*/false);
-  for (const char* method : {"pc-brute", "a-cc-naive", "a-pc-naive-brute"}) {
+  for (const auto& [naive, brute] : {std::pair(false, true), {true, false}, {true, true}}) {
     v1::LocalizeRequest request = SlowRequest();
-    request.mutable_options()->set_method(method);
+    request.mutable_options()->set_naive_alignment(naive);
+    request.mutable_options()->set_brute_force(brute);
     const grpc::Status status = test::Localize(*stub_, request, &response_);
     EXPECT_EQ(status.error_code(), grpc::StatusCode::PERMISSION_DENIED);
     EXPECT_THAT(status.error_message(), HasSubstr("--allow-slow-methods"));

@@ -15,7 +15,7 @@
 ///
 /// FromProto trusts nothing: whatever it returns is in range, and a message that is not gives
 /// InvalidArgument that names the field. No message makes it allocate more than a small multiple of
-/// the bytes that were received. Numbers travel exactly.
+/// the bytes that were received. Numbers travel exactly; rotations to some 1e-15.
 namespace scanloc::proto {
 
 /// A map's name as a request gives it; empty stands for the server's only map.
