@@ -41,6 +41,19 @@ absl::StatusOr<MapInfo> Client::GetMapInfo(const std::string& map) const {
   return state_->FetchInfo(map, state_->UsualTerms());
 }
 
+absl::StatusOr<PlacesPage> Client::ListPlaces(const std::string& map,
+                                              const std::string& page_token) const {
+  v1::ListPlacesRequest request;
+  request.set_map(map);
+  request.set_page_token(page_token);
+  const auto response =
+      state_->Call(&v1::Localization::Stub::ListPlaces, request, state_->UsualTerms());
+  if (!response.ok()) return response.status();
+  auto page = proto::FromProto(*response);
+  if (!page.ok()) return state_->BadReply(page.status());
+  return page;
+}
+
 absl::StatusOr<bool> Client::IsServing(const std::string& map) const {
   using grpc::health::v1::Health;
   using grpc::health::v1::HealthCheckResponse;

@@ -251,6 +251,42 @@ absl::StatusOr<std::vector<MapSummary>> FromProto(const v1::ListMapsResponse& me
   return maps;
 }
 
+absl::StatusOr<PlacesPage> FromProto(const v1::ListPlacesResponse& message) {
+  absl::Status status = CheckLength("content_id", message.content_id(), kMaxContentIdBytes);
+  status.Update(CheckLength("next_page_token", message.next_page_token(), 2 * kMaxContentIdBytes));
+  status.Update(CheckRange("the number of places", message.places_size(), 0, kMaxPlacesPerPage));
+  status.Update(CheckNumPlaces(message.first_place()));
+  if (!status.ok()) return status;
+  PlacesPage page{.content_id = message.content_id(),
+                  .first_place = message.first_place(),
+                  .places = {},
+                  .next_page_token = message.next_page_token()};
+  page.places.reserve(message.places_size());
+  for (const v1::Place& place : message.places()) {
+    const auto T_map_place = PoseFromProto("places.T_map_place", place.t_map_place());
+    if (!T_map_place.ok()) return T_map_place.status();
+    status =
+        CheckRange("places.session", place.session(), 0, static_cast<double>(limits::kMaxSessions));
+    if (!status.ok()) return status;
+    page.places.push_back({*T_map_place, place.stamp_ns(), place.session()});
+  }
+  return page;
+}
+
+v1::ListPlacesResponse ToProto(const PlacesPage& page) {
+  v1::ListPlacesResponse message;
+  message.set_content_id(page.content_id);
+  message.set_first_place(page.first_place);
+  for (const Place& place : page.places) {
+    v1::Place& one = *message.add_places();
+    *one.mutable_t_map_place() = PoseToProto(place.T_map_place);
+    one.set_session(place.session);
+    one.set_stamp_ns(place.stamp_ns);
+  }
+  message.set_next_page_token(page.next_page_token);
+  return message;
+}
+
 v1::ListMapsResponse ToProto(const std::vector<MapSummary>& maps) {
   v1::ListMapsResponse message;
   for (const MapSummary& map : maps) {

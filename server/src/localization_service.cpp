@@ -77,6 +77,8 @@ LocalizationService::LocalizationService(const MapRegistry& maps, WorkerPool& wo
                     [this](Context* context) { return ListMaps(context); });
   RawService::Serve("/scanloc.v1.Localization/GetMapInfo",
                     [this](Context* context) { return GetMapInfo(context); });
+  RawService::Serve("/scanloc.v1.Localization/ListPlaces",
+                    [this](Context* context) { return ListPlaces(context); });
 }
 
 std::int64_t LocalizationService::work_bytes() const {
@@ -328,6 +330,20 @@ RawService::Reactor* LocalizationService::GetMapInfo(grpc::CallbackServerContext
         v1::GetMapInfoResponse result;
         *result.mutable_info() = proto::ToProto((*map)->info);
         return result;
+      });
+}
+
+RawService::Reactor* LocalizationService::ListPlaces(grpc::CallbackServerContext* context) {
+  return RespondHere<v1::ListPlacesRequest>(
+      "ListPlaces", context,
+      [this](const v1::ListPlacesRequest& message) -> absl::StatusOr<v1::ListPlacesResponse> {
+        if (auto status = proto::CheckMapName(message.map()); !status.ok()) return status;
+        const auto map = maps_.Find(message.map());
+        if (!map.ok()) return map.status();
+        const auto page =
+            PageOfPlaces((*map)->localizer->map(), message.page_size(), message.page_token());
+        if (!page.ok()) return page.status();
+        return proto::ToProto(*page);
       });
 }
 

@@ -56,6 +56,7 @@ class LocalizationService final : public RawService {
   Reactor* LocalizeStream(grpc::CallbackServerContext* context);
   Reactor* ListMaps(grpc::CallbackServerContext* context);
   Reactor* GetMapInfo(grpc::CallbackServerContext* context);
+  Reactor* ListPlaces(grpc::CallbackServerContext* context);
 
   /// Answers a small request on the thread that brought it.
   template <typename Request, typename Act>

@@ -21,6 +21,10 @@ class CountingClient : public LocalizationClient {
   [[nodiscard]] absl::StatusOr<MapInfo> GetMapInfo(const std::string&) const override {
     return absl::UnimplementedError("");
   }
+  [[nodiscard]] absl::StatusOr<PlacesPage> ListPlaces(const std::string&,
+                                                      const std::string&) const override {
+    return absl::UnimplementedError("");
+  }
   [[nodiscard]] absl::StatusOr<LocalizeReply> LocalizeScan(
       PointView scan, const RequestOptions& options) const override {
     ++num_begun;

@@ -8,6 +8,7 @@
 #include "scanloc/client/client.hpp"
 #include "scanloc/core/scan/descriptor.hpp"
 #include "scanloc/mapdb/map_file.hpp"
+#include "scanloc/proto/convert.hpp"
 #include "support/map_files.hpp"
 #include "support/same_answer.hpp"
 #include "support/temp_dir.hpp"
@@ -49,6 +50,9 @@ TEST_F(OfflineClientTest, AnswersAsAServerOfTheSameMap) {
   const Client online = *Client::Connect({.address = server->address()});
   EXPECT_EQ(*offline_->GetMapInfo("town"), *online.GetMapInfo("town"));
   EXPECT_EQ(*offline_->ListMaps(), *online.ListMaps());
+  EXPECT_EQ(offline_->ListPlaces("town")->places.size(), std::size_t{kNumPlaces});
+  EXPECT_EQ(proto::ToProto(*offline_->ListPlaces("town")).SerializeAsString(),
+            proto::ToProto(*online.ListPlaces("town")).SerializeAsString());
   auto describer = *Describer::Create(offline_->GetMapInfo()->params);
   for (const LocalizationClient* either : {static_cast<const LocalizationClient*>(&online),
                                            static_cast<const LocalizationClient*>(&*offline_)}) {

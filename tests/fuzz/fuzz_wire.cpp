@@ -93,6 +93,9 @@ void Track(const std::string& bytes) {
 /// Requests that only name something.
 void ReadNames(const std::string& bytes) {
   if (v1::ListMapsRequest message; Parses(bytes, &message)) (void)message.ByteSizeLong();
+  if (v1::ListPlacesRequest message; Parses(bytes, &message)) {
+    (void)PageOfPlaces(Map{}, message.page_size(), message.page_token());
+  }
   if (v1::GetMapInfoRequest message; Parses(bytes, &message)) {
     (void)proto::CheckMapName(message.map());
   }
@@ -141,6 +144,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         (void)proto::FromProto(message.info());
       }
       if (v1::ListMapsResponse message; Parses(bytes, &message)) (void)proto::FromProto(message);
+      if (v1::ListPlacesResponse message; Parses(bytes, &message)) (void)proto::FromProto(message);
       break;
     case 5:
       if (const auto captured = proto::ParseCapturedQuery(bytes); captured.ok()) Replay(*captured);

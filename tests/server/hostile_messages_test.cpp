@@ -84,6 +84,7 @@ std::vector<Method> Methods() {
           {std::string(kLocalization) + "LocalizeStream", true, false, StreamQueries()},
           {std::string(kLocalization) + "ListMaps", false, false, {TextMessage("unknown field")}},
           {std::string(kLocalization) + "GetMapInfo", false, false, {TextMessage("town")}},
+          {std::string(kLocalization) + "ListPlaces", false, false, {TextMessage("town")}},
           {std::string(kAdmin) + "ReloadMap", false, true, {other}},
           {std::string(kAdmin) + "LoadMap", false, true, {other}},
           {std::string(kAdmin) + "UnloadMap", false, true, {other}},

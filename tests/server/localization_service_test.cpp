@@ -211,7 +211,7 @@ TEST_F(LocalizationServiceTest, RefusesAQueryOfNothing) {
 
 TEST_F(LocalizationServiceTest, RefusesBytesThatAreNoMessage) {
   std::mt19937 random(7);
-  for (const char* method : {"Localize", "ListMaps", "GetMapInfo"}) {
+  for (const char* method : {"Localize", "ListMaps", "GetMapInfo", "ListPlaces"}) {
     const std::string path = std::string("/scanloc.v1.Localization/") + method;
     const std::string truncated =
         test::ScanRequest(test::QueryScan(1, 0), "north").SerializeAsString();
@@ -294,6 +294,41 @@ TEST_F(LocalizationServiceTest, TellsOfItsMaps) {
   EXPECT_EQ(info.params, maps_->at("coarse").params);
   EXPECT_EQ(info.sessions, maps_->at("coarse").sessions);
   EXPECT_EQ(info.num_places, 4);
+}
+
+TEST_F(LocalizationServiceTest, ListsPlacesPageByPage) {
+  const auto ask = [&](int page_size, const std::string& token, const std::string& map = "coarse") {
+    grpc::ClientContext context;
+    v1::ListPlacesRequest request;
+    request.set_map(map);
+    request.set_page_size(page_size);
+    request.set_page_token(token);
+    v1::ListPlacesResponse response;
+    const grpc::Status status = stub_->ListPlaces(&context, request, &response);
+    return std::pair(status.error_code(), response);
+  };
+  std::string token;
+  int num_told = 0;
+  do {
+    const auto [code, page] = ask(3, token);
+    ASSERT_EQ(code, grpc::StatusCode::OK);
+    EXPECT_EQ(page.first_place(), num_told);
+    for (const Place& place : proto::FromProto(page).value().places) {
+      EXPECT_TRUE(
+          place.T_map_place.isApprox(maps_->at("coarse").places[num_told++].T_map_place, 1e-14));
+    }
+    token = page.next_page_token();
+  } while (!token.empty() && num_told < 100);
+  EXPECT_EQ(num_told, 4);
+
+  using Code = grpc::StatusCode;
+  EXPECT_EQ(ask(-1, "").first, Code::INVALID_ARGUMENT);
+  EXPECT_EQ(ask(1001, "").first, Code::INVALID_ARGUMENT);
+  EXPECT_EQ(ask(3, "elsewhere").first, Code::INVALID_ARGUMENT);
+  EXPECT_EQ(ask(3, "-4@").first, Code::INVALID_ARGUMENT);
+  EXPECT_EQ(ask(3, "3@another content").first, Code::ABORTED);
+  EXPECT_EQ(ask(3, "", "village").first, Code::NOT_FOUND);
+  EXPECT_EQ(ask(3, "2147483647@" + ask(3, "").second.content_id()).second.places_size(), 0);
 }
 
 }  // namespace

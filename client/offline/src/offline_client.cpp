@@ -164,6 +164,12 @@ absl::StatusOr<MapInfo> OfflineClient::GetMapInfo(const std::string& map) const 
   return state_->info;
 }
 
+absl::StatusOr<PlacesPage> OfflineClient::ListPlaces(const std::string& map,
+                                                     const std::string& page_token) const {
+  if (auto status = state_->CheckName(map); !status.ok()) return status;
+  return PageOfPlaces(state_->localizer->map(), 0, page_token);
+}
+
 absl::StatusOr<LocalizeReply> OfflineClient::LocalizeScan(PointView scan,
                                                           const RequestOptions& options) const {
   if (auto status = state_->CheckName(options.map); !status.ok()) return status;

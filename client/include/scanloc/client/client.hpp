@@ -72,6 +72,9 @@ class Client : public LocalizationClient {
 
   [[nodiscard]] absl::StatusOr<MapInfo> GetMapInfo(const std::string& map = "") const override;
 
+  [[nodiscard]] absl::StatusOr<PlacesPage> ListPlaces(
+      const std::string& map = "", const std::string& page_token = "") const override;
+
   [[nodiscard]] absl::StatusOr<LocalizeReply> LocalizeScan(
       PointView scan, const RequestOptions& options = {}) const override;
 

@@ -41,6 +41,10 @@ class LocalizationClient {
   /// An empty name stands for the only map.
   [[nodiscard]] virtual absl::StatusOr<MapInfo> GetMapInfo(const std::string& map = "") const = 0;
 
+  /// The places of a map from the one that the token names on; see PageOfPlaces.
+  [[nodiscard]] virtual absl::StatusOr<PlacesPage> ListPlaces(
+      const std::string& map = "", const std::string& page_token = "") const = 0;
+
   /// A server is sent the scan as it is: 12 bytes a point.
   [[nodiscard]] virtual absl::StatusOr<LocalizeReply> LocalizeScan(
       PointView scan, const RequestOptions& options = {}) const = 0;

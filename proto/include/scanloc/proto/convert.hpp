@@ -64,4 +64,7 @@ void SetOdometry(const std::optional<Pose>& T_last_scan, v1::LocalizeStreamReque
     const v1::ListMapsResponse& message);
 [[nodiscard]] v1::ListMapsResponse ToProto(const std::vector<MapSummary>& maps);
 
+[[nodiscard]] absl::StatusOr<PlacesPage> FromProto(const v1::ListPlacesResponse& message);
+[[nodiscard]] v1::ListPlacesResponse ToProto(const PlacesPage& page);
+
 }  // namespace scanloc::proto

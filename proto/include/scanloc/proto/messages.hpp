@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "absl/status/statusor.h"
 #include "scanloc/core/answer.hpp"
 #include "scanloc/core/map/map.hpp"
 #include "scanloc/core/params.hpp"
@@ -58,6 +59,21 @@ struct MapSummary {
 
   friend bool operator==(const MapSummary&, const MapSummary&) = default;
 };
+
+/// Some places of a map, in order of index.
+struct PlacesPage {
+  std::string content_id;
+  std::int32_t first_place = 0;  ///< index in the map of the first of them
+  std::vector<Place> places;
+  std::string next_page_token;  ///< empty: these were the last
+};
+
+inline constexpr int kMaxPlacesPerPage = 1000;
+
+/// The page that the token names, the first if it is empty; page_size 0 stands for the most.
+/// InvalidArgument: a bad size, or a token that no page gave. Aborted: one of another content.
+[[nodiscard]] absl::StatusOr<PlacesPage> PageOfPlaces(const Map& map, int page_size,
+                                                      const std::string& page_token);
 
 /// Descriptors, and the DescriptorSignature of the parameters they were made with.
 struct SignedDescriptor {

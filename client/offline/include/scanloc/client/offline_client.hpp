@@ -23,6 +23,8 @@ class OfflineClient : public LocalizationClient {
 
   [[nodiscard]] absl::StatusOr<std::vector<MapSummary>> ListMaps() const override;
   [[nodiscard]] absl::StatusOr<MapInfo> GetMapInfo(const std::string& map = "") const override;
+  [[nodiscard]] absl::StatusOr<PlacesPage> ListPlaces(
+      const std::string& map = "", const std::string& page_token = "") const override;
   [[nodiscard]] absl::StatusOr<LocalizeReply> LocalizeScan(
       PointView scan, const RequestOptions& options = {}) const override;
   [[nodiscard]] absl::StatusOr<LocalizeReply> LocalizeDescriptor(
