@@ -24,7 +24,9 @@ absl::Status Client::State::WithAddress(const absl::Status& status) const {
   if (status.ok()) return status;
   absl::Status told(status.code(),
                     absl::StrCat("scanlocd at ", options.address, ": ", status.message()));
-  if (const auto delay_s = proto::RetryAfter(status)) return proto::WithRetryAfter(told, *delay_s);
+  status.ForEachPayload([&](absl::string_view type_url, const absl::Cord& payload) {
+    told.SetPayload(type_url, payload);
+  });
   return told;
 }
 

@@ -20,17 +20,52 @@ constexpr const char* kRetryInfoUrl = "type.googleapis.com/google.rpc.RetryInfo"
 constexpr double kNanosPerSecond = 1e9;
 constexpr double kMaxRetry_s = 3600.0;
 
-std::string DetailsOf(const absl::Status& status, const std::string& message) {
-  v1::ErrorStatus details;
-  status.ForEachPayload([&](absl::string_view type_url, const absl::Cord& payload) {
-    auto* detail = details.add_details();
-    detail->set_type_url(absl::StrCat(type_url));
-    absl::CopyCordToString(payload, detail->mutable_value());
-  });
-  if (details.details().empty()) return {};
-  details.set_code(status.raw_code());
-  details.set_message(message);
-  return details.SerializeAsString();
+constexpr const char* kErrorInfoUrl = "type.googleapis.com/google.rpc.ErrorInfo";
+constexpr const char* kDomain = "scanloc";
+constexpr absl::string_view kReasonPrefix = "ERROR_REASON_";
+
+// Where nobody said it: what the code means nearly everywhere.
+v1::ErrorReason UsualReasonOf(absl::StatusCode code) {
+  switch (code) {
+    case absl::StatusCode::kInvalidArgument:
+      return v1::ERROR_REASON_INVALID_REQUEST;
+    case absl::StatusCode::kNotFound:
+      return v1::ERROR_REASON_MAP_NOT_FOUND;
+    case absl::StatusCode::kUnavailable:
+      return v1::ERROR_REASON_NOT_READY;
+    case absl::StatusCode::kFailedPrecondition:
+      return v1::ERROR_REASON_METHOD_NOT_SERVED;
+    case absl::StatusCode::kAborted:
+      return v1::ERROR_REASON_MAP_REPLACED;
+    case absl::StatusCode::kResourceExhausted:
+      return v1::ERROR_REASON_BUSY;
+    case absl::StatusCode::kUnauthenticated:
+      return v1::ERROR_REASON_TOKEN_MISSING_OR_UNKNOWN;
+    case absl::StatusCode::kPermissionDenied:
+      return v1::ERROR_REASON_ROLE_NOT_ALLOWED;
+    case absl::StatusCode::kDeadlineExceeded:
+      return v1::ERROR_REASON_TOO_LATE;
+    case absl::StatusCode::kCancelled:
+      return v1::ERROR_REASON_CANCELLED;
+    case absl::StatusCode::kAlreadyExists:
+      return v1::ERROR_REASON_MAP_IN_SERVICE;
+    case absl::StatusCode::kUnimplemented:
+      return v1::ERROR_REASON_NO_SUCH_METHOD;
+    default:
+      return v1::ERROR_REASON_INTERNAL;
+  }
+}
+
+template <typename Message>
+std::optional<Message> DetailOf(const absl::Status& status, const char* type_url) {
+  const auto payload = status.GetPayload(type_url);
+  Message message;
+  if (!payload || !message.ParseFromString(std::string(*payload))) return std::nullopt;
+  return message;
+}
+
+bool IsKnown(const std::string& type_url) {
+  return type_url == kErrorInfoUrl || type_url == kRetryInfoUrl;
 }
 
 }  // namespace
@@ -46,42 +81,80 @@ absl::Status WithRetryAfter(absl::Status status, double delay_s) {
 }
 
 std::optional<double> RetryAfter(const absl::Status& status) {
-  const auto payload = status.GetPayload(kRetryInfoUrl);
-  v1::RetryInfo info;
-  if (!payload) return std::nullopt;
-  std::string bytes;
-  absl::CopyCordToString(*payload, &bytes);
-  if (!info.ParseFromString(bytes)) return std::nullopt;
-  const double delay_s = static_cast<double>(info.retry_delay().seconds()) +
-                         info.retry_delay().nanos() / kNanosPerSecond;
+  const auto info = DetailOf<v1::RetryInfo>(status, kRetryInfoUrl);
+  if (!info) return std::nullopt;
+  const double delay_s = static_cast<double>(info->retry_delay().seconds()) +
+                         info->retry_delay().nanos() / kNanosPerSecond;
   if (!(delay_s >= 0.0)) return std::nullopt;
   return std::min(delay_s, kMaxRetry_s);
 }
 
+absl::Status WithReason(v1::ErrorReason reason, absl::Status status) {
+  v1::ErrorInfo info;
+  info.set_reason(v1::ErrorReason_Name(reason).substr(kReasonPrefix.size()));
+  info.set_domain(kDomain);
+  status.SetPayload(kErrorInfoUrl, absl::Cord(info.SerializeAsString()));
+  return status;
+}
+
+v1::ErrorReason ReasonOf(const absl::Status& status) {
+  const auto info = DetailOf<v1::ErrorInfo>(status, kErrorInfoUrl);
+  v1::ErrorReason reason = v1::ERROR_REASON_UNSPECIFIED;
+  if (info && info->domain() == kDomain) {
+    (void)v1::ErrorReason_Parse(absl::StrCat(kReasonPrefix, info->reason()), &reason);
+  }
+  return reason;
+}
+
+v1::ErrorStatus ToErrorStatus(const absl::Status& status) {
+  v1::ErrorStatus message;
+  message.set_code(status.raw_code());
+  std::string text(status.message());
+  if (text.size() > kMaxMessageBytes) {
+    text.resize(kMaxMessageBytes);
+    absl::StrAppend(&text, "...");
+  }
+  message.set_message(text);
+  const absl::Status told =
+      status.GetPayload(kErrorInfoUrl) ? status : WithReason(UsualReasonOf(status.code()), status);
+  for (const char* type_url : {kErrorInfoUrl, kRetryInfoUrl}) {
+    const auto payload = told.GetPayload(type_url);
+    if (!payload) continue;
+    auto* detail = message.add_details();
+    detail->set_type_url(type_url);
+    absl::CopyCordToString(*payload, detail->mutable_value());
+  }
+  return message;
+}
+
+absl::Status FromErrorStatus(const v1::ErrorStatus& message) {
+  // absl::Status itself reads a code that is none of its own as kUnknown.
+  absl::Status status(static_cast<absl::StatusCode>(message.code()), message.message());
+  if (status.ok()) return absl::UnknownError("an error of code 0");
+  for (const auto& detail : message.details()) {
+    if (IsKnown(detail.type_url())) {
+      status.SetPayload(detail.type_url(), absl::Cord(detail.value()));
+    }
+  }
+  return status;
+}
+
 grpc::Status ToGrpc(const absl::Status& status) {
   if (status.ok()) return grpc::Status::OK;
-  std::string message(status.message());
-  if (message.size() > kMaxMessageBytes) {
-    message.resize(kMaxMessageBytes);
-    absl::StrAppend(&message, "...");
-  }
-  return {static_cast<grpc::StatusCode>(status.raw_code()), message, DetailsOf(status, message)};
+  const v1::ErrorStatus message = ToErrorStatus(status);
+  return {static_cast<grpc::StatusCode>(status.raw_code()), message.message(),
+          message.SerializeAsString()};
 }
 
 absl::Status FromGrpc(const grpc::Status& status) {
-  // absl::Status itself reads a code that is none of its own as kUnknown.
-  absl::Status result(static_cast<absl::StatusCode>(status.error_code()), status.error_message());
+  if (status.ok()) return absl::OkStatus();
+  v1::ErrorStatus message;
   const std::string& bytes = status.error_details();
-  v1::ErrorStatus details;
-  if (result.ok() || bytes.size() > kMaxDetailsBytes || !details.ParseFromString(bytes)) {
-    return result;
-  }
-  for (const auto& detail : details.details()) {
-    if (detail.type_url() == kRetryInfoUrl) {
-      result.SetPayload(kRetryInfoUrl, absl::Cord(detail.value()));
-    }
-  }
-  return result;
+  if (bytes.size() > kMaxDetailsBytes || !message.ParseFromString(bytes)) message.Clear();
+  // What the call itself says counts, whatever the details repeat.
+  message.set_code(static_cast<int>(status.error_code()));
+  message.set_message(status.error_message());
+  return FromErrorStatus(message);
 }
 
 }  // namespace scanloc::proto

@@ -31,8 +31,10 @@ absl::Status ClientRates::Take(const std::string& client, Clock::time_point now)
     return absl::OkStatus();
   }
   return proto::WithRetryAfter(
-      absl::ResourceExhaustedError(absl::StrCat(
-          "more than ", max_per_s_, " requests a second of one client; wait before the next")),
+      proto::WithReason(
+          v1::ERROR_REASON_RATE_LIMITED,
+          absl::ResourceExhaustedError(absl::StrCat(
+              "more than ", max_per_s_, " requests a second of one client; wait before the next"))),
       (1.0 - bucket.content) / max_per_s_);
 }
 

@@ -177,14 +177,18 @@ absl::StatusOr<LocalizationService::Asked> LocalizationService::AskedBy(
 absl::Status LocalizationService::CheckCost(const Query& query) const {
   const int most = std::max(query.num_candidates.value_or(1), query.max_answers);
   if (most > limits_.max_candidates) {
-    return absl::ResourceExhaustedError(absl::StrCat(
-        most, " candidates are asked for; this server allows ", limits_.max_candidates));
+    return proto::WithReason(
+        v1::ERROR_REASON_TOO_MANY_CANDIDATES,
+        absl::ResourceExhaustedError(absl::StrCat(
+            most, " candidates are asked for; this server allows ", limits_.max_candidates)));
   }
   const bool is_slow = query.method && (query.method->brute_force || query.method->naive_alignment);
   if (is_slow && !limits_.allow_slow_methods) {
-    return absl::PermissionDeniedError(absl::StrCat(
-        "the method ", MethodName(*query.method), " takes a thread for up to seconds; leave out ",
-        "-brute and -naive, or start the server with --allow-slow-methods"));
+    return proto::WithReason(
+        v1::ERROR_REASON_METHOD_NOT_ALLOWED,
+        absl::PermissionDeniedError(absl::StrCat(
+            "the method ", MethodName(*query.method), " takes a thread for up to seconds; leave ",
+            "out -brute and -naive, or start the server with --allow-slow-methods")));
   }
   return absl::OkStatus();
 }

@@ -6,6 +6,7 @@
 
 #include "absl/strings/escaping.h"
 #include "absl/strings/str_cat.h"
+#include "scanloc/proto/status.hpp"
 
 namespace scanloc::server {
 namespace {
@@ -91,10 +92,14 @@ absl::StatusOr<std::shared_ptr<const ServedMap>> MapRegistry::Find(const std::st
     return absl::NotFoundError(absl::StrCat(what, "; it has ", KnownNames()));
   }
   if (slot->second.served == nullptr) {
-    return absl::UnavailableError(
-        absl::StrCat("map ", slot->first,
-                     slot->second.has_failed ? " could not be loaded; the server's log says why"
-                                             : " is still loading; try again later"));
+    return slot->second.has_failed
+               ? proto::WithReason(
+                     v1::ERROR_REASON_MAP_FAILED,
+                     absl::UnavailableError(absl::StrCat(
+                         "map ", slot->first, " could not be loaded; the server's log says why")))
+               : proto::WithReason(v1::ERROR_REASON_MAP_LOADING,
+                                   absl::UnavailableError(absl::StrCat(
+                                       "map ", slot->first, " is still loading; try again later")));
   }
   return slot->second.served;
 }

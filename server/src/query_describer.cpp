@@ -7,6 +7,7 @@
 #include "absl/strings/str_cat.h"
 #include "reception.hpp"
 #include "scanloc/proto/convert.hpp"
+#include "scanloc/proto/status.hpp"
 
 namespace scanloc::server {
 namespace {
@@ -28,10 +29,13 @@ constexpr std::size_t kBytesPerVoxel = 208;
 
 absl::Status CheckSignature(const SignedDescriptor& query, const ServedMap& map) {
   if (query.signature == map.signature) return absl::OkStatus();
-  return absl::FailedPreconditionError(absl::StrCat(
-      "the descriptors were made with \"", absl::Utf8SafeCHexEscape(query.signature), "\" but map ",
-      map.info.name, " has \"", map.signature,
-      "\"; fetch the map's parameters again with GetMapInfo and describe the scan with them"));
+  return proto::WithReason(
+      v1::ERROR_REASON_PARAMS_MISMATCH,
+      absl::FailedPreconditionError(absl::StrCat(
+          "the descriptors were made with \"", absl::Utf8SafeCHexEscape(query.signature),
+          "\" but map ", map.info.name, " has \"", map.signature,
+          "\"; fetch the map's parameters again with GetMapInfo and describe the scan with "
+          "them")));
 }
 
 }  // namespace
@@ -58,8 +62,10 @@ absl::StatusOr<QueryDescriber::Described> QueryDescriber::DescribeScan(const v1:
                                                                        std::size_t max_points) {
   if (const std::size_t num_points = scan.xyz_f32le().size() / kPointBytes;
       num_points > max_points) {
-    return absl::ResourceExhaustedError(
-        absl::StrCat("the scan has ", num_points, " points; this server allows ", max_points));
+    return proto::WithReason(
+        v1::ERROR_REASON_TOO_MANY_POINTS,
+        absl::ResourceExhaustedError(
+            absl::StrCat("the scan has ", num_points, " points; this server allows ", max_points)));
   }
   if (auto status = proto::FromProto(scan, &points_); !status.ok()) return status;
   const auto describer = DescriberFor(map);

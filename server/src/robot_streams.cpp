@@ -22,7 +22,15 @@ constexpr double kStreamRetry_s = 5.0;
 constexpr std::chrono::seconds kAnswerGrace(1);
 
 absl::Status DrainingError() {
-  return absl::UnavailableError("the server is draining; open a stream to another, or later");
+  return proto::WithReason(
+      v1::ERROR_REASON_DRAINING,
+      absl::UnavailableError("the server is draining; open a stream to another, or later"));
+}
+
+absl::Status TooManyStreams(const std::string& text) {
+  return proto::WithRetryAfter(
+      proto::WithReason(v1::ERROR_REASON_TOO_MANY_STREAMS, absl::ResourceExhaustedError(text)),
+      kStreamRetry_s);
 }
 
 }  // namespace
@@ -193,17 +201,13 @@ class RobotStreams::Stream : public Reactor,
 absl::Status RobotStreams::Registry::CheckRoomFor(const std::string& client) const {
   if (is_draining) return DrainingError();
   if (static_cast<int>(streams.size()) >= max_streams) {
-    return proto::WithRetryAfter(absl::ResourceExhaustedError(absl::StrCat(
-                                     "as many streams as the server takes are open, ", max_streams,
-                                     "; try again later or another server")),
-                                 kStreamRetry_s);
+    return TooManyStreams(absl::StrCat("as many streams as the server takes are open, ",
+                                       max_streams, "; try again later or another server"));
   }
   const auto own = num_by_client.find(client);
   if (own != num_by_client.end() && own->second >= max_per_client) {
-    return proto::WithRetryAfter(
-        absl::ResourceExhaustedError(
-            absl::StrCat("this client has ", max_per_client, " streams open, as many as one may")),
-        kStreamRetry_s);
+    return TooManyStreams(
+        absl::StrCat("this client has ", max_per_client, " streams open, as many as one may"));
   }
   return absl::OkStatus();
 }

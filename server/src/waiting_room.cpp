@@ -109,8 +109,10 @@ void WaitingRoom::TakeExpired(Items& items, Leavers& leavers) {
   const auto now = Clock::now();
   while (!items.empty() && now - items.front().entered >= timeout_) {
     leavers.emplace_back(TakeOut(*items.front().waiter),
-                         is_draining_ ? absl::UnavailableError("the server is draining")
-                                      : absl::DeadlineExceededError(options_.expired));
+                         is_draining_
+                             ? proto::WithReason(v1::ERROR_REASON_DRAINING,
+                                                 absl::UnavailableError("the server is draining"))
+                             : absl::DeadlineExceededError(options_.expired));
   }
 }
 

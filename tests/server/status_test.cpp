@@ -12,10 +12,24 @@ TEST(Status, KeepsCodeAndTextBothWays) {
     const absl::Status sent(static_cast<absl::StatusCode>(code), "what, which, why");
     const grpc::Status wire = ToGrpc(sent);
     EXPECT_EQ(static_cast<int>(wire.error_code()), code);
-    EXPECT_EQ(FromGrpc(wire), sent);
+    EXPECT_EQ(FromGrpc(wire).code(), sent.code());
+    EXPECT_EQ(FromGrpc(wire).message(), sent.message());
+    EXPECT_NE(ReasonOf(FromGrpc(wire)), v1::ERROR_REASON_UNSPECIFIED);
   }
   EXPECT_TRUE(ToGrpc(absl::OkStatus()).ok());
   EXPECT_TRUE(FromGrpc(grpc::Status::OK).ok());
+}
+
+TEST(Status, CarriesItsReason) {
+  const absl::Status sent = WithReason(v1::ERROR_REASON_DRAINING, absl::UnavailableError("going"));
+  EXPECT_EQ(ReasonOf(FromGrpc(ToGrpc(sent))), v1::ERROR_REASON_DRAINING);
+  EXPECT_EQ(ReasonOf(FromErrorStatus(ToErrorStatus(sent))), v1::ERROR_REASON_DRAINING);
+  EXPECT_EQ(ReasonOf(FromGrpc(ToGrpc(absl::UnavailableError("?")))), v1::ERROR_REASON_NOT_READY);
+  EXPECT_EQ(ReasonOf(absl::UnavailableError("cannot connect")), v1::ERROR_REASON_UNSPECIFIED);
+}
+
+TEST(Status, ReadsAnErrorOfCodeZeroAsAnError) {
+  EXPECT_EQ(FromErrorStatus(v1::ErrorStatus()).code(), absl::StatusCode::kUnknown);
 }
 
 TEST(Status, ReadsAnUnheardOfCodeAsUnknown) {
@@ -38,14 +52,20 @@ TEST(Status, CarriesWhenToComeBack) {
 
 TEST(Status, SaysItAsOtherLibrariesReadIt) {
   const grpc::Status wire = ToGrpc(WithRetryAfter(absl::ResourceExhaustedError("busy"), 1.5));
-  // google.rpc.Status {code: 8, message: "busy", details: [Any {type_url, RetryInfo {1.5 s}}]}
+  // google.rpc.Status {code: 8, message: "busy", details: [Any {type_url, value}, ...]} of
+  // ErrorInfo {"BUSY", "scanloc"} and RetryInfo {1.5 s}
+  const auto field = [](char tag, const std::string& value) {
+    return std::string(1, tag) + static_cast<char>(value.size()) + value;
+  };
+  const auto any = [&](const std::string& type, const std::string& value) {
+    return field('\x1a',
+                 field('\x0a', "type.googleapis.com/google.rpc." + type) + field('\x12', value));
+  };
   const std::string duration("\x08\x01\x10\x80\xca\xb5\xee\x01", 8);
-  const std::string info = std::string("\x0a\x08") + duration;
-  const std::string url = "type.googleapis.com/google.rpc.RetryInfo";
-  const std::string any = "\x0a" + std::string(1, static_cast<char>(url.size())) + url + "\x12" +
-                          std::string(1, static_cast<char>(info.size())) + info;
-  EXPECT_EQ(wire.error_details(), std::string("\x08\x08\x12\x04") + "busy\x1a" +
-                                      std::string(1, static_cast<char>(any.size())) + any);
+  EXPECT_EQ(wire.error_details(),
+            "\x08\x08" + field('\x12', "busy") +
+                any("ErrorInfo", field('\x0a', "BUSY") + field('\x12', "scanloc")) +
+                any("RetryInfo", field('\x0a', duration)));
 }
 
 TEST(Status, DropsDetailsThatCannotBeRead) {
