@@ -133,19 +133,26 @@ class Load {
       grpc::ClientContext context;
       ShowToken(options_, context);
       const auto stream = stub->LocalizeStream(&context);
-      bool is_open = true;
+      v1::LocalizeStreamRequest request;
+      v1::LocalizeStreamResponse response;
+      request.mutable_config();
+      bool is_open = stream->Write(request) && stream->Read(&response);
+      if (!is_open) {
+        const std::lock_guard lock(mutex_);
+        ++result_.num_streams_broken;
+      }
       for (; is_open && due < end; due += Seconds(1.0 / options_.stream_rate_per_s)) {
         std::this_thread::sleep_until(due);
-        v1::LocalizeStreamRequest request;
+        v1::LocalizeRequest query;
         grpc::ByteBuffer bytes = requests_[number++ % requests_.size()];
-        if (!grpc::SerializationTraits<v1::LocalizeRequest>::Deserialize(&bytes,
-                                                                         request.mutable_query())
-                 .ok()) {
+        if (!grpc::SerializationTraits<v1::LocalizeRequest>::Deserialize(&bytes, &query).ok()) {
           throw std::runtime_error("a request is none");
         }
-        request.mutable_query()->clear_options();
-        v1::LocalizeStreamResponse response;
-        is_open = stream->Write(request) && stream->Read(&response);
+        v1::StreamScan& scan = *request.mutable_scan();
+        scan.Clear();
+        if (query.has_scan()) scan.mutable_scan()->Swap(query.mutable_scan());
+        if (query.has_descriptors()) scan.mutable_descriptors()->Swap(query.mutable_descriptors());
+        is_open = stream->Write(request) && stream->Read(&response) && response.has_answer();
         const std::lock_guard lock(mutex_);
         ++(is_open ? result_.num_stream_answers : result_.num_streams_broken);
       }

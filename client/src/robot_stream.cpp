@@ -21,48 +21,68 @@ class Client::ServedRobot final : public RobotStream::Tracking {
         call_(*client_->stub, client_->options, options.request_id) {}
   ~ServedRobot() override { (void)Close(); }
 
+  absl::Status Open() {
+    v1::LocalizeStreamRequest request;
+    v1::StreamConfig& config = *request.mutable_config();
+    config.set_map(options_.map);
+    *config.mutable_options() = proto::ToProto(options_.query, options_.budget);
+    config.set_max_step_m(options_.max_step_m);
+    v1::LocalizeStreamResponse response;
+    if (auto status = call_.Ask(request, timeout_, &response); !status.ok()) {
+      return client_->WithAddress(status);
+    }
+    return response.has_opened()
+               ? absl::OkStatus()
+               : client_->BadReply(absl::InternalError("a stream was not opened"));
+  }
+
   absl::StatusOr<TrackedReply> Locate(PointView scan,
                                       const std::optional<Pose>& T_last_scan) override {
     if (auto status = CheckScanSize(scan); !status.ok()) return status;
-    auto request = RequestFor(scan);
-    if (!request.ok()) return request.status();
-    if (!std::exchange(has_begun_, true)) {
-      request->mutable_query()->set_map(options_.map);
-      *request->mutable_query()->mutable_options() =
-          proto::ToProto(options_.query, options_.budget);
-      request->set_max_step_m(options_.max_step_m);
+    auto reply = Ask(scan, T_last_scan);
+    if (map_ == nullptr || proto::ReasonOf(reply.status()) != v1::ERROR_REASON_PARAMS_MISMATCH) {
+      return reply;
     }
-    proto::SetOdometry(T_last_scan, &*request);
-    v1::LocalizeStreamResponse response;
-    if (auto status = call_.Ask(*request, timeout_, &response); !status.ok()) {
-      return client_->WithAddress(status);
-    }
-    auto reply = proto::FromProto(response);
-    if (!reply.ok()) return client_->BadReply(reply.status());
-    return reply;
+    // The map was replaced by one that wants other descriptors. The scan has been counted.
+    const auto terms = client_->TermsOf(options_.timeout, options_.request_id);
+    if (!terms.ok()) return terms.status();
+    const auto info = client_->FetchInfo(options_.map, *terms);
+    if (!info.ok()) return info.status();
+    map_ = client_->cache.Put(options_.map, *info);
+    return Ask(scan, Pose::Identity());
   }
 
   absl::Status Close() override { return client_->WithAddress(call_.Close(timeout_)); }
 
  private:
-  [[nodiscard]] absl::StatusOr<v1::LocalizeStreamRequest> RequestFor(PointView scan) const {
+  [[nodiscard]] absl::StatusOr<TrackedReply> Ask(PointView scan,
+                                                 const std::optional<Pose>& T_last_scan) {
     v1::LocalizeStreamRequest request;
-    v1::LocalizeRequest& query = *request.mutable_query();
+    v1::StreamScan& message = *request.mutable_scan();
     if (map_ == nullptr) {
-      *query.mutable_scan() = proto::ToProto(scan);
-      return request;
+      *message.mutable_scan() = proto::ToProto(scan);
+    } else {
+      const auto descriptor = map_->Describe(scan);
+      if (!descriptor.ok()) return descriptor.status();
+      *message.mutable_descriptors() = proto::ToProto(*descriptor);
     }
-    const auto descriptor = map_->Describe(scan);
-    if (!descriptor.ok()) return descriptor.status();
-    *query.mutable_descriptors() = proto::ToProto(*descriptor);
-    return request;
+    proto::SetOdometry(T_last_scan, &message);
+    v1::LocalizeStreamResponse response;
+    if (auto status = call_.Ask(request, timeout_, &response); !status.ok()) {
+      return client_->WithAddress(status);
+    }
+    if (response.has_error()) {
+      return client_->WithAddress(proto::FromErrorStatus(response.error()));
+    }
+    auto reply = proto::FromProto(response.answer());
+    if (!reply.ok()) return client_->BadReply(reply.status());
+    return reply;
   }
 
   const std::shared_ptr<State> client_;
   const StreamOptions options_;
   const milliseconds timeout_;
-  const std::shared_ptr<CachedMap> map_;  // null where scans are sent as they are
-  bool has_begun_ = false;
+  std::shared_ptr<CachedMap> map_;  // null where scans are sent as they are
   StreamCall call_;
 };
 
@@ -75,7 +95,9 @@ absl::StatusOr<RobotStream> Client::OpenStream(const StreamOptions& options) con
     if (!info.ok()) return info.status();
     map = state_->cache.Put(options.map, *info);
   }
-  return RobotStream(std::make_unique<ServedRobot>(state_, options, std::move(map)));
+  auto robot = std::make_unique<ServedRobot>(state_, options, std::move(map));
+  if (auto status = robot->Open(); !status.ok()) return status;
+  return RobotStream(std::move(robot));
 }
 
 }  // namespace scanloc::client

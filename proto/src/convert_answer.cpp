@@ -162,18 +162,18 @@ v1::LocalizeResponse ToProto(const LocalizeReply& reply) {
   return message;
 }
 
-absl::StatusOr<std::optional<Pose>> OdometryFromProto(const v1::LocalizeStreamRequest& message) {
+absl::StatusOr<std::optional<Pose>> OdometryFromProto(const v1::StreamScan& message) {
   if (!message.has_t_last_scan()) return std::nullopt;
   const auto pose = PoseFromProto("T_last_scan", message.t_last_scan());
   if (!pose.ok()) return pose.status();
   return *pose;
 }
 
-void SetOdometry(const std::optional<Pose>& T_last_scan, v1::LocalizeStreamRequest* message) {
+void SetOdometry(const std::optional<Pose>& T_last_scan, v1::StreamScan* message) {
   if (T_last_scan) *message->mutable_t_last_scan() = PoseToProto(*T_last_scan);
 }
 
-absl::StatusOr<TrackedReply> FromProto(const v1::LocalizeStreamResponse& message) {
+absl::StatusOr<TrackedReply> FromProto(const v1::TrackedAnswer& message) {
   auto reply = FromProto(message.answer());
   if (!reply.ok()) return reply.status();
   if (message.num_scans() < 0) {
@@ -183,8 +183,8 @@ absl::StatusOr<TrackedReply> FromProto(const v1::LocalizeStreamResponse& message
   return TrackedReply{*std::move(reply), message.num_scans(), message.relocated()};
 }
 
-v1::LocalizeStreamResponse ToProto(const TrackedReply& reply) {
-  v1::LocalizeStreamResponse message;
+v1::TrackedAnswer ToProto(const TrackedReply& reply) {
+  v1::TrackedAnswer message;
   *message.mutable_answer() = ToProto(reply.reply);
   message.set_num_scans(reply.num_scans);
   message.set_relocated(reply.is_relocated);

@@ -88,8 +88,7 @@ v1::Method ToProto(const Method& method) {
 }
 
 absl::Status SetMethod(const v1::LocalizeOptions& message, Query* query) {
-  Method method{.naive_alignment = message.naive_alignment(),
-                .brute_force = message.brute_force()};
+  Method method{.naive_alignment = message.naive_alignment(), .brute_force = message.brute_force()};
   const v1::Method name = message.method();
   switch (name) {
     case v1::METHOD_PC:

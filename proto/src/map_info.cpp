@@ -7,7 +7,6 @@
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
-
 #include "scanloc/proto/messages.hpp"
 
 namespace scanloc {
@@ -39,9 +38,8 @@ MapInfo InfoOf(const std::string& name, const Map& map) {
 absl::StatusOr<PlacesPage> PageOfPlaces(const Map& map, int page_size,
                                         const std::string& page_token) {
   if (page_size < 0 || page_size > kMaxPlacesPerPage) {
-    return absl::InvalidArgumentError(absl::StrCat("page_size is ", page_size,
-                                                   "; it must lie in [0, ", kMaxPlacesPerPage,
-                                                   "]"));
+    return absl::InvalidArgumentError(
+        absl::StrCat("page_size is ", page_size, "; it must lie in [0, ", kMaxPlacesPerPage, "]"));
   }
   PlacesPage page{.content_id = map.content_id};
   const auto num_places = static_cast<std::int32_t>(map.places.size());
@@ -49,9 +47,9 @@ absl::StatusOr<PlacesPage> PageOfPlaces(const Map& map, int page_size,
     const std::pair<absl::string_view, absl::string_view> parts =
         absl::StrSplit(page_token, absl::MaxSplits('@', 1));
     if (!absl::SimpleAtoi(parts.first, &page.first_place) || page.first_place < 0) {
-      return absl::InvalidArgumentError(
-          absl::StrCat("page_token \"", absl::CHexEscape(page_token.substr(0, 40)),
-                       "\" was not given by this server"));
+      return absl::InvalidArgumentError(absl::StrCat("page_token \"",
+                                                     absl::CHexEscape(page_token.substr(0, 40)),
+                                                     "\" was not given by this server"));
     }
     if (parts.second != map.content_id) {
       return absl::AbortedError("the map was replaced since the first page; begin anew");

@@ -28,6 +28,12 @@ SearchControl ControlOf(const grpc::CallbackServerContext& context,
   return control;
 }
 
+/// Nobody is there any more, or nobody who may ask. All else is of one scan.
+bool EndsStream(const absl::Status& status) {
+  return absl::IsCancelled(status) || absl::IsUnauthenticated(status) ||
+         absl::IsPermissionDenied(status);
+}
+
 RobotStreams::Limits WithBytes(RobotStreams::Limits limits, std::int64_t max_bytes) {
   limits.max_bytes = max_bytes;
   return limits;
@@ -36,15 +42,27 @@ RobotStreams::Limits WithBytes(RobotStreams::Limits limits, std::int64_t max_byt
 }  // namespace
 
 struct LocalizationService::Robot {
+  /// How far it has come since the scan that was last answered.
+  struct Motion {
+    std::optional<Pose> T_answered_scan = Pose::Identity();  // none: not known
+    void Add(const std::optional<Pose>& T_last_scan) {
+      if (T_answered_scan && T_last_scan) {
+        T_answered_scan = *T_answered_scan * *T_last_scan;
+      } else {
+        T_answered_scan.reset();
+      }
+    }
+  };
+
   Call call;
   const grpc::CallbackServerContext* context = nullptr;
-  bool is_admitted = false;  // by the rate, for the first request
-  bool has_begun = false;
-  std::string map_name;
+  bool is_admitted = false;  // by the rate, for the first scan
+  std::optional<v1::StreamConfig> config;
   Asked asked;
   double max_step_m = TrackerOptions().max_step_m;
   std::shared_ptr<const ServedMap> map;
   std::optional<Tracker> tracker;
+  Motion motion;
 };
 
 void LimitCandidates(const Params& params, int max_candidates, Query& query) {
@@ -225,18 +243,30 @@ RawService::Reactor* LocalizationService::LocalizeStream(grpc::CallbackServerCon
   const auto robot = std::make_shared<Robot>();
   robot->call = reception_.Begin(*context, "LocalizeStream", Role::kQuery);
   robot->context = context;
-  const auto answer = [this, robot](const v1::LocalizeStreamRequest& request,
-                                    std::int64_t arrived_ns,
+  const auto answer = [this, robot](v1::LocalizeStreamRequest& request, std::int64_t arrived_ns,
                                     int worker) -> absl::StatusOr<v1::LocalizeStreamResponse> {
     robot->call.arrived_ns = arrived_ns;
-    if (!std::exchange(robot->is_admitted, true)) {
-      // The rate was asked when the stream was opened.
-    } else if (auto status = reception_.AdmitNext(robot->call); !status.ok()) {
-      return status;
+    v1::LocalizeStreamResponse response;
+    if (robot->config == std::nullopt) {
+      auto opened = Configure(request, *robot);
+      if (!opened.ok()) return opened.status();
+      *response.mutable_opened() = *std::move(opened);
+      return response;
     }
-    auto told = Track(request, Arrival{arrived_ns, NowNs()}, describers_[worker], *robot);
-    if (told.ok()) reception_.End(robot->call, absl::OkStatus());
-    return told;
+    if (!request.has_scan()) {
+      return absl::InvalidArgumentError(
+          "a stream has one configuration, its first request; all others are scans");
+    }
+    auto told = AnswerScan(*request.mutable_scan(), Arrival{arrived_ns, NowNs()},
+                           describers_[worker], *robot);
+    if (EndsStream(told.status())) return told.status();
+    reception_.End(robot->call, told.status());
+    if (told.ok()) {
+      *response.mutable_answer() = *std::move(told);
+    } else {
+      *response.mutable_error() = proto::ToErrorStatus(told.status());
+    }
+    return response;
   };
   const auto ended = [this, robot](const absl::Status& status) {
     if (!status.ok()) reception_.End(robot->call, status);  // each answer was seen out
@@ -249,42 +279,70 @@ RawService::Reactor* LocalizationService::LocalizeStream(grpc::CallbackServerCon
                        robot->call.admitted);
 }
 
-absl::StatusOr<v1::LocalizeStreamResponse> LocalizationService::Track(
-    const v1::LocalizeStreamRequest& request, const Arrival& arrival, QueryDescriber& describer,
-    Robot& robot) const {
-  const v1::LocalizeRequest& query = request.query();
-  if (!robot.has_begun) {
-    if (auto status = proto::CheckMapName(query.map()); !status.ok()) return status;
-    const auto asked = AskedBy(query);
-    if (!asked.ok()) return asked.status();
-    robot.asked = *asked;
-    if (request.has_max_step_m()) robot.max_step_m = request.max_step_m();
-    robot.map_name = query.map();
-    robot.has_begun = true;
-  } else if (!query.map().empty() || query.has_options() || request.has_max_step_m()) {
-    return absl::InvalidArgumentError(
-        "map, options and max_step_m are those of a stream's first request; leave them out of the "
-        "others, or open another stream");
+absl::StatusOr<v1::StreamOpened> LocalizationService::Configure(
+    const v1::LocalizeStreamRequest& request, Robot& robot) const {
+  if (!request.has_config()) {
+    return absl::InvalidArgumentError("the first request of a stream must be its configuration");
   }
-
-  const auto map = maps_.Find(robot.map_name);
+  const v1::StreamConfig& config = request.config();
+  if (auto status = proto::CheckMapName(config.map()); !status.ok()) return status;
+  v1::LocalizeRequest query;
+  *query.mutable_options() = config.options();
+  const auto asked = AskedBy(query);
+  if (!asked.ok()) return asked.status();
+  robot.asked = *asked;
+  if (config.has_max_step_m()) robot.max_step_m = config.max_step_m();
+  robot.config = config;
+  const auto map = ReadyMap(robot);
   if (!map.ok()) return map.status();
-  if (*map != robot.map) {
-    TrackerOptions tracker_options{.query = robot.asked.query, .max_step_m = robot.max_step_m};
-    LimitCandidates((*map)->info.params, limits_.max_candidates, tracker_options.query);
-    auto tracker = Tracker::Create((*map)->localizer, tracker_options);
-    if (!tracker.ok()) return tracker.status();
-    robot.tracker = *std::move(tracker);
-    robot.map = *map;
+  v1::StreamOpened opened;
+  opened.set_map((*map)->info.name);
+  opened.set_content_id((*map)->info.content_id);
+  return opened;
+}
+
+absl::StatusOr<std::shared_ptr<const ServedMap>> LocalizationService::ReadyMap(Robot& robot) const {
+  auto map = maps_.Find(robot.config->map());
+  if (!map.ok() || *map == robot.map) return map;
+  TrackerOptions tracker_options{.query = robot.asked.query, .max_step_m = robot.max_step_m};
+  LimitCandidates((*map)->info.params, limits_.max_candidates, tracker_options.query);
+  auto tracker = Tracker::Create((*map)->localizer, tracker_options);
+  if (!tracker.ok()) return tracker.status();
+  robot.tracker = *std::move(tracker);
+  robot.map = *map;
+  return map;
+}
+
+absl::StatusOr<v1::TrackedAnswer> LocalizationService::AnswerScan(v1::StreamScan& scan,
+                                                                  const Arrival& arrival,
+                                                                  QueryDescriber& describer,
+                                                                  Robot& robot) const {
+  const auto T_last_scan = proto::OdometryFromProto(scan);
+  if (T_last_scan.ok()) {
+    robot.motion.Add(*T_last_scan);
+  } else {
+    robot.motion.Add(std::nullopt);
+    return T_last_scan.status();
   }
-  const auto T_last_scan = proto::OdometryFromProto(request);
-  if (!T_last_scan.ok()) return T_last_scan.status();
+  // The rate was asked for the first scan when the stream was opened.
+  if (std::exchange(robot.is_admitted, true)) {
+    if (auto status = reception_.AdmitNext(robot.call); !status.ok()) return status;
+  }
+  const auto map = ReadyMap(robot);
+  if (!map.ok()) return map.status();
+
+  v1::LocalizeRequest query;
+  query.set_map(robot.config->map());
+  *query.mutable_options() = robot.config->options();
+  if (scan.has_scan()) query.mutable_scan()->Swap(scan.mutable_scan());
+  if (scan.has_descriptors()) query.mutable_descriptors()->Swap(scan.mutable_descriptors());
   auto described = describer.Describe(query, **map, limits_.max_points);
   if (!described.ok()) return described.status();
   const std::int64_t decode_ns = NowNs() - arrival.started_ns - described->describe_ns;
-  auto told = robot.tracker->Update(described->descriptor, *T_last_scan,
+  auto told = robot.tracker->Update(described->descriptor, robot.motion.T_answered_scan,
                                     ControlOf(*robot.context, robot.asked.budget));
   if (!told.ok()) return told.status();
+  robot.motion = {};
   told->answer.times.describe_ns = described->describe_ns;
   const TrackedReply reply{.reply = {.answer = std::move(told->answer),
                                      .map = (*map)->info.name,
@@ -293,7 +351,7 @@ absl::StatusOr<v1::LocalizeStreamResponse> LocalizationService::Track(
                                      .scan_counts = described->scan_counts},
                            .num_scans = told->num_scans,
                            .is_relocated = told->is_relocated};
-  v1::LocalizeStreamResponse response = proto::ToProto(reply);
+  v1::TrackedAnswer response = proto::ToProto(reply);
   Note(query, reply.reply, response.answer(), robot.call);
   return response;
 }

@@ -92,9 +92,14 @@ class LocalizationService final : public RawService {
 
   /// What is known of the robot of one stream. Its requests come one after the other.
   struct Robot;
-  [[nodiscard]] absl::StatusOr<v1::LocalizeStreamResponse> Track(
-      const v1::LocalizeStreamRequest& request, const Arrival& arrival, QueryDescriber& describer,
-      Robot& robot) const;
+  [[nodiscard]] absl::StatusOr<v1::StreamOpened> Configure(const v1::LocalizeStreamRequest& request,
+                                                           Robot& robot) const;
+  [[nodiscard]] absl::StatusOr<v1::TrackedAnswer> AnswerScan(v1::StreamScan& scan,
+                                                             const Arrival& arrival,
+                                                             QueryDescriber& describer,
+                                                             Robot& robot) const;
+  /// The robot's map, with a tracker for it that begins anew when the map is another.
+  [[nodiscard]] absl::StatusOr<std::shared_ptr<const ServedMap>> ReadyMap(Robot& robot) const;
 
   const MapRegistry& maps_;
   WorkerPool& workers_;

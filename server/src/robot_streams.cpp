@@ -180,7 +180,7 @@ class RobotStreams::Stream : public Reactor,
     response_.Clear();
     const absl::Status status = Respond<v1::LocalizeStreamRequest>(
         request_, &response_,
-        [&](const auto& request) { return handler_.answer(request, arrived_ns, worker); });
+        [&](auto& request) { return handler_.answer(request, arrived_ns, worker); });
     LetGoOfRequest();  // whether the robot reads the answer or not
     if (!status.ok()) return End(status);
     is_writing_ = true;

@@ -20,7 +20,7 @@ namespace scanloc::server {
 /// What answers the requests of one stream, one after the other, on whatever worker is free.
 /// Dropped when the stream ends.
 using StreamAnswerer = std::function<absl::StatusOr<v1::LocalizeStreamResponse>(
-    const v1::LocalizeStreamRequest& request, std::int64_t arrived_ns, int worker)>;
+    v1::LocalizeStreamRequest& request, std::int64_t arrived_ns, int worker)>;
 
 /// One stream, as the service sees it.
 struct StreamHandler {

@@ -38,7 +38,8 @@ ScanDescriptor Describe(PointView scan) {
 }
 
 /// The descriptors of a query of either kind.
-absl::StatusOr<ScanDescriptor> DescriptorOf(const v1::LocalizeRequest& request) {
+template <typename Request>
+absl::StatusOr<ScanDescriptor> DescriptorOf(const Request& request) {
   if (request.has_scan()) {
     PointCloud points;
     if (auto status = proto::FromProto(request.scan(), &points); !status.ok()) return status;
@@ -75,16 +76,16 @@ void Track(const std::string& bytes) {
     at += 2 + std::min(size, bytes.size() - at - 2);
     if (tracker == nullptr) {
       TrackerOptions options;
-      if (const auto query = proto::FromProto(request.query().options()); query.ok()) {
+      if (const auto query = proto::FromProto(request.config().options()); query.ok()) {
         options.query = *query;
       }
-      if (request.has_max_step_m()) options.max_step_m = request.max_step_m();
+      if (request.config().has_max_step_m()) options.max_step_m = request.config().max_step_m();
       auto created = Tracker::Create(TheLocalizer(), options);
       if (!created.ok()) return;
       tracker = std::make_unique<Tracker>(*std::move(created));
     }
-    const auto odometry = proto::OdometryFromProto(request);
-    const auto query = DescriptorOf(request.query());
+    const auto odometry = proto::OdometryFromProto(request.scan());
+    const auto query = DescriptorOf(request.scan());
     if (!odometry.ok() || !query.ok()) return;
     (void)tracker->Update(*query, *odometry);
   }
@@ -127,8 +128,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       break;
     case 1:
       if (v1::LocalizeStreamRequest message; Parses(bytes, &message)) {
-        Ask(message.query());
-        (void)proto::OdometryFromProto(message);
+        (void)proto::FromProto(message.config().options());
+        (void)DescriptorOf(message.scan());
+        (void)proto::OdometryFromProto(message.scan());
       }
       break;
     case 2:
@@ -136,7 +138,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       break;
     case 3:
       if (v1::LocalizeStreamResponse message; Parses(bytes, &message)) {
-        (void)proto::FromProto(message);
+        (void)proto::FromProto(message.answer());
+        (void)proto::ReasonOf(proto::FromErrorStatus(message.error()));
       }
       break;
     case 4:

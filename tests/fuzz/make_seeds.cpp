@@ -125,21 +125,27 @@ void AddStreams(const Seeds& seeds) {
   auto describer = Describer::Create(map.params).value();
   for (const bool send_scans : {false, true}) {
     std::string bytes;
-    for (int place = 0; place < 3; ++place) {
-      v1::LocalizeStreamRequest request;
-      PointCloud scan = QueryScan(1, place);
-      scan.resize(std::min<std::size_t>(scan.size(), 200));  // large seeds make slow runs
-      if (send_scans) {
-        *request.mutable_query()->mutable_scan() = proto::ToProto(scan);
-      } else {
-        *request.mutable_query()->mutable_descriptors() = proto::ToProto(SignedDescriptor{
-            .signature = DescriptorSignature(map.params), .descriptor = describer.Describe(scan)});
-      }
-      if (place == 0) request.set_max_step_m(10.0);
-      if (place == 2) proto::SetOdometry(Pose(Eigen::Translation3d(7.0, 0.3, 0.0)), &request);
+    const auto append = [&bytes](const v1::LocalizeStreamRequest& request) {
       const std::string message = request.SerializeAsString();
       AppendBytes(bytes, static_cast<std::uint16_t>(message.size()));
       bytes += message;
+    };
+    v1::LocalizeStreamRequest request;
+    request.mutable_config()->set_max_step_m(10.0);
+    append(request);
+    for (int place = 0; place < 3; ++place) {
+      v1::StreamScan& message = *request.mutable_scan();
+      message.Clear();
+      PointCloud scan = QueryScan(1, place);
+      scan.resize(std::min<std::size_t>(scan.size(), 200));  // large seeds make slow runs
+      if (send_scans) {
+        *message.mutable_scan() = proto::ToProto(scan);
+      } else {
+        *message.mutable_descriptors() = proto::ToProto(SignedDescriptor{
+            .signature = DescriptorSignature(map.params), .descriptor = describer.Describe(scan)});
+      }
+      if (place == 2) proto::SetOdometry(Pose(Eigen::Translation3d(7.0, 0.3, 0.0)), &message);
+      append(request);
     }
     seeds.Add("wire", 7, send_scans ? "stream_of_scans" : "stream_of_descriptors", bytes);
   }
@@ -167,8 +173,8 @@ void AddMessages(const Seeds& seeds) {
   *request.mutable_descriptors() = proto::ToProto(query);
   seeds.Add("wire", 0, "descriptors", request.SerializeAsString());
   v1::LocalizeStreamRequest stream;
-  *stream.mutable_query() = request;
-  proto::SetOdometry(Pose::Identity(), &stream);
+  *stream.mutable_scan()->mutable_descriptors() = request.descriptors();
+  proto::SetOdometry(Pose::Identity(), stream.mutable_scan());
   seeds.Add("wire", 1, "stream", stream.SerializeAsString());
   const LocalizeReply reply{.answer = *LocalizerOf(map)->Localize(query.descriptor), .map = "town"};
   const v1::LocalizeResponse response = proto::ToProto(reply);

@@ -37,7 +37,7 @@ read -r line <"$work/ready"
 
 protoc --proto_path="$work/prefix/share/scanloc/proto" --python_out="$work" --grpc_out="$work" \
   --plugin=protoc-gen-grpc=/usr/bin/grpc_python_plugin scanloc/v1/map.proto \
-  scanloc/v1/localization.proto
+  scanloc/v1/error_details.proto scanloc/v1/localization.proto
 PYTHONPATH=$work /usr/bin/python3 "$source_dir/tests/package/where_am_i.py" "${line##* }" \
   "$work/drive/velodyne/000000.bin" | grep '^OUTCOME_LOCALIZED'
 

@@ -98,7 +98,7 @@ TEST(ConvertReply, RefusesWhatIsOutOfRange) {
   refuses([](Reply&, One& c) { c.clear_t_map_place(); });
   refuses([](Reply&, One& c) { c.mutable_t_map_query()->set_qw(3.0); });
   refuses([&](Reply&, One& c) { c.mutable_t_map_query()->set_x_m(nan); });
-  refuses([](Reply&, One& c) { c.mutable_t_map_query()->set_qx(nan); });
+  refuses([&](Reply&, One& c) { c.mutable_t_map_query()->set_qx(nan); });
 }
 
 }  // namespace

@@ -47,12 +47,17 @@ std::vector<std::string> Queries() {
 }
 
 std::vector<std::string> StreamQueries() {
-  std::vector<std::string> messages;
-  for (const std::string& query : Queries()) {
-    v1::LocalizeStreamRequest request;
-    request.mutable_query()->ParseFromString(query);
-    request.set_max_step_m(3.0);
-    proto::SetOdometry(Pose::Identity(), &request);
+  v1::LocalizeStreamRequest request;
+  *request.mutable_config()->mutable_options() = AllOptions();
+  request.mutable_config()->set_max_step_m(3.0);
+  std::vector<std::string> messages = {request.SerializeAsString()};
+  for (const std::string& bytes : Queries()) {
+    v1::LocalizeRequest query;
+    query.ParseFromString(bytes);
+    v1::StreamScan& scan = *request.mutable_scan();
+    if (query.has_scan()) *scan.mutable_scan() = query.scan();
+    if (query.has_descriptors()) *scan.mutable_descriptors() = query.descriptors();
+    proto::SetOdometry(Pose::Identity(), &scan);
     messages.push_back(request.SerializeAsString());
   }
   return messages;

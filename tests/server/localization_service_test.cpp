@@ -313,7 +313,8 @@ TEST_F(LocalizationServiceTest, ListsPlacesPageByPage) {
     const auto [code, page] = ask(3, token);
     ASSERT_EQ(code, grpc::StatusCode::OK);
     EXPECT_EQ(page.first_place(), num_told);
-    for (const Place& place : proto::FromProto(page).value().places) {
+    const PlacesPage told = proto::FromProto(page).value();
+    for (const Place& place : told.places) {
       EXPECT_TRUE(
           place.T_map_place.isApprox(maps_->at("coarse").places[num_told++].T_map_place, 1e-14));
     }

@@ -54,12 +54,13 @@ class LostClientTest : public MeteredScanlocdTest {
   /// A stream by hand, with so many requests sent.
   [[nodiscard]] test::TcpConnection OpenRawStream(int num_requests) const {
     v1::LocalizeStreamRequest request;
-    *request.mutable_query() = test::DescriptorRequest(test::QueryScan(1, 2), test::SmallParams());
-    const std::string later = test::Http2Message(request.SerializeAsString());
-    request.mutable_query()->mutable_options()->set_max_answers(kNumPlaces);
+    request.mutable_config()->mutable_options()->set_max_answers(kNumPlaces);
     std::string bytes =
         test::Http2CallOpening(kStreamMethod) + test::Http2Message(request.SerializeAsString());
-    for (int i = 1; i < num_requests; ++i) bytes += later;
+    *request.mutable_scan()->mutable_descriptors() =
+        test::DescriptorRequest(test::QueryScan(1, 2), test::SmallParams()).descriptors();
+    const std::string scan = test::Http2Message(request.SerializeAsString());
+    for (int i = 0; i < num_requests; ++i) bytes += scan;
     test::TcpConnection connection(address_);
     connection.Send(bytes);
     return connection;

@@ -7,6 +7,7 @@
 
 #include "logs.hpp"
 #include "observability_fixture.hpp"
+#include "scanloc/proto/convert.hpp"
 #include "scanloc/proto/status.hpp"
 
 namespace scanloc::server {
@@ -91,11 +92,14 @@ TEST_F(ObservabilityTest, TakesNoEndOfAStreamForATimeOfAnAnswer) {
   test::SetPatience(context);
   auto stream = stub_->LocalizeStream(&context);
   v1::LocalizeStreamRequest request;
-  *request.mutable_query() = test::ScanRequest(test::QueryScan(1, 1));
+  request.mutable_config();
   v1::LocalizeStreamResponse response;
   ASSERT_TRUE(stream->Write(request));
   ASSERT_TRUE(stream->Read(&response));
-  request.set_max_step_m(1.0);  // of a stream's first request only: refused
+  *request.mutable_scan()->mutable_scan() = proto::ToProto(test::QueryScan(1, 1));
+  ASSERT_TRUE(stream->Write(request));
+  ASSERT_TRUE(stream->Read(&response));
+  request.mutable_config();  // once only: refused
   ASSERT_TRUE(stream->Write(request));
   EXPECT_FALSE(stream->Read(&response));
   EXPECT_EQ(stream->Finish().error_code(), grpc::StatusCode::INVALID_ARGUMENT);
@@ -169,7 +173,7 @@ TEST_F(ObservabilityTest, LimitsTheStreamsOfOneClient) {
   test::SetPatience(first_context);
   auto first = stub_->LocalizeStream(&first_context);
   v1::LocalizeStreamRequest request;
-  *request.mutable_query() = test::ScanRequest(test::QueryScan(1, 1));
+  request.mutable_config();
   v1::LocalizeStreamResponse response;
   ASSERT_TRUE(first->Write(request));
   ASSERT_TRUE(first->Read(&response));

@@ -14,6 +14,8 @@
 
 #include "scanloc/client/client.hpp"
 #include "scanloc/core/track/tracker.hpp"
+#include "scanloc/proto/convert.hpp"
+#include "scanloc/proto/status.hpp"
 #include "support/raw_call.hpp"
 #include "support/same_answer.hpp"
 #include "support/small_map.hpp"
@@ -49,6 +51,12 @@ class RawStream {
     test::SetPatience(context_);
     stream_ = stub_->LocalizeStream(&context_);
   }
+  /// The first request and its response.
+  [[nodiscard]] bool Configure(const std::string& map = "") {
+    v1::LocalizeStreamRequest request;
+    request.mutable_config()->set_map(map);
+    return Say(request) && response_.has_opened();
+  }
   [[nodiscard]] bool Say(const v1::LocalizeStreamRequest& request) {
     return Send(request) && Hear();
   }
@@ -79,13 +87,19 @@ class RawStream {
   v1::LocalizeStreamResponse response_;
 };
 
-v1::LocalizeStreamRequest StreamRequest(int place, const std::string& map = "") {
+v1::LocalizeStreamRequest StreamRequest(int place) {
   v1::LocalizeStreamRequest request;
-  *request.mutable_query() = test::ScanRequest(test::QueryScan(1, place), map);
+  *request.mutable_scan()->mutable_scan() = proto::ToProto(test::QueryScan(1, place));
   return request;
 }
 
-TEST(RobotStream, AnswersAsATrackerDoesToTheLastBit) {
+v1::LocalizeStreamRequest ConfigFor(const std::string& map) {
+  v1::LocalizeStreamRequest request;
+  request.mutable_config()->set_map(map);
+  return request;
+}
+
+TEST(RobotStream, AnswersAsATrackerDoes) {
   const Map map = test::SmallMap(1, kNumPlaces);
   const auto server = test::StartServer({{"town", map}});
   const client::Client client = ConnectTo(*server);
@@ -99,7 +113,11 @@ TEST(RobotStream, AnswersAsATrackerDoesToTheLastBit) {
       const PointCloud scan = test::QueryScan(1, place);
       const auto told = stream->Locate(scan, Odometry(map, place));
       ASSERT_TRUE(told.ok()) << told.status();
-      const auto expected = tracker.Update(describer.Describe(scan), Odometry(map, place));
+      // As it arrives: over the wire a rotation is a quaternion.
+      v1::StreamScan wire;
+      proto::SetOdometry(Odometry(map, place), &wire);
+      const auto expected =
+          tracker.Update(describer.Describe(scan), *proto::OdometryFromProto(wire));
       test::ExpectSameAnswer(told->reply.answer, expected->answer);
       EXPECT_EQ(told->num_scans, expected->num_scans);
       EXPECT_EQ(told->num_scans, place + 1);
@@ -148,7 +166,7 @@ TEST(RobotStream, BeginsAnewWhenTheMapIsReplaced) {
   EXPECT_EQ(told->reply.answer.content_id, "newer");
 }
 
-TEST(RobotStream, EndsWithAnErrorThatSaysWhy) {
+TEST(RobotStream, OfABadConfigurationEndsAndSaysWhy) {
   const auto server = test::StartServer({{"town", test::SmallMap(1, kNumPlaces)}});
   struct Case {
     v1::LocalizeStreamRequest request;
@@ -156,20 +174,16 @@ TEST(RobotStream, EndsWithAnErrorThatSaysWhy) {
     const char* why;
   };
   std::vector<Case> cases;
-  cases.push_back({StreamRequest(0, "village"), grpc::StatusCode::NOT_FOUND, "village"});
-  cases.push_back({{}, grpc::StatusCode::INVALID_ARGUMENT, "neither scan nor descriptors"});
-  v1::LocalizeStreamRequest request = StreamRequest(0);
-  request.mutable_query()->mutable_options()->set_method(v1::METHOD_A_PC);
+  cases.push_back({ConfigFor("village"), grpc::StatusCode::NOT_FOUND, "village"});
+  cases.push_back({{}, grpc::StatusCode::INVALID_ARGUMENT, "must be its configuration"});
+  cases.push_back(
+      {StreamRequest(0), grpc::StatusCode::INVALID_ARGUMENT, "must be its configuration"});
+  v1::LocalizeStreamRequest request = ConfigFor("town");
+  request.mutable_config()->mutable_options()->set_method(v1::METHOD_A_PC);
   cases.push_back({request, grpc::StatusCode::INVALID_ARGUMENT, "auto, not a-pc"});
-  request = StreamRequest(0);
-  request.set_max_step_m(-1.0);
+  request = ConfigFor("town");
+  request.mutable_config()->set_max_step_m(-1.0);
   cases.push_back({request, grpc::StatusCode::INVALID_ARGUMENT, "max_step_m"});
-  request = StreamRequest(0);
-  request.mutable_t_last_scan()->set_qw(3.0);
-  cases.push_back({request, grpc::StatusCode::INVALID_ARGUMENT, "T_last_scan"});
-  request = StreamRequest(0);
-  request.mutable_t_last_scan()->set_x_m(1e9);
-  cases.push_back({request, grpc::StatusCode::INVALID_ARGUMENT, "T_last_scan"});
   for (const Case& c : cases) {
     RawStream stream(*server);
     EXPECT_FALSE(stream.Say(c.request));
@@ -179,15 +193,59 @@ TEST(RobotStream, EndsWithAnErrorThatSaysWhy) {
   }
 }
 
-TEST(RobotStream, TakesMapAndOptionsOnce) {
+TEST(RobotStream, GoesOnAfterAScanThatIsBad) {
+  const Map map = test::SmallMap(1, kNumPlaces);
+  const auto server = test::StartServer({{"town", map}});
+  std::vector<std::pair<v1::LocalizeStreamRequest, const char*>> bad;
+  v1::LocalizeStreamRequest request;
+  request.mutable_scan();
+  bad.emplace_back(request, "neither scan nor descriptors");
+  request.mutable_scan()->mutable_scan()->set_num_points(1 << 30);
+  bad.emplace_back(request, "num_points");
+  request = StreamRequest(0);
+  request.mutable_scan()->mutable_t_last_scan()->set_qw(3.0);
+  bad.emplace_back(request, "T_last_scan");
+  request.mutable_scan()->mutable_t_last_scan()->set_x_m(1e9);
+  bad.emplace_back(request, "T_last_scan");
+
+  RawStream stream(*server);
+  ASSERT_TRUE(stream.Configure("town"));
+  EXPECT_EQ(stream.response().opened().content_id(), map.content_id);
+  for (const auto& [bad_scan, why] : bad) {
+    ASSERT_TRUE(stream.Say(bad_scan));
+    const absl::Status told = proto::FromErrorStatus(stream.response().error());
+    EXPECT_EQ(told.code(), absl::StatusCode::kInvalidArgument);
+    EXPECT_THAT(std::string(told.message()), HasSubstr(why));
+    EXPECT_EQ(proto::ReasonOf(told), v1::ERROR_REASON_INVALID_REQUEST);
+    ASSERT_TRUE(stream.Say(StreamRequest(0)));
+    EXPECT_GT(stream.response().answer().num_scans(), 0);
+  }
+}
+
+TEST(RobotStream, KnowsHowFarItWentWithAScanThatWasBad) {
+  const Map map = test::SmallMap(1, kNumPlaces);
+  const auto server = test::StartServer({{"town", map}});
+  RawStream stream(*server);
+  ASSERT_TRUE(stream.Configure());
+  ASSERT_TRUE(stream.Say(StreamRequest(0)));
+  v1::LocalizeStreamRequest bad;
+  proto::SetOdometry(*Odometry(map, 1), bad.mutable_scan());
+  ASSERT_TRUE(stream.Say(bad));
+  ASSERT_TRUE(stream.response().has_error());
+  v1::LocalizeStreamRequest good = StreamRequest(2);
+  proto::SetOdometry(*Odometry(map, 2), good.mutable_scan());
+  ASSERT_TRUE(stream.Say(good));
+  EXPECT_EQ(stream.response().answer().num_scans(), 2);
+}
+
+TEST(RobotStream, IsConfiguredOnce) {
   const auto server = test::StartServer({{"town", test::SmallMap(1, kNumPlaces)}});
   RawStream stream(*server);
-  EXPECT_TRUE(stream.Say(StreamRequest(0, "town")));
-  EXPECT_EQ(stream.response().num_scans(), 1);
+  ASSERT_TRUE(stream.Configure("town"));
   EXPECT_TRUE(stream.Say(StreamRequest(0)));
-  EXPECT_EQ(stream.response().num_scans(), 2);
-  EXPECT_FALSE(stream.Say(StreamRequest(0, "town")));
-  EXPECT_THAT(stream.End().error_message(), HasSubstr("first request"));
+  EXPECT_EQ(stream.response().answer().num_scans(), 1);
+  EXPECT_FALSE(stream.Configure("town"));
+  EXPECT_THAT(stream.End().error_message(), HasSubstr("one configuration"));
 }
 
 TEST(RobotStream, OfBytesThatAreNoMessageIsRefused) {
@@ -205,11 +263,11 @@ TEST(RobotStream, IsRefusedAtOnceWhenTooManyAreOpen) {
   const auto server = test::StartServer(maps, options);
   RawStream one(*server);
   std::optional<RawStream> two(*server);
-  ASSERT_TRUE(one.Say(StreamRequest(0)));
-  ASSERT_TRUE(two->Say(StreamRequest(0)));
+  ASSERT_TRUE(one.Configure());
+  ASSERT_TRUE(two->Configure());
   {
     RawStream three(*server);
-    EXPECT_FALSE(three.Say(StreamRequest(0)));
+    EXPECT_FALSE(three.Configure());
     EXPECT_EQ(three.End().error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED);
   }
   // A robot that vanishes makes room; when the server learns of it is not ours to say.
@@ -218,7 +276,7 @@ TEST(RobotStream, IsRefusedAtOnceWhenTooManyAreOpen) {
   two.reset();
   for (bool is_open = false; !is_open;) {
     RawStream next(*server);
-    is_open = next.Say(StreamRequest(0));
+    is_open = next.Configure();
     EXPECT_EQ(next.End().error_code(),
               is_open ? grpc::StatusCode::OK : grpc::StatusCode::RESOURCE_EXHAUSTED);
   }
@@ -256,6 +314,7 @@ TEST(RobotStream, OutlivesAQueueThatIsFull) {
   options.max_inflight = 1;
   const auto server = test::StartServer(maps, options);
   RawStream stream(*server);
+  ASSERT_TRUE(stream.Configure());
   ASSERT_TRUE(stream.Say(StreamRequest(0)));
   test::Gate gate;
   // The worker may not have counted the answer out yet.
@@ -271,7 +330,7 @@ TEST(RobotStream, OutlivesAQueueThatIsFull) {
             grpc::StatusCode::RESOURCE_EXHAUSTED);
   gate.Open();
   ASSERT_TRUE(stream.Hear());
-  EXPECT_EQ(stream.response().num_scans(), 2);  // the server still knows of the first
+  EXPECT_EQ(stream.response().answer().num_scans(), 2);  // the server still knows of the first
 }
 
 TEST(RobotStream, EndsWhenItsRobotIsSilentForTooLong) {
@@ -293,7 +352,7 @@ TEST(RobotStream, DoesNotCountWhereItWasRefused) {
   options.max_streams_per_client = 1;
   const auto server = test::StartServer(maps, options);
   RawStream one(*server);
-  ASSERT_TRUE(one.Say(StreamRequest(0)));
+  ASSERT_TRUE(one.Configure());
   for (int i = 0; i < 5; ++i) {
     RawStream another(*server);
     EXPECT_EQ(another.Await().error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED);
@@ -311,6 +370,7 @@ TEST(RobotStream, OfManyRobotsAtWorkEndWellWhenTheServerStops) {
     for (int i = 0; i < 8; ++i) {
       robots.emplace_back([&] {
         RawStream stream(*server);
+        if (!stream.Configure()) return;
         while (stream.Say(request)) ++num_answered;
         const grpc::StatusCode code = stream.End().error_code();
         EXPECT_TRUE(code == grpc::StatusCode::UNAVAILABLE || code == grpc::StatusCode::CANCELLED)
@@ -326,10 +386,10 @@ TEST(RobotStream, OfManyRobotsAtWorkEndWellWhenTheServerStops) {
 TEST(RobotStream, EndsWhenAnAnswerIsLate) {
   const auto server = test::StartServer({{"town", test::SmallMap(1, kNumPlaces)}});
   test::Gate gate;
-  HoldWorkers(*server, gate);
   const client::Client client = ConnectTo(*server);
-  auto stream = client.OpenStream({.timeout = std::chrono::milliseconds(50)});
+  auto stream = client.OpenStream({.timeout = std::chrono::milliseconds(1000)});
   ASSERT_TRUE(stream.ok()) << stream.status();
+  HoldWorkers(*server, gate);
   EXPECT_EQ(stream->Locate(test::QueryScan(1, 0)).status().code(),
             absl::StatusCode::kDeadlineExceeded);
   EXPECT_EQ(stream->Locate(test::QueryScan(1, 0)).status().code(),

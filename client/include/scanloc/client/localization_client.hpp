@@ -61,8 +61,7 @@ class LocalizationClient {
   [[nodiscard]] virtual absl::StatusOr<LocalizeReply> LocalizeDescriptor(
       const SignedDescriptor& descriptor, const RequestOptions& options = {}) const = 0;
 
-  /// For a robot that keeps moving. What is wrong with map or options may be told with the first
-  /// scan only.
+  /// For a robot that keeps moving. The map is there and the options are good, or it is an error.
   [[nodiscard]] virtual absl::StatusOr<RobotStream> OpenStream(
       const StreamOptions& options = {}) const = 0;
 };

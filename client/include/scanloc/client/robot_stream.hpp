@@ -43,7 +43,10 @@ class RobotStream {
   /// Where the robot is, by this scan and those before it. T_last_scan: the pose of this scan in
   /// the sensor frame of the one before, if the robot knows.
   ///
-  /// After an error, DeadlineExceeded among them, the stream is over: open another.
+  /// After an error that is about this scan (InvalidArgument, ResourceExhausted, a map that is
+  /// not in service) the stream goes on, and the next T_last_scan is still from this scan. After
+  /// DeadlineExceeded, a lost connection or the server's end it is over, which FailedPrecondition
+  /// says from then on: open another.
   [[nodiscard]] absl::StatusOr<TrackedReply> Locate(
       PointView scan, const std::optional<Pose>& T_last_scan = std::nullopt) {
     return tracking_->Locate(scan, T_last_scan);

@@ -46,12 +46,11 @@ namespace scanloc::proto {
 [[nodiscard]] absl::StatusOr<CapturedQuery> ParseCapturedQuery(const std::string& bytes);
 
 /// T_last_scan; none if it is not set.
-[[nodiscard]] absl::StatusOr<std::optional<Pose>> OdometryFromProto(
-    const v1::LocalizeStreamRequest& message);
-void SetOdometry(const std::optional<Pose>& T_last_scan, v1::LocalizeStreamRequest* message);
+[[nodiscard]] absl::StatusOr<std::optional<Pose>> OdometryFromProto(const v1::StreamScan& message);
+void SetOdometry(const std::optional<Pose>& T_last_scan, v1::StreamScan* message);
 
-[[nodiscard]] absl::StatusOr<TrackedReply> FromProto(const v1::LocalizeStreamResponse& message);
-[[nodiscard]] v1::LocalizeStreamResponse ToProto(const TrackedReply& reply);
+[[nodiscard]] absl::StatusOr<TrackedReply> FromProto(const v1::TrackedAnswer& message);
+[[nodiscard]] v1::TrackedAnswer ToProto(const TrackedReply& reply);
 
 /// The parameters pass Validate(params), too.
 [[nodiscard]] absl::StatusOr<Params> FromProto(const v1::Params& message);
