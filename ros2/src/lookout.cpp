@@ -50,7 +50,13 @@ void Lookout::TakeCloud(ReceivedBytes cloud) {
 }
 
 Told Lookout::TakeOdometry(const dataset::StampedPose& pose) {
-  odometry_.Add(pose);
+  dataset::StampedPose of_base = pose;
+  if (pose.child != options_.base_frame) {
+    const auto chain = static_frames_.Connect(pose.child, options_.base_frame);
+    const auto T_child_base = chain.ok() ? chain->At(pose.stamp_ns) : std::nullopt;
+    if (T_child_base) of_base.T_parent_child = pose.T_parent_child * *T_child_base;
+  }
+  odometry_.Add(of_base);
   if (options_.odom_frame.empty()) odom_frame_ = pose.parent;
   Told told;
   if (options_.publishes_tf && state_ == State::kLocalized && T_map_odom_) {
@@ -60,6 +66,22 @@ Told Lookout::TakeOdometry(const dataset::StampedPose& pose) {
                                      .T_parent_child = *T_map_odom_};
   }
   return told;
+}
+
+void Lookout::TakeStaticTransform(const dataset::StampedPose& pose) {
+  if (num_static_frames_ >= kMaxStaticFrames) return;
+  if (static_frames_.Add(pose, true).ok()) ++num_static_frames_;
+}
+
+std::optional<Pose> Lookout::MountOf(const std::string& frame) const {
+  if (options_.T_base_sensor) return options_.T_base_sensor;
+  if (frame == options_.base_frame) return Pose::Identity();
+  const auto chain = static_frames_.Connect(options_.base_frame, frame);
+  return chain.ok() ? chain->At(0) : std::nullopt;
+}
+
+bool Lookout::AwaitsMount(std::int64_t now_ns) const {
+  return now_ns < first_decoded_at_ns_ + kMountWait_ns && !MountOf(decoded_->head.frame);
 }
 
 Told Lookout::TakeListeners(std::size_t num_listeners, std::int64_t now_ns) {
@@ -96,6 +118,7 @@ void Lookout::Decode(std::int64_t now_ns) {
   cloud_problem_.clear();
   decoded_ = *std::move(decoded);
   decoded_at_ns_ = now_ns;
+  if (first_decoded_at_ns_ == 0) first_decoded_at_ns_ = now_ns;
 }
 
 bool Lookout::AwaitsOdometry(std::int64_t now_ns) const {
@@ -107,16 +130,19 @@ bool Lookout::AwaitsOdometry(std::int64_t now_ns) const {
 std::optional<Question> Lookout::NextQuestion(std::int64_t now_ns) {
   if (!WantsScan() || now_ns < not_before_ns_) return std::nullopt;
   if (!decoded_ && waiting_) Decode(now_ns);
-  if (!decoded_ || AwaitsOdometry(now_ns)) return std::nullopt;
+  if (!decoded_ || AwaitsOdometry(now_ns) || AwaitsMount(now_ns)) return std::nullopt;
   dataset::CloudMessage cloud = *std::exchange(decoded_, std::nullopt);
 
   // Time began anew: a bag is played again.
   if (cloud.head.stamp_ns < last_stamp_ns_) begins_anew_ = true;
   if (begins_anew_) T_odom_last_.reset();
   Question question{.scan = std::move(cloud.scan.points), .begins_anew = begins_anew_};
+  const std::optional<Pose> mount = MountOf(cloud.head.frame);
+  has_mount_ = mount.has_value();
+  T_base_sensor_ = mount.value_or(Pose::Identity());
   T_odom_asked_ = odometry_.At(cloud.head.stamp_ns);
   if (T_odom_asked_) {
-    T_odom_asked_ = *T_odom_asked_ * options_.T_base_sensor;
+    T_odom_asked_ = *T_odom_asked_ * T_base_sensor_;
     if (T_odom_last_) question.T_last_scan = T_odom_last_->inverse() * *T_odom_asked_;
   } else if (odometry_.newest_ns()) {
     ++counts_.without_odometry;
@@ -153,7 +179,7 @@ Told Lookout::TakeReply(const absl::StatusOr<TrackedReply>& reply, std::int64_t 
   }
   told.candidates = PosesMessage{.stamp_ns = head.stamp_ns, .frame = options_.map_frame};
   for (const Candidate& candidate : answer.candidates) {
-    told.candidates->poses.push_back(candidate.T_map_query * options_.T_base_sensor.inverse());
+    told.candidates->poses.push_back(candidate.T_map_query * T_base_sensor_.inverse());
   }
   return told;
 }
@@ -174,7 +200,7 @@ PoseMessage Lookout::TakeLocalized(const TrackedReply& reply, const dataset::Mes
   const Candidate& best = reply.reply.answer.candidates.front();
   PoseMessage pose{.stamp_ns = head.stamp_ns,
                    .frame = options_.map_frame,
-                   .pose = best.T_map_query * options_.T_base_sensor.inverse(),
+                   .pose = best.T_map_query * T_base_sensor_.inverse(),
                    .covariance = CovarianceOf(best)};
   if (state_ != State::kLocalized || reply.is_relocated) is_announced_ = false;
   state_ = State::kLocalized;
@@ -203,7 +229,11 @@ std::int64_t Lookout::NextChange_ns() const {
   std::int64_t next_ns = std::numeric_limits<std::int64_t>::max();
   if (WantsScan() && waiting_) next_ns = not_before_ns_;
   if (WantsScan() && decoded_) {
-    next_ns = std::max(not_before_ns_, decoded_at_ns_ + Ns(options_.odometry_wait_s));
+    next_ns = decoded_at_ns_ + Ns(options_.odometry_wait_s);
+    if (!MountOf(decoded_->head.frame)) {
+      next_ns = std::max(next_ns, first_decoded_at_ns_ + kMountWait_ns);
+    }
+    next_ns = std::max(next_ns, not_before_ns_);
   }
   if (unheard_) next_ns = std::min(next_ns, unheard_until_ns_);
   return next_ns;

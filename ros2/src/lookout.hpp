@@ -11,6 +11,7 @@
 #include "odometry.hpp"
 #include "scanloc/core/scan/point_cloud.hpp"
 #include "scanloc/core/scan/pose.hpp"
+#include "scanloc/dataset/frame_tree.hpp"
 #include "scanloc/dataset/ros_messages.hpp"
 #include "scanloc/proto/messages.hpp"
 
@@ -29,8 +30,9 @@ struct LookoutOptions {
   bool stays = false;         ///< goes on after its last answer: for triggers, or transforms
   bool publishes_tf = false;
   std::string map_frame = "map";
-  std::string odom_frame;  ///< empty: as the odometry says
-  Pose T_base_sensor = Pose::Identity();
+  std::string odom_frame;                ///< empty: as the odometry says
+  std::string base_frame = "base_link";  ///< of the robot, whose pose is told
+  std::optional<Pose> T_base_sensor;     ///< none: as static transforms say
   double interval_s = 1.0;       ///< from one question to the next while localized, in [0, 3600]
   int num_misses_to_lost = 3;    ///< answers in a row that do not find the robot, in [1, 1000]
   double odometry_wait_s = 0.1;  ///< longest that a scan waits for odometry of its time, in [0, 10]
@@ -63,10 +65,17 @@ class Lookout {
   /// From one question to the next while the robot is not localized.
   static constexpr std::int64_t kSearchInterval_ns = 200'000'000;
 
+  /// How long the first scan waits for static transforms to tell where the sensor sits.
+  static constexpr std::int64_t kMountWait_ns = 1'000'000'000;
+  static constexpr std::size_t kMaxStaticFrames = 1000;
+
   explicit Lookout(const LookoutOptions& options);
 
   void TakeCloud(ReceivedBytes cloud);
   [[nodiscard]] Told TakeOdometry(const dataset::StampedPose& pose);
+  /// One that does not change. Those that fit into no tree, and more than kMaxStaticFrames, are
+  /// passed over.
+  void TakeStaticTransform(const dataset::StampedPose& pose);
   /// Begins anew, as at the start.
   void TakeTrigger();
   /// How many subscribe to the initial pose now: it is told when there are some.
@@ -102,6 +111,9 @@ class Lookout {
   void BeginAnew();
   [[nodiscard]] bool WantsScan() const;
   [[nodiscard]] bool AwaitsOdometry(std::int64_t now_ns) const;
+  /// T_base_sensor for clouds of a frame; none if it is not known.
+  [[nodiscard]] std::optional<Pose> MountOf(const std::string& frame) const;
+  [[nodiscard]] bool AwaitsMount(std::int64_t now_ns) const;
   /// Looks into the scan that waits.
   void Decode(std::int64_t now_ns);
   void TakeError(const absl::Status& error, std::int64_t now_ns);
@@ -117,11 +129,16 @@ class Lookout {
   bool is_announced_ = false;  // the initial pose, since the robot is localized
   Counts counts_;
   Odometry odometry_;
+  dataset::FrameTree static_frames_;
+  std::size_t num_static_frames_ = 0;
   std::string odom_frame_;
 
   std::optional<ReceivedBytes> waiting_;          // the newest, not looked into
   std::optional<dataset::CloudMessage> decoded_;  // is asked about next
   std::int64_t decoded_at_ns_ = 0;
+  std::int64_t first_decoded_at_ns_ = 0;       // 0: none yet
+  Pose T_base_sensor_ = Pose::Identity();      // of the question under way
+  bool has_mount_ = true;                      // else it is not known
   std::optional<dataset::MessageHead> asked_;  // the question under way
   std::int64_t asked_at_ns_ = 0;
   std::optional<Pose> T_odom_asked_;  // of the sensor, where it is known

@@ -64,10 +64,11 @@ void Lookout::DiagnoseState(DiagnosticMessage& diagnosis) const {
     return Set(diagnosis, Level::kWarn,
                "localized, but no transform without odometry of the cloud's time");
   }
+  if (!is_announced_ && !options_.publishes_tf) {
+    return Set(diagnosis, Level::kOk, "localized, but nobody subscribes to the initial pose");
+  }
   Set(diagnosis, Level::kOk,
-      is_announced_ || options_.publishes_tf
-          ? "localized"
-          : "localized, but nobody subscribes to the initial pose");
+      has_mount_ ? "localized" : "localized, but no mount is known: the pose is the sensor's");
 }
 
 DiagnosticMessage Lookout::Diagnose() const {

@@ -142,6 +142,7 @@ void Step(Node& node, Lookout& lookout, AskerThread& asker, std::int64_t until_n
   const std::int64_t wait_ns = std::min(until_ns, lookout.NextChange_ns()) - NowNs();
   Node::Received received = node.Wait(std::chrono::nanoseconds(std::max<std::int64_t>(0, wait_ns)));
   if (received.has_trigger) lookout.TakeTrigger();
+  for (const auto& pose : received.static_transforms) lookout.TakeStaticTransform(pose);
   for (const auto& pose : received.odometry) Publish(lookout.TakeOdometry(pose), node);
   for (auto& cloud : received.clouds) lookout.TakeCloud(std::move(cloud));
   if (const auto reply = asker.TakeReply()) Publish(lookout.TakeReply(*reply, NowNs()), node);

@@ -21,6 +21,7 @@ namespace scanloc::ros2 {
 namespace {
 
 constexpr int kNumOdometry = 256;  // some 0.5 s of a fast one
+constexpr int kNumStatic = 64;     // messages, of any number of transforms
 
 absl::Status Failed(const std::string& what, dds_return_t code) {
   return absl::InternalError(absl::StrCat("DDS: ", what, ": ", dds_strretcode(code)));
@@ -58,6 +59,18 @@ std::vector<ReceivedBytes> Take(dds_entity_t reader) {
   return taken;
 }
 
+/// The poses of what a reader has; what is no pose is as if it had not come.
+std::vector<dataset::StampedPose> TakePoses(dds_entity_t reader, std::string_view type) {
+  std::vector<dataset::StampedPose> taken;
+  for (const ReceivedBytes& message : Take(reader)) {
+    std::size_t num_bad = 0;
+    const auto poses =
+        dataset::DecodePoses(type, dataset::WireFormat::kCdr, message.bytes, num_bad);
+    if (poses.ok()) taken.insert(taken.end(), poses->begin(), poses->end());
+  }
+  return taken;
+}
+
 using QosPointer = std::unique_ptr<dds_qos_t, decltype(&dds_delete_qos)>;
 
 QosPointer Qos(bool is_reliable, int depth) {
@@ -88,8 +101,8 @@ struct Node::Impl {
   absl::Status Open();
   /// A topic of ROS by its name, or an error.
   absl::StatusOr<dds_entity_t> Topic(const std::string& name, const dds_topic_descriptor_t& type);
-  absl::Status Read(const std::string& name, const dds_topic_descriptor_t& type, bool is_reliable,
-                    int depth, dds_entity_t& reader);
+  absl::Status Read(const std::string& name, const dds_topic_descriptor_t& type, QosPointer qos,
+                    dds_entity_t& reader);
   absl::Status Write(const std::string& name, const dds_topic_descriptor_t& type, int depth,
                      dds_entity_t& writer);
   absl::Status Watch(dds_entity_t entity);
@@ -103,6 +116,7 @@ struct Node::Impl {
   dds_entity_t guard = 0;
   dds_entity_t points = 0;
   dds_entity_t odom = 0;
+  dds_entity_t tf_static = 0;
   dds_entity_t trigger = 0;
   dds_entity_t initial_pose = 0;
   dds_entity_t pose = 0;
@@ -127,11 +141,11 @@ absl::StatusOr<dds_entity_t> Node::Impl::Topic(const std::string& name,
 }
 
 absl::Status Node::Impl::Read(const std::string& name, const dds_topic_descriptor_t& type,
-                              bool is_reliable, int depth, dds_entity_t& reader) {
+                              QosPointer qos, dds_entity_t& reader) {
   if (name.empty()) return absl::OkStatus();
   const auto topic = Topic(name, type);
   if (!topic.ok()) return topic.status();
-  reader = dds_create_reader(participant, *topic, Qos(is_reliable, depth).get(), nullptr);
+  reader = dds_create_reader(participant, *topic, qos.get(), nullptr);
   if (reader < 0) return Failed(absl::StrCat("no reader of ", name), reader);
   const dds_entity_t has_messages = dds_create_readcondition(reader, DDS_ANY_STATE);
   if (has_messages < 0) return Failed(absl::StrCat("no reader of ", name), has_messages);
@@ -175,10 +189,15 @@ absl::Status Node::Impl::Open() {
     dds_set_status_mask(initial_pose, DDS_PUBLICATION_MATCHED_STATUS);
     status.Update(Watch(initial_pose));
   }
-  status.Update(Read(options.trigger, std_msgs_msg_dds__Empty__desc, true, 1, trigger));
-  status.Update(Read(options.odom, nav_msgs_msg_dds__Odometry__desc, false, kNumOdometry, odom));
-  status.Update(Read(options.points, sensor_msgs_msg_dds__PointCloud2__desc, options.is_reliable,
-                     options.depth, points));
+  status.Update(Read(options.trigger, std_msgs_msg_dds__Empty__desc, Qos(true, 1), trigger));
+  status.Update(
+      Read(options.odom, nav_msgs_msg_dds__Odometry__desc, Qos(false, kNumOdometry), odom));
+  QosPointer for_ever = Qos(true, kNumStatic);  // what was said before is sent to who comes later
+  dds_qset_durability(for_ever.get(), DDS_DURABILITY_TRANSIENT_LOCAL);
+  status.Update(
+      Read(options.tf_static, tf2_msgs_msg_dds__TFMessage__desc, std::move(for_ever), tf_static));
+  status.Update(Read(options.points, sensor_msgs_msg_dds__PointCloud2__desc,
+                     Qos(options.is_reliable, options.depth), points));
   return status;
 }
 
@@ -201,14 +220,8 @@ Node::Received Node::Wait(std::chrono::nanoseconds at_most) {
   (void)dds_get_publication_matched_status(impl_->initial_pose, &matched);
   Received received{.clouds = Take(impl_->points)};
   received.has_trigger = !Take(impl_->trigger).empty();
-  for (const ReceivedBytes& message : Take(impl_->odom)) {
-    std::size_t num_bad = 0;  // of no use, as a message that did not come
-    auto poses = dataset::DecodePoses("nav_msgs/Odometry", dataset::WireFormat::kCdr, message.bytes,
-                                      num_bad);
-    if (poses.ok()) {
-      received.odometry.insert(received.odometry.end(), poses->begin(), poses->end());
-    }
-  }
+  received.odometry = TakePoses(impl_->odom, "nav_msgs/Odometry");
+  received.static_transforms = TakePoses(impl_->tf_static, "tf2_msgs/TFMessage");
   return received;
 }
 

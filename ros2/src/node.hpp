@@ -16,8 +16,9 @@ namespace scanloc::ros2 {
 struct NodeOptions {
   int domain = 0;                            ///< of DDS, in [0, 230]; ROS_DOMAIN_ID
   std::string ros_namespace;                 ///< of topics that do not begin with "/"
-  std::string points = "points";             ///< this and the next two: what is read
+  std::string points = "points";             ///< this and the next three: what is read
   std::string odom = "odom";                 ///< empty: none
+  std::string tf_static = "tf_static";       ///< empty: none
   std::string trigger;                       ///< empty: none
   std::string initial_pose = "initialpose";  ///< this and the rest: what is published
   std::string pose = "scanloc/pose";
@@ -41,6 +42,7 @@ class Node {
   struct Received {
     std::vector<ReceivedBytes> clouds;
     std::vector<dataset::StampedPose> odometry;
+    std::vector<dataset::StampedPose> static_transforms;
     bool has_trigger = false;
   };
   /// Waits until something comes, Wake is called, or the time is over. At most so many messages of

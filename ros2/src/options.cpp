@@ -90,6 +90,8 @@ void Options::DeclareTopics(CLI::App& app) {
   };
   topic("--points", &node.points, "Clouds, sensor_msgs/PointCloud2 of any layout");
   topic("--odom", &node.odom, "nav_msgs/Odometry, where there is one");
+  topic("--tf-static", &node.tf_static,
+        "Where the sensor sits on the robot, tf2_msgs/TFMessage, where there is one");
   topic("--initialpose", &node.initial_pose,
         "Where the robot is, geometry_msgs/PoseWithCovarianceStamped: once when it is found, and "
         "when it is found anew");
@@ -121,6 +123,13 @@ void Options::DeclareTopics(CLI::App& app) {
 void Options::DeclareFrames(CLI::App& app) {
   const char* group = "Frames";
   app.add_option("--map-frame", lookout.map_frame, "Name of the map's frame")
+      ->type_name("NAME")
+      ->capture_default_str()
+      ->group(group);
+  app.add_option(
+         "--base-frame", lookout.base_frame,
+         "Name of the robot's frame, whose pose is told; by --tf-static it leads to that of "
+         "the clouds")
       ->type_name("NAME")
       ->capture_default_str()
       ->group(group);

@@ -34,6 +34,32 @@ TEST(RosNode, TellsWhereTheRobotIsAndEnds) {
   EXPECT_EQ(node.process.Wait(), 0) << node.process.stderr_text();
 }
 
+TEST(RosNode, FindsTheRobotOfARecordedDrive) {
+  const TempDir dir;
+  const std::string bags = SourceDir() + "/tests/data/bags/";
+  const std::string map = dir.File("street.scanloc");
+  MustScanloc({"build", map, "--bag", bags + "drive1.mcap", "--spacing-m", "0", "--quiet"});
+  const DomainLease domain;
+  const std::string number = std::to_string(domain.domain());
+  Process node({BinDir() + "/scanloc-ros2", "--map", map, "--domain", number},
+               {.environment = {CycloneOnLoopback()}});
+  ASSERT_EQ(node.ReadLine(), "scanloc-ros2 ready");
+  const ProcessResult played =
+      RunProcess({BinDir() + "/../tests/ros2_play_bag", bags + "drive2.mcap", number});
+  ASSERT_EQ(played.status, 0) << played.err;
+  // truth2.txt: the sensor was at (-82.218, -29.250, 1.250) at first, headed 52.9 degrees; the base
+  // is 1.2 m behind and 1.7 m below.
+  EXPECT_THAT(played.out, HasSubstr("nanosec: 0}\n  frame_id: map"));
+  double x_m = 0.0, y_m = 0.0, z_m = 0.0;
+  ASSERT_EQ(std::sscanf(played.out.substr(played.out.find("{x:")).c_str(),
+                        "{x: %lf, y: %lf, z: %lf", &x_m, &y_m, &z_m),
+            3);
+  EXPECT_NEAR(x_m, -82.218 - 1.2 * 0.6025, 0.3);
+  EXPECT_NEAR(y_m, -29.250 - 1.2 * 0.7981, 0.3);
+  EXPECT_NEAR(z_m, 1.250 - 1.7, 0.3);
+  EXPECT_EQ(node.Wait(), 0) << node.stderr_text();
+}
+
 TEST(RosNode, SurvivesMessagesThatAreNone) {
   RunningNode node({"--map", Town().map1, "--always"});
   const std::string good = CloudBytes(ScanOf(Town().drive2, 3), kStart_ns);

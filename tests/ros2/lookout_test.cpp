@@ -34,12 +34,13 @@ absl::StatusOr<TrackedReply> Missed() { return Reply(Outcome::kNotRecognized); }
 
 class LookoutTest : public ::testing::Test {
  protected:
-  void Begin(LookoutOptions options) { lookout.emplace(options); }
+  void Begin(const LookoutOptions& options) { lookout.emplace(options); }
 
   /// A cloud of one point whose x is the stamp, in seconds since the start.
   void Cloud(double at_s) {
-    auto bytes = std::make_shared<const std::string>(test::CloudBytes(
-        {{static_cast<float>(at_s), 0, 0}}, kStart_ns + static_cast<std::int64_t>(at_s * 1e9)));
+    auto bytes = std::make_shared<const std::string>(
+        test::CloudBytes({{static_cast<float>(at_s), 0, 0}},
+                         kStart_ns + static_cast<std::int64_t>(at_s * 1e9), cloud_frame));
     const std::string_view view = *bytes;
     lookout->TakeCloud({.bytes = view, .owner = std::move(bytes)});
   }
@@ -70,6 +71,7 @@ class LookoutTest : public ::testing::Test {
   }
 
   std::optional<Lookout> lookout;
+  std::string cloud_frame = "base_link";
   std::int64_t now_ns = 100 * kSecond;
 };
 
@@ -251,6 +253,42 @@ TEST_F(LookoutTest, TellsHowFarTheRobotWentSinceTheScanAnsweredLast) {
   ASSERT_TRUE(second->T_last_scan.has_value());
   const Pose moved = (At(10, 0, 0.2) * T_base_sensor).inverse() * At(20, 4, 0.4) * T_base_sensor;
   EXPECT_TRUE(second->T_last_scan->isApprox(moved, 1e-9));
+}
+
+TEST_F(LookoutTest, LearnsTheMountFromStaticTransforms) {
+  Begin({.mode = Mode::kOnce});
+  cloud_frame = "lidar";
+  Cloud(1);
+  EXPECT_FALSE(Next().has_value()) << "it waits for them";
+  EXPECT_EQ(lookout->NextChange_ns(), now_ns + Lookout::kMountWait_ns);
+  lookout->TakeStaticTransform({.parent = "base_link", .child = "mast", .T_parent_child = At(1)});
+  lookout->TakeStaticTransform({.parent = "mast", .child = "lidar", .T_parent_child = At(0, 2)});
+  ASSERT_TRUE(Next().has_value());
+  EXPECT_TRUE(Answer(Localized(At(101, 2))).pose->pose.isApprox(At(100), 1e-9));
+}
+
+TEST_F(LookoutTest, TellsOfTheSensorWhereNoMountIsKnown) {
+  Begin({.mode = Mode::kOnce});
+  cloud_frame = "lidar";
+  lookout->TakeStaticTransform({.parent = "lidar", .child = "lidar", .T_parent_child = At(1)});
+  Cloud(1);
+  EXPECT_FALSE(Next().has_value());
+  now_ns += Lookout::kMountWait_ns;
+  ASSERT_TRUE(Next().has_value());
+  EXPECT_TRUE(Answer(Localized(At(7))).pose->pose.isApprox(At(7), 1e-9));
+  (void)lookout->TakeListeners(1, now_ns);
+  EXPECT_THAT(lookout->Diagnose().message, HasSubstr("no mount is known"));
+}
+
+TEST_F(LookoutTest, TakesOdometryOfAnotherFrameOfTheRobot) {
+  Begin({.mode = Mode::kAlways, .publishes_tf = true});
+  lookout->TakeStaticTransform({.parent = "base_link", .child = "imu", .T_parent_child = At(2)});
+  (void)lookout->TakeOdometry({kStart_ns, "odom", "imu", At(10)});
+  Cloud(0);
+  ASSERT_TRUE(Next().has_value());
+  (void)Answer(Localized(At(108)));  // base_link is at 8 in odom
+  const Told told = lookout->TakeOdometry({kStart_ns + kSecond, "odom", "imu", At(11)});
+  EXPECT_TRUE(told.map_odom->T_parent_child.isApprox(At(100), 1e-9));
 }
 
 TEST_F(LookoutTest, WaitsALittleForOdometryOfTheScansTime) {

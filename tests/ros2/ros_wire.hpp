@@ -15,7 +15,7 @@ namespace scanloc::test {
 
 /// A sensor_msgs/PointCloud2 with x, y, z of FLOAT32 and an intensity.
 std::string CloudBytes(const PointCloud& points, std::int64_t stamp_ns,
-                       const std::string& frame = "lidar");
+                       const std::string& frame = "base_link");
 
 /// How a cloud may lie about itself.
 struct CloudLies {

@@ -2,6 +2,7 @@
 
 #include <arpa/inet.h>
 #include <netinet/in.h>
+#include <signal.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -62,6 +63,9 @@ DiagnosisHeard RunningNode::WaitForDiagnosis(
   }
   std::string text = heard.message;
   for (const auto& [key, value] : heard.values) text += "\n  " + key + ": " + value;
+  process.Signal(SIGTERM);
+  process.Wait();
+  text += process.stderr_text();
   throw std::runtime_error("no such diagnosis; the last: " + text);
 }
 
