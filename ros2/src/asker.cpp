@@ -7,6 +7,16 @@
 
 namespace scanloc::ros2 {
 
+namespace {
+
+/// Whether the stream was over, rather than the question bad or the server busy.
+bool IsOver(const absl::Status& error) {
+  return absl::IsFailedPrecondition(error) || absl::IsUnavailable(error) ||
+         absl::IsCancelled(error) || absl::IsAborted(error);
+}
+
+}  // namespace
+
 absl::StatusOr<TrackedReply> Asker::Ask(const Question& question) {
   if (question.begins_anew) stream_.reset();
   const bool was_open = stream_.has_value();
@@ -21,7 +31,7 @@ absl::StatusOr<TrackedReply> Asker::Ask(const Question& question) {
         stream_->Locate(question.scan, continues ? question.T_last_scan : std::optional<Pose>());
     if (reply.ok()) return reply;
     stream_.reset();
-    if (!continues || absl::IsDeadlineExceeded(reply.status())) return reply;
+    if (!continues || !IsOver(reply.status())) return reply;
   }
 }
 

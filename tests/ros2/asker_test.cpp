@@ -24,6 +24,9 @@ class ScriptedClient : public client::LocalizationClient {
   }
   absl::StatusOr<std::vector<MapSummary>> ListMaps() const override { return Unused(); }
   absl::StatusOr<MapInfo> GetMapInfo(const std::string&) const override { return Unused(); }
+  absl::StatusOr<PlacesPage> ListPlaces(const std::string&, const std::string&) const override {
+    return Unused();
+  }
   absl::StatusOr<LocalizeReply> LocalizeScan(PointView,
                                              const client::RequestOptions&) const override {
     return Unused();
@@ -94,13 +97,16 @@ TEST(Asker, TellsAnErrorThatANewStreamHasToo) {
   EXPECT_EQ(client->asked.size(), 3U);
 }
 
-TEST(Asker, AsksNoSecondTimeWhenTimeIsUp) {
-  const auto client = std::make_shared<ScriptedClient>(
-      std::vector{absl::OkStatus(), absl::DeadlineExceededError("late")});
-  Asker asker(client, {});
-  ASSERT_TRUE(asker.Ask(OneQuestion(true)).ok());
-  EXPECT_TRUE(absl::IsDeadlineExceeded(asker.Ask(OneQuestion(false)).status()));
-  EXPECT_EQ(client->asked.size(), 2U);
+TEST(Asker, AsksNoSecondTimeWhereThatMakesItWorse) {
+  for (const absl::Status& error :
+       {absl::DeadlineExceededError("late"), absl::ResourceExhaustedError("busy"),
+        absl::InvalidArgumentError("no scan")}) {
+    const auto client = std::make_shared<ScriptedClient>(std::vector{absl::OkStatus(), error});
+    Asker asker(client, {});
+    ASSERT_TRUE(asker.Ask(OneQuestion(true)).ok());
+    EXPECT_EQ(asker.Ask(OneQuestion(false)).status(), error);
+    EXPECT_EQ(client->asked.size(), 2U);
+  }
 }
 
 TEST(AskerThread, AnswersAndSurvivesAQuestionWithoutMemory) {
