@@ -11,6 +11,7 @@
 #include "scanloc/core/scan/descriptor.hpp"
 #include "scanloc/core/track/tracker.hpp"
 #include "scanloc/mapdb/map_file.hpp"
+#include "scanloc/proto/convert.hpp"
 
 namespace scanloc::client {
 namespace {
@@ -94,6 +95,7 @@ struct OfflineClient::State {
     if (auto status = terms.Check(); !status.ok()) return status;
     auto answer = localizer->Localize(descriptor, options.query, terms.ControlSince(began_ns));
     if (!answer.ok()) return terms.Told(answer.status());
+    proto::MakeAsReceived(*answer);
     return LocalizeReply{.answer = *std::move(answer), .map = info.name};
   }
 
@@ -114,8 +116,11 @@ class OfflineClient::TrackedRobot final : public RobotStream::Tracking {
                                       const std::optional<Pose>& T_last_scan) override {
     const State::Described described = state_->Describe(scan);
     auto told =
-        tracker_.Update(described.descriptor, T_last_scan, terms_.ControlSince(described.began_ns));
+        tracker_.Update(described.descriptor,
+                        T_last_scan ? std::optional(proto::AsReceived(*T_last_scan)) : std::nullopt,
+                        terms_.ControlSince(described.began_ns));
     if (!told.ok()) return terms_.Told(told.status());
+    proto::MakeAsReceived(told->answer);
     told->answer.times.describe_ns = described.describe_ns;
     return TrackedReply{.reply = {.answer = std::move(told->answer),
                                   .map = state_->info.name,
