@@ -1,43 +1,21 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <nlohmann/json.hpp>
-#include <set>
 #include <string>
-#include <type_traits>
-#include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
-#include "absl/strings/str_join.h"
 #include "cli/command.hpp"
 #include "cli/half_built.hpp"
+#include "cli/map_text.hpp"
 #include "cli/output.hpp"
+#include "cli/server_info.hpp"
 #include "scanloc/core/printable.hpp"
 #include "scanloc/mapdb/map_file.hpp"
 #include "scanloc/report/json.hpp"
 
 namespace scanloc::cli {
 namespace {
-
-const char* ShiftModeName(ShiftMode mode) {
-  return mode == ShiftMode::kBounded ? "bounded" : "circular";
-}
-
-report::Json ParamsToJson(const Params& params) {
-  report::Json json = report::Json::object();
-  VisitFields(params, [&](const char* name, const auto& field) {
-    if constexpr (std::is_same_v<std::decay_t<decltype(field)>, ShiftMode>) {
-      json[name] = ShiftModeName(field);
-    } else {
-      json[name] = field;
-    }
-  });
-  return json;
-}
-
-report::Json PointToJson(const Eigen::Vector3d& p) {
-  return {{"x", p.x()}, {"y", p.y()}, {"z", p.z()}};
-}
 
 std::string InfoAsJson(const mapdb::MapInfo& info) {
   report::Json json;
@@ -64,11 +42,7 @@ std::string InfoAsJson(const mapdb::MapInfo& info) {
                                 {"last_stamp_ns", session.last_stamp_ns}});
   }
   json["params"] = ParamsToJson(info.params);
-  json["extent"] = nullptr;
-  if (!info.extent_m.isEmpty()) {
-    json["extent"] = {{"min_m", PointToJson(info.extent_m.min())},
-                      {"max_m", PointToJson(info.extent_m.max())}};
-  }
+  json["extent"] = ExtentToJson(info.extent_m);
   json["file_bytes"] = info.file_bytes;
   json["calibration_id"] = info.calibration_id;
   json["calibration"] = nullptr;
@@ -82,16 +56,6 @@ std::string InfoAsJson(const mapdb::MapInfo& info) {
   }
   return report::ToText(json);
 }
-
-struct FieldText {
-  std::string operator()(bool field) const { return field ? "yes" : "no"; }
-  std::string operator()(int field) const { return absl::StrCat(field); }
-  std::string operator()(double field) const { return absl::StrCat(field); }
-  std::string operator()(ShiftMode field) const { return ShiftModeName(field); }
-  std::string operator()(const std::vector<double>& field) const {
-    return field.empty() ? "none" : absl::StrJoin(field, ", ");
-  }
-};
 
 constexpr std::size_t kMaxPairsInText = 10;
 
@@ -119,24 +83,6 @@ std::string CalibrationAsText(const mapdb::MapInfo& info) {
   return text;
 }
 
-/// All parameters but those of auto that are as its scale has them.
-std::string ParamsAsText(const Params& params) {
-  Params usual = params;
-  usual.automatic = AutoParamsAtScale(params.automatic.scale);
-  std::set<std::pair<std::string, std::string>> unsaid;
-  VisitAutoFields(usual.automatic,
-                  [&](const char* name, auto field, auto /*least*/, auto /*most*/) {
-                    unsaid.emplace(name, FieldText()(field));
-                  });
-  unsaid.erase({"auto.scale", FieldText()(params.automatic.scale)});
-  std::string text = "parameters (--json: those of auto that its scale sets, too)\n";
-  VisitFields(params, [&](const char* name, const auto& field) {
-    const std::string value = FieldText()(field);
-    if (!unsaid.contains({name, value})) absl::StrAppendFormat(&text, "  %-22s  %s\n", name, value);
-  });
-  return text;
-}
-
 std::string InfoAsText(const std::string& path, const mapdb::MapInfo& info) {
   std::string text = absl::StrFormat(
       "%s\n"
@@ -151,13 +97,7 @@ std::string InfoAsText(const std::string& path, const mapdb::MapInfo& info) {
       info.complete ? "yes" : absl::StrCat("no, ", HalfBuilt(info)), info.num_places,
       info.num_scans, static_cast<double>(info.file_bytes) / 1e6, info.schema_version,
       info.compatible_version, Printable(info.built_by));
-  if (!info.extent_m.isEmpty()) {
-    const Eigen::Vector3d& low = info.extent_m.min();
-    const Eigen::Vector3d& high = info.extent_m.max();
-    absl::StrAppendFormat(
-        &text, "  extent          x %.1f to %.1f m, y %.1f to %.1f m, z %.1f to %.1f m\n", low.x(),
-        high.x(), low.y(), high.y(), low.z(), high.z());
-  }
+  absl::StrAppend(&text, ExtentAsText(info.extent_m));
   absl::StrAppend(&text, "sessions\n");
   for (const mapdb::SessionInfo& session : info.sessions) {
     absl::StrAppendFormat(&text, "  %s: %d places of %d scans, %d empty, %d unreadable%s\n",
@@ -172,16 +112,32 @@ std::string InfoAsText(const std::string& path, const mapdb::MapInfo& info) {
 class InfoCommand : public Command {
  public:
   [[nodiscard]] std::string name() const override { return "info"; }
-  [[nodiscard]] std::string summary() const override { return "Say what is in a map file"; }
+  [[nodiscard]] std::string summary() const override {
+    return "Say what is in a map file, or what maps a server has";
+  }
   void Declare(CLI::App& app) override {
-    app.add_option("MAP", map_, "Map file")->required();
+    CLI::Option* const file = app.add_option("MAP", map_, "Map file");
+    CLI::Option* const server = DeclareConnection(app, "Through a server", &server_);
+    file->excludes(server);
+    app.add_option("--map", name_, "Name of one map of the server [the list of all]")
+        ->needs(server)
+        ->group("Through a server");
     app.add_flag("--json", json_, "One JSON document");
+    app.callback([this] {
+      if (map_.empty() && server_.address.empty()) throw CLI::RequiredError("MAP or --server");
+    });
     app.footer(
         "Examples:\n"
         "  scanloc info town.scanloc\n"
-        "  scanloc info town.scanloc --json | jq .num_places");
+        "  scanloc info town.scanloc --json | jq .num_places\n"
+        "  scanloc info --server 127.0.0.1:50061\n"
+        "  scanloc info --server 127.0.0.1:50061 --map town");
   }
   [[nodiscard]] absl::Status Run() override {
+    if (!server_.address.empty()) {
+      const auto text = TellOfServer(server_, name_, json_);
+      return text.ok() ? WriteText("-", *text) : text.status();
+    }
     const absl::StatusOr<mapdb::MapInfo> info = mapdb::ReadInfo(map_);
     if (!info.ok()) return info.status();
     return WriteText("-", json_ ? InfoAsJson(*info) : InfoAsText(map_, *info));
@@ -189,6 +145,8 @@ class InfoCommand : public Command {
 
  private:
   std::string map_;
+  Connection server_;
+  std::string name_;
   bool json_ = false;
 };
 

@@ -4,6 +4,7 @@
 #include <csignal>
 #include <filesystem>
 #include <memory>
+#include <nlohmann/json.hpp>
 
 #include "e2e/programs.hpp"
 
@@ -75,6 +76,28 @@ TEST(ServedAnswers, AreAnnouncedByHealth) {
   const ProcessResult gone = Scanloc({"health", "--server", server.address()});
   EXPECT_EQ(gone.status, 1);
   EXPECT_NE(gone.err.find(server.address()), std::string::npos) << gone.err;
+}
+
+TEST(ServedAnswers, SayWhatMapsThereAre) {
+  RunningServer server({"one=" + Town().map1});
+  const nlohmann::json file = nlohmann::json::parse(MustScanloc({"info", Town().map1, "--json"}));
+  const Args ask = {"info", "--server", server.address(), "--json"};
+  const nlohmann::json list = nlohmann::json::parse(MustScanloc(ask));
+  ASSERT_EQ(list.at("maps").size(), 1U);
+  EXPECT_EQ(list.at("maps")[0].at("name"), "one");
+  EXPECT_EQ(list.at("maps")[0].at("content_id"), file.at("content_id"));
+  Args one = ask;
+  one.insert(one.end(), {"--map", "one"});
+  const nlohmann::json map = nlohmann::json::parse(MustScanloc(one));
+  for (const char* field : {"content_id", "num_places", "params", "extent"}) {
+    EXPECT_EQ(map.at(field), file.at(field)) << field;
+  }
+  EXPECT_NE(MustScanloc({"info", "--server", server.address()}).find("serving"), std::string::npos);
+  one.back() = "two";
+  EXPECT_EQ(Scanloc(one).status, 1);
+  EXPECT_EQ(Scanloc({"info"}).status, 2);
+  EXPECT_EQ(Scanloc({"info", Town().map1, "--map", "one"}).status, 2);
+  EXPECT_EQ(server.Stop(), 0);
 }
 
 TEST(ServedAnswers, WithoutAPlaceAreReplayedFromWhatTheServerKept) {
