@@ -2,11 +2,11 @@
 
 #include <arpa/inet.h>
 #include <netinet/in.h>
-#include <signal.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <chrono>
 #include <stdexcept>
 
 #include "absl/strings/str_format.h"
@@ -55,7 +55,9 @@ void RunningNode::SendScan(const std::string& drive, int scan, std::int64_t stam
 DiagnosisHeard RunningNode::WaitForDiagnosis(
     const std::function<bool(const DiagnosisHeard&)>& is_wanted) {
   DiagnosisHeard heard;
-  for (int i = 0; i < 60; ++i) {
+  // By time: those of minutes may have been waiting to be read.
+  const auto latest = std::chrono::steady_clock::now() + RosPeer::kPatience;
+  while (std::chrono::steady_clock::now() < latest) {
     const auto bytes = robot.Next("/diagnostics");
     if (!bytes) break;
     heard = ReadDiagnosis(*bytes);
@@ -63,9 +65,6 @@ DiagnosisHeard RunningNode::WaitForDiagnosis(
   }
   std::string text = heard.message;
   for (const auto& [key, value] : heard.values) text += "\n  " + key + ": " + value;
-  process.Signal(SIGTERM);
-  process.Wait();
-  text += process.stderr_text();
   throw std::runtime_error("no such diagnosis; the last: " + text);
 }
 

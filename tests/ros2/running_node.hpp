@@ -22,7 +22,7 @@ class RunningNode {
   /// Publishes the scan of a drive of Town() as a cloud.
   void SendScan(const std::string& drive, int scan, std::int64_t stamp_ns);
 
-  /// The first diagnosis that is as wanted, of at most 60 s; throws with the last one if none is.
+  /// The first diagnosis that is as wanted; throws with the last one if none is within kPatience.
   DiagnosisHeard WaitForDiagnosis(const std::function<bool(const DiagnosisHeard&)>& is_wanted);
   DiagnosisHeard WaitForMessage(const std::string& part);
 
