@@ -43,6 +43,8 @@ forbid ros2 'scanloc/(mapdb|sim|eval|report|server|proto/convert)|sqlite3|pcl/|g
   'ros2 is thin, over the faces of client and dataset'
 forbid 'core mapdb dataset sim eval report proto server client cli' 'dds/|ros2/|fastdds|fastrtps' \
   'DDS stays in ros2'
+forbid python 'scanloc/(dataset|sim|report|proto/convert|server)|grpc|google/|sqlite3|pcl/' \
+  'python binds core, mapdb, eval and client, and nothing below them'
 # Rooms of core: each knows those before it.
 forbid 'core/src/scan core/include/scanloc/core/scan' \
   '(scanloc/core/)?(map|scan_context|structural|track)/' 'scan knows no other room'

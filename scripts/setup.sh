@@ -12,7 +12,7 @@ packages=(
   libssl-dev zlib1g-dev prometheus-cpp-dev libspdlog-dev libcli11-dev nlohmann-json3-dev
   cyclonedds-dev cyclonedds-tools libfastrtps-dev libfastcdr-dev
   libgtest-dev libgmock-dev libbenchmark-dev openssl python3 haproxy
-  python3-numpy python3-grpcio python3-protobuf
+  python3-dev python3-venv python3-numpy python3-grpcio python3-protobuf
 )
 if [[ "${1:-}" == "--with-checks" ]]; then
   packages+=(clang-format-14 clang-tidy-14 clang-format clang-tidy)

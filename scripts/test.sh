@@ -8,7 +8,12 @@ preset=${1:-dev}
 programs=("${@:2}")
 
 scripts/setup.sh
-configure "$preset" -DSCANLOC_BUILD_TESTS=ON
+python=()  # a sanitizer's runtime is not Python's
+if [[ ${#programs[@]} -eq 0 && $preset != asan && $preset != tsan ]]; then
+  executable=$(python_for_package)
+  python=(-DSCANLOC_BUILD_PYTHON=ON "-DPython_EXECUTABLE=$executable")
+fi
+configure "$preset" -DSCANLOC_BUILD_TESTS=ON "${python[@]}"
 if [[ ${#programs[@]} -eq 0 ]]; then
   cmake --build --preset "$preset"
   exec ctest --preset "$preset" -j "$(nproc)"

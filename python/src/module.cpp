@@ -1,0 +1,14 @@
+#include "bindings.hpp"
+#include "errors.hpp"
+
+NB_MODULE(_scanloc, m) {
+  m.doc() = "scanloc: where a LiDAR scan was taken.";
+  scanloc::python::TranslateErrors();
+  scanloc::python::BindParams(m);
+  scanloc::python::BindAnswers(m);
+  scanloc::python::BindMap(m);
+  scanloc::python::BindLocalizer(m);
+  scanloc::python::BindLoopDetector(m);
+  scanloc::python::BindClient(m);
+  scanloc::python::BindEvaluation(m);
+}

@@ -1,0 +1,104 @@
+import os
+import pathlib
+
+import numpy as np
+import pytest
+
+import scanloc
+from conftest import NUM_PLACES, place_pose, scene
+
+
+def test_tells_its_places_as_arrays(town, poses):
+    assert len(town) == NUM_PLACES
+    np.testing.assert_allclose(town.T_map_place, poses, atol=1e-9)
+    np.testing.assert_array_equal(town.stamps_ns, np.arange(NUM_PLACES))
+    assert town.session_of_place.dtype == np.int32 and not town.session_of_place.any()
+    assert town.sessions == ["drive"] and town.content_id
+
+
+def test_opens_and_appends(tmp_path, town, scans, poses):
+    path = str(tmp_path / "town.scanloc")
+    pathlib.Path(path).write_bytes(pathlib.Path(town.path).read_bytes())
+    before = scanloc.Map.open(path)
+    assert before.content_id == town.content_id
+    more = np.stack([place_pose(i) for i in range(20, 25)])
+    grown = scanloc.Map.append(path, lambda i: scene(20 + i), more, "second")
+    assert len(grown) == NUM_PLACES + 5 and len(before) == NUM_PLACES
+    assert grown.sessions == ["drive", "second"] and grown.session_of_place[-1] == 1
+    with pytest.raises(scanloc.AlreadyExists):
+        scanloc.Map.append(path, scans, poses, "second", check=False)
+    assert scanloc.Map.open(path).content_id == grown.content_id
+
+
+def test_raises_errors_of_their_kinds(tmp_path, town, scans, poses):
+    with pytest.raises(scanloc.NotFound):
+        scanloc.Map.open(str(tmp_path / "none.scanloc"))
+    whole = pathlib.Path(town.path).read_bytes()
+    damaged = whole[:len(whole) // 2]
+    (tmp_path / "damaged.scanloc").write_bytes(damaged)
+    with pytest.raises(scanloc.DataLoss):
+        scanloc.Map.open(str(tmp_path / "damaged.scanloc"))
+    with pytest.raises(scanloc.AlreadyExists):
+        scanloc.Map.build(town.path, scans, poses)
+    assert issubclass(scanloc.NotFound, scanloc.Error) and issubclass(scanloc.NotFound, LookupError)
+    assert issubclass(scanloc.InvalidArgument, ValueError)
+
+
+def bad_pose(poses, change):
+    poses = poses.copy()
+    change(poses)
+    return poses
+
+
+def stretch(poses):
+    poses[3, :3, :3] *= 2
+
+
+def forget(poses):
+    poses[3, 0, 3] = np.nan
+
+
+def flatten(poses):
+    poses[3, 3, 3] = 0
+
+
+@pytest.mark.parametrize("change", [stretch, forget, flatten])
+def test_refuses_poses_that_are_none(tmp_path, scans, poses, change):
+    path = str(tmp_path / "m.scanloc")
+    with pytest.raises(scanloc.InvalidArgument, match=r"T_map_scan\[3\]"):
+        scanloc.Map.build(path, scans, bad_pose(poses, change))
+    assert not os.path.exists(path)
+
+
+def test_refuses_shapes_that_do_not_fit(tmp_path, scans, poses):
+    path = str(tmp_path / "m.scanloc")
+    for bad in (poses[:-1], poses[:, :2], poses[0], poses.astype(int), None, "poses"):
+        with pytest.raises(scanloc.InvalidArgument):
+            scanloc.Map.build(path, scans, bad)
+    with pytest.raises(scanloc.InvalidArgument):
+        scanloc.Map.build(path, scans, poses, stamps_ns=[1, 2])
+    assert not os.path.exists(path)
+
+
+def test_passes_on_what_reading_a_scan_raises(tmp_path, poses):
+    def load(number):
+        if number == 5:
+            raise OSError("the disk is gone")
+        return scene(number)
+
+    with pytest.raises(OSError, match="the disk is gone"):
+        scanloc.Map.build(str(tmp_path / "a.scanloc"), load, poses)
+    with pytest.raises(scanloc.InvalidArgument, match="float64"):
+        scanloc.Map.build(str(tmp_path / "b.scanloc"), lambda i: np.zeros((5, 3)), poses)
+
+
+def test_evaluates(town, scans, poses):
+    auto, keys = scanloc.evaluate(town, scans, poses, methods=["auto", "a-pc:2"])
+    assert auto.name == "auto" and auto.outcomes.num_queries == NUM_PLACES
+    assert auto.outcomes.num_localized_right == NUM_PLACES and auto.outcomes.num_false == 0
+    assert auto.f1_max == 1.0 and auto.recall[-1] == 1.0 and auto.precision.min() == 1.0
+    assert keys.name == "a-pc:2"
+    with pytest.raises(scanloc.InvalidArgument):
+        scanloc.evaluate(town, scans, poses, methods=["none"])
+    with pytest.raises(scanloc.InvalidArgument):
+        scanloc.evaluate(town, scans, poses[:3])
