@@ -4,7 +4,7 @@ include(CMakePackageConfigHelpers)
 set(package_dir "${CMAKE_INSTALL_LIBDIR}/cmake/scanloc")
 install(TARGETS scanloc_core scanloc_mapdb scanloc_wire scanloc_proto scanloc_client
   scanloc_offline_client
-  EXPORT scanlocTargets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
+  EXPORT scanlocTargets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} OPTIONAL)
 install(EXPORT scanlocTargets NAMESPACE scanloc:: DESTINATION "${package_dir}")
 install(DIRECTORY core/include/ mapdb/include/ client/include/ client/offline/include/
   DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
