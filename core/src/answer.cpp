@@ -30,4 +30,13 @@ Candidate CandidateOf(const Map& map, std::size_t place) {
   return candidate;
 }
 
+void TellOfBase(const SensorMount& mount, Answer& answer) {
+  for (Candidate& candidate : answer.candidates) {
+    const Eigen::Vector3d lever_m =
+        candidate.T_map_query.linear() * BaseInTurned(mount).translation();
+    if (candidate.covariance) candidate.covariance = MovedBy(lever_m, *candidate.covariance);
+    candidate.T_map_query = candidate.T_map_query * BaseInTurned(mount);
+  }
+}
+
 }  // namespace scanloc

@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "absl/strings/str_format.h"
+#include "map/narrowing.hpp"
 #include "scan_context/locate.hpp"
 #include "scanloc/core/map/up.hpp"
 #include "structural/auto_search.hpp"
@@ -65,6 +66,13 @@ absl::Status Localizer::Check(const ScanDescriptor& scan, const Query& query,
 absl::StatusOr<Answer> Localizer::Localize(const ScanDescriptor& scan, const Query& query,
                                            const SearchControl& control) const {
   if (absl::Status status = Check(scan, query, control); !status.ok()) return status;
+  SearchControl within = control;
+  absl::StatusOr<Narrowing> narrowing = Narrowing{.num_places = map_->places.size()};
+  if (!query.prior.is_open()) {
+    narrowing = Narrow(*map_, query.prior, control.excluded);
+    if (!narrowing.ok()) return narrowing.status();
+    within.excluded = &narrowing->excluded;
+  }
   const Params& params = map_->params;
   const Method method = MethodOf(query, params);
   Answer answer;
@@ -72,11 +80,13 @@ absl::StatusOr<Answer> Localizer::Localize(const ScanDescriptor& scan, const Que
     answer.outcome = Outcome::kInsufficientScan;
     answer.reason = absl::StrFormat("the scan has %d occupied voxels in range; %d are needed",
                                     scan.num_voxels, params.search.min_voxels);
+  } else if (narrowing->num_places == 0 && !query.prior.is_open()) {
+    answer.reason = "no place of the map lies where the prior says";
   } else if (method.automatic) {
-    answer = LocateByStructure(*map_, *auto_search_, scan, query, control);
+    answer = LocateByStructure(*map_, *auto_search_, scan, query, within);
   } else {
     const bool is_polar = method.kind == DescriptorKind::kPolar;
-    answer = (is_polar ? polar_search_ : cart_search_)->Locate(scan, query, control);
+    answer = (is_polar ? polar_search_ : cart_search_)->Locate(scan, query, within);
   }
   if (control.IsUnwanted()) return absl::CancelledError("nobody waits for the answer any more");
   if (!map_->complete)

@@ -29,6 +29,7 @@ absl::Status Validate(const Query& query, const Params& params) {
   status.Update(CheckCount("answers", query.max_answers));
   status.Update(CheckShare("threshold", query.threshold));
   status.Update(CheckShare("min_confidence", query.min_confidence));
+  status.Update(Validate(query.prior));
   if (!status.ok()) return status;
   const Method method = MethodOf(query, params);
   if (method.automatic && query.threshold) {

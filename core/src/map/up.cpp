@@ -28,6 +28,7 @@ absl::StatusOr<Eigen::Vector3d> FindUp(const Map& map) {
   std::size_t step = 1;
   while (num_places / step > kMaxNormals) step *= 2;
   for (std::size_t i = 0; i < num_places; i += step) {
+    if (map.structures[i].posts.empty()) continue;  // its ground may not have been found either
     normals.emplace_back(map.places[i].T_map_place.linear() *
                          LevelFromSensor(map.structures[i]).linear().transpose().col(2));
   }

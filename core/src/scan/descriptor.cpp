@@ -194,9 +194,22 @@ struct Describer::State {
     if (voxel_m > 0.0 && voxel_m != p.voxel_size_m) post_filter.emplace(voxel_m);
   }
 
+  /// The voxels as contexts see them.
+  const PointCloud& ForContexts(const Structure& of_scan) {
+    const Eigen::Matrix3f turn = ContextFromSensor(of_scan).linear().cast<float>();
+    if (turn == Eigen::Matrix3f::Identity()) return filter.centroids();
+    turned.clear();
+    for (const Point& p : filter.centroids()) {
+      const Eigen::Vector3f q = turn * Eigen::Vector3f(p.x, p.y, p.z);
+      turned.push_back({q.x(), q.y(), q.z()});
+    }
+    return turned;
+  }
+
   Params params;
   float sensor_height_m;
   VoxelFilter filter;
+  PointCloud turned;
   std::optional<VoxelFilter> post_filter;  // where posts are found in voxels of their own
   PolarEncoder polar;
   CartEncoder cart;
@@ -214,8 +227,14 @@ absl::StatusOr<Describer> Describer::Create(const Params& params) {
 }
 
 ScanDescriptor Describer::Describe(PointView scan, ScanCounts* counts) {
-  const PointCloud& voxels = state_->filter.Apply(scan, counts);
+  const PointCloud& found = state_->filter.Apply(scan, counts);
   ScanDescriptor descriptor;
+  if (state_->params.structure.enabled) {
+    std::optional<VoxelFilter>& own = state_->post_filter;
+    descriptor.structure =
+        state_->structure.Find(own ? own->Apply(scan) : found, &descriptor.knows_up);
+  }
+  const PointCloud& voxels = state_->ForContexts(descriptor.structure);
   std::uint32_t num_polar = 0;
   std::uint32_t num_cart = 0;
   if (state_->params.polar.enabled) {
@@ -224,16 +243,13 @@ ScanDescriptor Describer::Describe(PointView scan, ScanCounts* counts) {
   if (state_->params.cart.enabled) {
     descriptor.cart = state_->cart.Encode(voxels, state_->sensor_height_m, num_cart);
   }
-  if (state_->params.structure.enabled) {
-    std::optional<VoxelFilter>& own = state_->post_filter;
-    descriptor.structure = state_->structure.Find(own ? own->Apply(scan) : voxels);
-  }
   descriptor.num_voxels = std::max(num_polar, num_cart);
   return descriptor;
 }
 
 PlaceDescriptor Describer::DescribePlace(PointView scan, ScanCounts* counts) {
   ScanDescriptor own = Describe(scan, counts);
+  const PointCloud& voxels = state_->ForContexts(own.structure);
   PlaceDescriptor descriptor;
   descriptor.cart = std::move(own.cart);
   descriptor.structure = std::move(own.structure);
@@ -242,8 +258,7 @@ PlaceDescriptor Describer::DescribePlace(PointView scan, ScanCounts* counts) {
   descriptor.polar.push_back(std::move(own.polar));
   for (const double shift_m : state_->params.polar.root_shifts_m) {
     std::uint32_t num_inside = 0;
-    descriptor.polar.push_back(state_->polar.Encode(state_->filter.centroids(),
-                                                    state_->sensor_height_m,
+    descriptor.polar.push_back(state_->polar.Encode(voxels, state_->sensor_height_m,
                                                     static_cast<float>(shift_m), num_inside));
   }
   return descriptor;

@@ -58,7 +58,7 @@ Answer ContextSearch::Locate(const ScanDescriptor& scan, const Query& query,
   const std::size_t num_answers =
       std::min(scored.size(), static_cast<std::size_t>(query.max_answers));
   for (std::size_t i = 0; i < num_answers; ++i) {
-    answer.candidates.push_back(CandidateFrom(scored[i]));
+    answer.candidates.push_back(CandidateFrom(scored[i], scan.structure));
   }
   Decide(query.threshold.value_or(is_polar ? params.polar_threshold : params.cart_threshold),
          answer);
@@ -116,7 +116,7 @@ std::vector<ContextSearch::Scored> ContextSearch::Compare(const ContextView& que
 /// The relative pose that a match says. A polar column is a turn, and the variant's root shift the
 /// lateral displacement; a cart column is a lateral displacement, and the double flip a reversed
 /// vehicle, whose left is the place's right.
-Candidate ContextSearch::CandidateFrom(const Scored& scored) const {
+Candidate ContextSearch::CandidateFrom(const Scored& scored, const Structure& query) const {
   Candidate candidate = CandidateOf(map_, PlaceOf(scored.entry));
   candidate.distance = scored.match.distance;
   const auto& variant = table_.entry(scored.entry);
@@ -133,8 +133,14 @@ Candidate ContextSearch::CandidateFrom(const Scored& scored) const {
     candidate.yaw_rad = variant.flipped ? std::numbers::pi : 0.0;
     candidate.lateral_m = variant.flipped ? -lateral_m : lateral_m;
   }
-  candidate.T_map_query =
-      candidate.T_map_place * PlanarOffset(candidate.lateral_m, candidate.yaw_rad);
+  // Contexts of sensors that are not mounted upright are those of their levelled frames.
+  Pose T_map_context = candidate.T_map_place;
+  if (!map_.structures.empty()) {
+    const Structure& place = map_.structures[PlaceOf(scored.entry)];
+    T_map_context = T_map_context * ContextFromSensor(place).inverse();
+  }
+  candidate.T_map_query = T_map_context * PlanarOffset(candidate.lateral_m, candidate.yaw_rad) *
+                          ContextFromSensor(query);
   return candidate;
 }
 

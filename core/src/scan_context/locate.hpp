@@ -43,7 +43,7 @@ class ContextSearch {
                                             const std::vector<std::size_t>& entries,
                                             const Method& method,
                                             const SearchControl& control) const;
-  [[nodiscard]] Candidate CandidateFrom(const Scored& scored) const;
+  [[nodiscard]] Candidate CandidateFrom(const Scored& scored, const Structure& query) const;
 
   [[nodiscard]] std::size_t PlaceOf(std::size_t entry) const {
     return static_cast<std::size_t>(table_.entry(entry).place);

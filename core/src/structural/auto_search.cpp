@@ -9,6 +9,7 @@
 
 #include "scanloc/core/scan/pose_difference.hpp"
 #include "scanloc/core/scan_context/match.hpp"
+#include "structural/uncertainty.hpp"
 
 namespace scanloc {
 namespace {
@@ -203,10 +204,15 @@ std::vector<Spot> AutoSearch::Find(const ScanDescriptor& query, const Options& o
   add(VerifyRivals(match, structure, *std::max_element(verified.begin(), verified.end(), worse),
                    control));
   std::vector<Spot> spots = Distinct(structure, std::move(verified));
-  for (std::size_t i = 0; i < spots.size() && static_cast<int>(i) < options.num_supported; ++i) {
+  const int num_seen = std::max(options.num_supported, options.num_measured);
+  for (std::size_t i = 0; i < spots.size() && static_cast<int>(i) < num_seen; ++i) {
     const Hypothesis& hypothesis = spots[i].hypothesis;
     const std::span<const Post> place = structures.Posts(hypothesis.place);
     match.SetPlace(place);
+    const Pose& T_map_level = T_map_level_[static_cast<std::size_t>(hypothesis.place)];
+    spots[i].covariance =
+        Rotated(T_map_level.linear(), CovarianceInLevel(match, hypothesis.T_place_query));
+    if (static_cast<int>(i) >= options.num_supported) continue;
     spots[i].support = SupportOf(match, structure.posts, place, hypothesis.T_place_query);
   }
   times.verify_ns = control.Now_ns() - start_ns;
@@ -223,7 +229,7 @@ std::vector<Spot> AutoSearch::Distinct(const Structure& query,
     const bool is_known = std::any_of(spots.begin(), spots.end(), [&](const Spot& spot) {
       return !MissOf(DifferenceOf(spot.T_map_query, T_map_query, up_)).any();
     });
-    if (!is_known) spots.push_back({hypothesis, T_map_query, std::nullopt});
+    if (!is_known) spots.push_back({.hypothesis = hypothesis, .T_map_query = T_map_query});
   }
   return spots;
 }
@@ -259,8 +265,9 @@ Pose AutoSearch::PoseInMap(const Structure& query, const Hypothesis& hypothesis)
          LevelFromSensor(query);
 }
 
-std::optional<Candidate> AutoSearch::CandidateAt(const Pose& T_map_query, double score,
-                                                 double confidence,
+std::optional<Candidate> AutoSearch::CandidateAt(const Pose& T_map_query,
+                                                 const std::optional<PoseCovariance>& covariance,
+                                                 double score, double confidence,
                                                  const SearchControl& control) const {
   const auto place = places_.Nearest(T_map_query.translation(), control.excluded);
   if (!place) return std::nullopt;
@@ -271,6 +278,7 @@ std::optional<Candidate> AutoSearch::CandidateAt(const Pose& T_map_query, double
   candidate.yaw_rad = Yaw(T_place_query);
   candidate.lateral_m = T_place_query.translation().y();
   candidate.T_map_query = T_map_query;
+  candidate.covariance = covariance;
   return candidate;
 }
 

@@ -22,7 +22,9 @@ namespace scanloc {
 struct Spot {
   Hypothesis hypothesis;
   Pose T_map_query = Pose::Identity();
-  std::optional<Support> support;  ///< only of the best few: AutoSearch::Options::num_supported
+  // Only of the best few: AutoSearch::Options.
+  std::optional<Support> support;
+  std::optional<PoseCovariance> covariance;  ///< of T_map_query
 };
 
 /// The search behind the method `auto` (docs/algorithm.md, "Beyond the paper"): a shortlist from
@@ -42,6 +44,7 @@ class AutoSearch {
     int shortlist = 0;  ///< places of each kind of context; at least ShortlistParams::num_places
     std::vector<Pose> predicted = {};  ///< T_map_query to be verified, too
     int num_supported = 1;             ///< spots whose support is looked at
+    int num_measured = 1;              ///< spots whose covariance is
   };
 
   /// Where the query may have been taken: verified, all distinct poses, best first; none if there
@@ -55,11 +58,11 @@ class AutoSearch {
   /// Up in the map frame, as its places say.
   [[nodiscard]] const Eigen::Vector3d& up() const { return up_; }
 
-  /// The candidate that stands at a pose, told relative to the place nearest to it; none where all
-  /// places are excluded.
-  [[nodiscard]] std::optional<Candidate> CandidateAt(const Pose& T_map_query, double score,
-                                                     double confidence,
-                                                     const SearchControl& control) const;
+  /// The candidate that stands at a pose of such covariance, told relative to the place nearest to
+  /// it; none where all places are excluded.
+  [[nodiscard]] std::optional<Candidate> CandidateAt(
+      const Pose& T_map_query, const std::optional<PoseCovariance>& covariance, double score,
+      double confidence, const SearchControl& control) const;
 
  private:
   class Structures;

@@ -8,6 +8,10 @@
 namespace scanloc {
 namespace {
 
+constexpr const char* kUpUnknown =
+    "the scan does not say which way is up: no plane has the sensor at its height above ground and "
+    "nothing below, or several have; turn the scan upright by how its sensor is mounted";
+
 void Decide(const std::vector<Spot>& spots, double confidence, double min_confidence,
             const EvidenceParams& params, Answer& answer) {
   const Support& support = *spots.front().support;
@@ -39,6 +43,11 @@ Answer LocateByStructure(const Map& map, const AutoSearch& search, const ScanDes
                          const Query& query, const SearchControl& control) {
   Answer answer;
   const AutoParams& params = map.params.automatic;
+  if (!scan.knows_up) {
+    answer.outcome = Outcome::kInsufficientScan;
+    answer.reason = kUpUnknown;
+    return answer;
+  }
   if (!ShowsEnough(scan.structure.posts, params)) {
     answer.outcome = Outcome::kInsufficientScan;
     answer.reason = absl::StrFormat("the scan shows %d pieces of upright structure; %d are needed",
@@ -47,8 +56,9 @@ Answer LocateByStructure(const Map& map, const AutoSearch& search, const ScanDes
     return answer;
   }
 
-  const std::vector<Spot> spots =
-      search.Find(scan, {.shortlist = query.num_candidates.value_or(0)}, control, answer.times);
+  const std::vector<Spot> spots = search.Find(
+      scan, {.shortlist = query.num_candidates.value_or(0), .num_measured = query.max_answers},
+      control, answer.times);
   if (spots.empty()) {
     answer.outcome = Outcome::kNotRecognized;
     answer.reason = "the map has no place to compare with";
@@ -57,8 +67,8 @@ Answer LocateByStructure(const Map& map, const AutoSearch& search, const ScanDes
   const std::vector<double> confidences = ConfidencesOf(spots, params.evidence);
   for (std::size_t i = 0; i < spots.size(); ++i) {
     if (static_cast<int>(answer.candidates.size()) >= query.max_answers) break;
-    auto candidate = search.CandidateAt(spots[i].T_map_query, spots[i].hypothesis.score,
-                                        confidences[i], control);
+    auto candidate = search.CandidateAt(spots[i].T_map_query, spots[i].covariance,
+                                        spots[i].hypothesis.score, confidences[i], control);
     if (!candidate) continue;
     candidate->matched = spots[i].hypothesis.place;
     answer.candidates.push_back(*std::move(candidate));

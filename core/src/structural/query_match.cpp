@@ -46,6 +46,10 @@ double QueryMatch::Score(const PlanarPose& T_place_query) const {
                    Overlap(fine_, in_sight, T_query_place, params_.verify.overlap_m));
 }
 
+Eigen::Matrix3d QueryMatch::Information(const PlanarPose& T_place_query) const {
+  return scanloc::Information(place_field_, query_, T_place_query, params_.verify.fine.narrow_m);
+}
+
 void QueryMatch::LayFinely(std::span<const Post> place, Hypothesis& hypothesis) {
   SetPlace(place);
   hypothesis.T_place_query = Settle(hypothesis.T_place_query);

@@ -32,6 +32,9 @@ class QueryMatch {
   /// within the query's reach, lies on the query.
   [[nodiscard]] double Score(const PlanarPose& T_place_query) const;
 
+  /// What holds a pose where Settle has left it: Information, at the width of its last step.
+  [[nodiscard]] Eigen::Matrix3d Information(const PlanarPose& T_place_query) const;
+
   /// SetPlace, Settle and Score.
   void LayFinely(std::span<const Post> place, Hypothesis& hypothesis);
 

@@ -112,12 +112,17 @@ SCANLOC_SIMD void AddUp(const Placed& placed, float width_m, const float* __rest
   }
 }
 
-/// The step that Gauss-Newton takes, in x, y and yaw; drawn weakly to none.
-Eigen::Vector3d Step(const Sums& sums) {
+Eigen::Matrix3d HessianOf(const Sums& sums) {
   Eigen::Matrix3d hessian;
   hessian << sums[0], sums[1], sums[2],  //
       sums[1], sums[3], sums[4],         //
       sums[2], sums[4], sums[5];
+  return hessian;
+}
+
+/// The step that Gauss-Newton takes, in x, y and yaw; drawn weakly to none.
+Eigen::Vector3d Step(const Sums& sums) {
+  Eigen::Matrix3d hessian = HessianOf(sums);
   // Along a corridor there is nothing to hold a pose: it must not run away for a grain of slope.
   const double held = 1e-3 + 3e-4 * (hessian(0, 0) + hessian(1, 1));
   hessian.diagonal() += Eigen::Vector3d(held, held, 1e-1);
@@ -244,6 +249,14 @@ PlanarPose Register(const DistanceField& field, const PlanarPoints& points, cons
   }
   pose.yaw_rad = WrapAngle(pose.yaw_rad);
   return pose;
+}
+
+Eigen::Matrix3d Information(const DistanceField& field, const PlanarPoints& points,
+                            const PlanarPose& T_field_points, double width_m) {
+  Sums sums;
+  AddUp(Placed(field, T_field_points), static_cast<float>(width_m), points.x_m().data(),
+        points.y_m().data(), points.x_m().size(), sums);
+  return HessianOf(sums);
 }
 
 double Overlap(const DistanceField& field, const PlanarPoints& points,

@@ -7,6 +7,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "map/narrowing.hpp"
 #include "scanloc/core/scan/pose_difference.hpp"
 #include "structural/auto_search.hpp"
 
@@ -17,6 +18,7 @@ namespace scanloc {
 struct Tracker::Step {
   struct Candidate {
     Pose T_map_scan;
+    std::optional<PoseCovariance> covariance;
     double score = 0.0;
     double unrivalled = 0.0;  // as in Track
     double log_odds = 0.0;    // of this scan, as far as scans in a row may add it up
@@ -92,6 +94,7 @@ void Tracker::Weigh(const Step& step) {
     const bool is_lost = spot == nullptr || spot->log_odds < params.lost_log_odds;
     track.log_odds += spot == nullptr ? -params.max_scan_log_odds : spot->log_odds;
     track.rivalry = 0.0;
+    track.covariance.reset();
     if (is_best) is_best_lost = is_lost;
     if (is_lost && is_best) LoseSight();
     if (is_lost) track.log_odds = std::min(track.log_odds, 0.0);
@@ -102,6 +105,7 @@ void Tracker::Weigh(const Step& step) {
       if (is_taken[index]) continue;
       is_taken[index] = true;
       track.T_map_scan = spot->T_map_scan;
+      track.covariance = spot->covariance;
       track.score = spot->score;
       track.unrivalled = spot->unrivalled;
       track.rivalry = spot->rivalry;
@@ -117,8 +121,8 @@ void Tracker::Weigh(const Step& step) {
     if (is_taken[i]) continue;
     const Step::Candidate& spot = step.spots[i];
     const double log_odds = prior + spot.log_odds;
-    weighed.push_back(
-        {spot.T_map_scan, spot.score, spot.unrivalled, log_odds, spot.rivalry, 1, next_id_++});
+    weighed.push_back({spot.T_map_scan, spot.covariance, spot.score, spot.unrivalled, log_odds,
+                       spot.rivalry, 1, next_id_++});
   }
   std::stable_sort(weighed.begin(), weighed.end(),
                    [](const Track& a, const Track& b) { return a.total() > b.total(); });
@@ -154,8 +158,8 @@ TrackedAnswer Tracker::Tell(const Step& step, const SearchControl& control) {
   };
   for (const Track& track : tracks_) {
     if (static_cast<int>(answer.candidates.size()) >= options_.query.max_answers) break;
-    auto candidate = localizer_->auto_search_->CandidateAt(track.T_map_scan, track.score,
-                                                           confidence_of(track), control);
+    auto candidate = localizer_->auto_search_->CandidateAt(
+        track.T_map_scan, track.covariance, track.score, confidence_of(track), control);
     if (candidate) answer.candidates.push_back(*std::move(candidate));
   }
   if (answer.candidates.empty()) {
@@ -191,7 +195,8 @@ absl::StatusOr<Tracker::Step> Tracker::Look(const ScanDescriptor& scan,
   const EvidenceParams& evidence = localizer_->map().params.automatic.evidence;
   const TrackParams& params = localizer_->map().params.automatic.track;
   AutoSearch::Options search{.shortlist = options_.query.num_candidates.value_or(0),
-                             .num_supported = params.num_supported};
+                             .num_supported = params.num_supported,
+                             .num_measured = params.num_supported};
   for (const Track& track : tracks_) {
     search.predicted.push_back(T_last_scan ? track.T_map_scan * *T_last_scan : track.T_map_scan);
   }
@@ -212,7 +217,7 @@ absl::StatusOr<Tracker::Step> Tracker::Look(const ScanDescriptor& scan,
     const double genuine = GenuineLogOdds(support, evidence);
     const double in_a_row = RivalryLogOddsInARow(best_score, score, support.num_posts, evidence);
     step.spots.push_back(
-        {spot.T_map_query, score, Logistic(SupportLogOdds(support, evidence)),
+        {spot.T_map_query, spot.covariance, score, Logistic(SupportLogOdds(support, evidence)),
          std::clamp(genuine - in_a_row, -params.max_scan_log_odds, params.max_scan_log_odds),
          RivalryLogOdds(best_score, score, support.num_posts, evidence) - in_a_row});
   }
@@ -234,6 +239,13 @@ absl::StatusOr<TrackedAnswer> Tracker::Update(const ScanDescriptor& scan,
     }
     T_last = *pose;
   }
+  SearchControl within = control;
+  absl::StatusOr<Narrowing> narrowing = Narrowing();
+  if (!options_.query.prior.is_open()) {
+    narrowing = Narrow(localizer_->map(), options_.query.prior, control.excluded);
+    if (!narrowing.ok()) return narrowing.status();
+    within.excluded = &narrowing->excluded;
+  }
   const Params& params = localizer_->map().params;
   if (scan.num_voxels < static_cast<std::uint32_t>(params.search.min_voxels) ||
       !ShowsEnough(scan.structure.posts, params.automatic)) {
@@ -243,11 +255,11 @@ absl::StatusOr<TrackedAnswer> Tracker::Update(const ScanDescriptor& scan,
     LoseSight();
     return TrackedAnswer{.answer = *std::move(answer)};
   }
-  const absl::StatusOr<Step> step = Look(scan, T_last, control);
+  const absl::StatusOr<Step> step = Look(scan, T_last, within);
   if (!step.ok()) return step.status();
   Move(T_last);
   Weigh(*step);
-  return Tell(*step, control);
+  return Tell(*step, within);
 }
 
 }  // namespace scanloc

@@ -117,7 +117,7 @@ TEST(ValidateStructure, RefusesWhatNoScanGives) {
   const float nan = std::numeric_limits<float>::quiet_NaN();
   std::vector<Structure> bad(6, good);
   bad[0].roll_rad = nan;
-  bad[1].pitch_rad = 0.7F;
+  bad[1].pitch_rad = 1.6F;
   bad[2].height_m = std::numeric_limits<float>::infinity();
   bad[3].posts.push_back({6001, 0});
   bad[4].posts.push_back({0, -32768});

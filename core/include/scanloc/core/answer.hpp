@@ -7,6 +7,8 @@
 #include <vector>
 
 #include "scanloc/core/scan/pose.hpp"
+#include "scanloc/core/scan/pose_covariance.hpp"
+#include "scanloc/core/scan/sensor_mount.hpp"
 
 namespace scanloc {
 
@@ -41,6 +43,8 @@ struct Candidate {
   /// T_map_place · Trans(0, lateral_m, 0) · RotZ(yaw_rad); with `auto`, registered in all six
   /// degrees of freedom.
   Pose T_map_query = Pose::Identity();
+  /// Of T_map_query, if it is right; only `auto` tells one.
+  std::optional<PoseCovariance> covariance;
 };
 
 /// The query taken to stand where a place was mapped; its distance is left open.
@@ -62,5 +66,9 @@ struct Answer {
   std::string content_id;             ///< of the map that gave the answer
   StageTimes times;
 };
+
+/// Makes T_map_query of every candidate that of the base: the answer was to a scan in the turned
+/// frame of the mount. Yaw and lateral displacement stay those of the sensor.
+void TellOfBase(const SensorMount& mount, Answer& answer);
 
 }  // namespace scanloc

@@ -20,6 +20,8 @@ inline constexpr int kMaxDescriptorSide = 720;
 inline constexpr int kMaxRootShifts = 16;
 /// Most candidates of one query.
 inline constexpr int kMaxCandidates = 1000;
+/// Most sessions that a prior names.
+inline constexpr std::size_t kMaxPriorSessions = 1000;
 /// Most places of one map.
 inline constexpr std::int64_t kMaxPlaces = 10'000'000;
 /// Most sessions of one map.

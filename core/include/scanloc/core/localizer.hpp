@@ -29,7 +29,8 @@ class Localizer {
   [[nodiscard]] static absl::StatusOr<std::shared_ptr<const Localizer>> Create(
       std::shared_ptr<const Map> map);
 
-  /// InvalidArgument: a query out of range, or a descriptor of other shapes than the map's.
+  /// InvalidArgument: a query out of range, a prior that names a session which the map does not
+  /// have, or a descriptor of other shapes than the map's.
   /// FailedPrecondition: the map does not serve the method. Cancelled: control.is_unwanted.
   [[nodiscard]] absl::StatusOr<Answer> Localize(const ScanDescriptor& scan, const Query& query = {},
                                                 const SearchControl& control = {}) const;

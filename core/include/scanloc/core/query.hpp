@@ -5,6 +5,7 @@
 #include "absl/status/status.h"
 #include "scanloc/core/method.hpp"
 #include "scanloc/core/params.hpp"
+#include "scanloc/core/prior.hpp"
 
 namespace scanloc {
 
@@ -18,6 +19,7 @@ struct Query {
   std::optional<double> threshold;       ///< τ, in [0, 1]; none: the map's. Not with `auto`
   std::optional<double> min_confidence;  ///< in [0, 1]; none: the map's. Only with `auto`
   int max_answers = 1;  ///< candidates told, best first, in [1, limits::kMaxCandidates]
+  Prior prior = {};     ///< where it was taken, as far as is known
 
   friend bool operator==(const Query&, const Query&) = default;
 };

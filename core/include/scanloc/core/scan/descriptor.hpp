@@ -40,6 +40,8 @@ struct ScanDescriptor {
   Context cart;
   Structure structure;           ///< without posts where it is not enabled
   std::uint32_t num_voxels = 0;  ///< inside the region of interest of an enabled kind
+  /// False: the structure was to be found, and of no direction can be said that it is up.
+  bool knows_up = true;
 
   friend bool operator==(const ScanDescriptor&, const ScanDescriptor&) = default;
 };

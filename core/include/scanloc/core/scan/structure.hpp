@@ -29,9 +29,9 @@ struct Structure {
   static constexpr double kMaxReach_m = 300.0;  ///< posts may lie within ± this along x and y
   static constexpr std::size_t kMaxPosts = 8192;
 
-  float roll_rad = 0.0F;  ///< T_level_sensor = RotY(pitch) · RotX(roll), each within ±0.6
-  float pitch_rad = 0.0F;
-  float height_m = 0.0F;  ///< of the sensor above the ground
+  float roll_rad = 0.0F;   ///< T_level_sensor = RotY(pitch) · RotX(roll), within ±π
+  float pitch_rad = 0.0F;  ///< within ±π/2
+  float height_m = 0.0F;   ///< of the sensor above the ground
   std::vector<Post> posts;
 
   friend bool operator==(const Structure&, const Structure&) = default;
@@ -45,32 +45,40 @@ struct Structure {
 /// Rotation that takes the sensor frame to the levelled frame.
 [[nodiscard]] Eigen::Isometry3d LevelFromSensor(const Structure& structure);
 
+/// A sensor that leans by more than this is mounted so, and its contexts are those of the levelled
+/// frame; else those of its own, as the paper has them.
+inline constexpr double kMaxUprightTilt_rad = 0.26;
+/// LevelFromSensor for such a sensor, else the identity: the frame of its contexts.
+[[nodiscard]] Eigen::Isometry3d ContextFromSensor(const Structure& structure);
+
 /// Finds ground and posts in the voxels of a scan.
 ///
-/// Ground: a plane through the lowest voxels around, found by iteratively reweighted least squares;
-/// where there is none to be seen the sensor is taken to be upright, sensor_height_m above it.
+/// Ground: a plane through the lowest voxels around, found by iteratively reweighted least squares.
+/// Where much lies below that, or it leans, the sensor is mounted in some other way: then the plane
+/// with the most on it and nothing below, sensor_height_m from the sensor. Where little is to be
+/// seen of any ground the sensor is taken to be upright, sensor_height_m above it.
 /// Posts: cells whose voxels span more than the least extent in height; the position is the mean of
 /// the voxels.
 ///
-/// Keeps its grids from scan to scan; use one per thread. O(voxels).
+/// Keeps its grids from scan to scan; use one per thread. O(voxels); some ms more where the ground
+/// is searched for.
 class StructureFinder {
  public:
   StructureFinder(const AutoParams& params, double sensor_height_m);
 
-  [[nodiscard]] Structure Find(const PointCloud& voxels);
+  /// Where of no direction can be said that it is up, knows_up, if not null, becomes false, and
+  /// there are no posts.
+  [[nodiscard]] Structure Find(const PointCloud& voxels, bool* knows_up = nullptr);
 
  private:
   struct Cell {
     float z_min, z_max, sum_x, sum_y, num_voxels;
   };
 
-  [[nodiscard]] std::vector<Eigen::Vector3d> LowestPoints(const PointCloud& voxels) const;
-
   PostParams posts_;
   GroundParams ground_;
   float sensor_height_m_;
-  int side_;         // of the grid of posts [cells]
-  int ground_side_;  // of the grid of the ground [cells]
+  int side_;  // of the grid of posts [cells]
   std::vector<Cell> cells_;
   std::vector<std::uint32_t> touched_;
 };

@@ -14,6 +14,7 @@ struct ScanCounts {
   std::size_t num_not_finite = 0;    ///< skipped: NaN or infinite
   std::size_t num_beyond_limit = 0;  ///< skipped: a coordinate beyond limits::kMaxCoordinate_m
   std::size_t num_voxels = 0;        ///< occupied voxels, so points left
+  std::size_t num_masked = 0;        ///< left out before these were given: see SensorMount
 
   friend bool operator==(const ScanCounts&, const ScanCounts&) = default;
 };

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <cstddef>
 #include <span>
 #include <vector>
@@ -69,6 +70,11 @@ class DistanceField {
 /// T_field_points that lays the points on the field's posts, from a guess.
 [[nodiscard]] PlanarPose Register(const DistanceField& field, const PlanarPoints& points,
                                   const PlanarPose& guess, const RegistrationParams& params);
+
+/// Σ w·J·Jᵀ over the points under a pose, in x, y and yaw, by Geman-McClure weights of a width:
+/// what holds the pose, in no unit of noise.
+[[nodiscard]] Eigen::Matrix3d Information(const DistanceField& field, const PlanarPoints& points,
+                                          const PlanarPose& T_field_points, double width_m);
 
 /// Mean of exp(-½ (distance / overlap_m)²) over the points under a pose, in [0, 1]; 0 without
 /// points.

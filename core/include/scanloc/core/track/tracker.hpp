@@ -56,7 +56,8 @@ class Tracker {
  private:
   struct Track {
     Pose T_map_scan = Pose::Identity();
-    double score = 0.0;       // of its last scan that was found again
+    std::optional<PoseCovariance> covariance;  // none where the last scan did not find it
+    double score = 0.0;                        // of its last scan that was found again
     double unrivalled = 0.0;  // probability by that scan alone, were there no other spot
     double log_odds = 0.0;    // of all its scans
     double rivalry = 0.0;     // what only the last one says against it

@@ -1,0 +1,44 @@
+#include "scanloc/core/prior.hpp"
+
+#include <cmath>
+
+#include "absl/strings/str_format.h"
+#include "scanloc/core/limits.hpp"
+
+namespace scanloc {
+namespace {
+
+bool IsCoordinate(double value) { return std::abs(value) <= limits::kMaxTranslation_m; }
+
+}  // namespace
+
+absl::Status Validate(const Prior& prior) {
+  if (prior.disc) {
+    const Prior::Disc& disc = *prior.disc;
+    const bool has_radius = disc.radius_m > 0.0 && IsCoordinate(disc.radius_m);  // NaN has none
+    if (!IsCoordinate(disc.x_m) || !IsCoordinate(disc.y_m) || !has_radius) {
+      return absl::InvalidArgumentError(absl::StrFormat(
+          "the prior is within %g m of (%g, %g) m; the radius must be above 0, and all of them "
+          "within ±%g m",
+          disc.radius_m, disc.x_m, disc.y_m, limits::kMaxTranslation_m));
+    }
+  }
+  if (prior.heights) {
+    const Prior::Heights& heights = *prior.heights;
+    if (!IsCoordinate(heights.min_m) || !IsCoordinate(heights.max_m) ||
+        heights.min_m >= heights.max_m) {
+      return absl::InvalidArgumentError(absl::StrFormat(
+          "the prior's heights go from %g to %g m; the first must be less than the second, both "
+          "within ±%g m",
+          heights.min_m, heights.max_m, limits::kMaxTranslation_m));
+    }
+  }
+  if (prior.sessions.size() > limits::kMaxPriorSessions) {
+    return absl::InvalidArgumentError(
+        absl::StrFormat("the prior names %d sessions; at most %d are allowed",
+                        prior.sessions.size(), limits::kMaxPriorSessions));
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace scanloc
