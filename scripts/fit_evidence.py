@@ -2,9 +2,10 @@
 """Fits the weights of EvidenceParams (core/include/scanloc/core/auto_params.hpp) to what
 evidence_dump wrote.
 
-  fit_evidence.py [--wrong N] [--rival WEIGHT] answers.csv...
+  fit_evidence.py [--wrong N] [--rival WEIGHT] [--alike SCORE] answers.csv...
 
-Needs numpy. A wrong answer counts N times [1]; --rival is the weight of a rival's score [40]. Prints the weights, then for each kind of data how many of the right answers would be
+Needs numpy. A wrong answer counts N times [1]; --rival and --alike are EvidenceParams::rival and
+alike_score [those of scale 1]. Prints the weights, then for each kind of data how many of the right answers would be
 localized, the wrong ones that would be, the greatest confidence of a wrong one and the calibration
 error; and the same with that kind left out of the fit. Each kind weighs as the root of its number.
 """
@@ -15,22 +16,22 @@ import numpy as np
 
 FEATURES = ("1", "score", "sharpness", "over_mirror", "contradicted", "1/sqrt(num_posts)")
 MAX_SHARPNESS, MAX_OVER_MIRROR = 0.2, 0.3  # as in EvidenceParams
-EQUAL_SCORES, EQUAL_BY_CHANCE, ALIKE_SCORE, EQUAL_OF_ALIKE = 0.02, 0.5, 0.7, 1.0
+EQUAL_SCORES, EQUAL_BY_CHANCE, EQUAL_OF_ALIKE = 0.02, 0.5, 1.0
 LOCALIZED = 0.8
 # Pace of the descent along each feature: they vary over ranges of different widths.
 PACE = np.array([1.0, 1.0, 5.0, 3.0, 3.0, 5.0])
 
 
-def rivalry(better, score, chance, weight):
+def rivalry(better, score, chance, options):
     """As RivalryLogOdds in evidence.cpp."""
     equal = EQUAL_SCORES + EQUAL_BY_CHANCE * chance + EQUAL_OF_ALIKE * np.maximum(
-        score - ALIKE_SCORE, 0.0)
-    return weight * np.maximum(better - score - equal, 0.0)
+        score - options.alike, 0.0)
+    return options.rival * np.maximum(better - score - equal, 0.0)
 
 
-def read(files, rival_weight):
+def read(options):
     rows = []
-    for name in files:
+    for name in options.files:
         with open(name, newline="", encoding="utf-8") as file:
             rows += list(csv.DictReader(file))
     column = lambda name: np.array([float(row[name]) for row in rows])
@@ -40,8 +41,8 @@ def read(files, rival_weight):
                          np.minimum(column("over_mirror"), MAX_OVER_MIRROR),
                          column("contradicted"), chance], 1)
     score = column("score")
-    share = 1.0 / (1.0 + np.exp(-rivalry(score, column("rival"), chance, rival_weight)))
-    genuine = rivalry(score, score - column("over_mirror"), chance, rival_weight)
+    share = 1.0 / (1.0 + np.exp(-rivalry(score, column("rival"), chance, options)))
+    genuine = rivalry(score, score - column("over_mirror"), chance, options)
     return features, share, genuine, column("right"), np.array([row["kind"] for row in rows])
 
 
@@ -87,9 +88,10 @@ def main():
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--wrong", type=float, default=1.0)
     parser.add_argument("--rival", type=float, default=40.0)
+    parser.add_argument("--alike", type=float, default=0.65)
     parser.add_argument("files", nargs="+")
     options = parser.parse_args()
-    features, share, genuine, right, kind = read(options.files, options.rival)
+    features, share, genuine, right, kind = read(options)
     weight = np.zeros(len(right))
     for name in set(kind):
         weight[kind == name] = 1.0 / np.sqrt((kind == name).sum())

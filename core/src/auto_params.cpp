@@ -22,6 +22,8 @@ EvidenceParams IndoorEvidence() {
   params.contradicted = -4.4;
   params.chance = -31.0;
   params.rival = 50.0;
+  params.alike_score = 0.7;
+  params.shared_in_a_row = 0.3;  // floors are alike in more than decks are
   return params;
 }
 

@@ -27,7 +27,7 @@ TEST(Shares, AreEqualOfScoresThatAreAlikeAndAddUpToOne) {
 }
 
 TEST(Shares, OfFewPostsAreEqualForLonger) {
-  const std::vector<double> scores = {0.8, 0.7};
+  const std::vector<double> scores = {0.7, 0.6};
   EXPECT_GT(Shares(scores, 400, {})[0], 0.85);
   EXPECT_DOUBLE_EQ(Shares(scores, 25, {})[0], 0.5);
 }

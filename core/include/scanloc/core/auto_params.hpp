@@ -116,7 +116,7 @@ struct EvidenceParams {
   double equal_by_chance = 0.5;  ///< ... this times 1/√posts, are equal
   /// A rival that explains more than this of a scan is alike in all that stays: what tells it apart
   /// is loose things, which may stand right for either. Its score counts as more by this ...
-  double alike_score = 0.7;
+  double alike_score = 0.65;
   double equal_of_alike = 1.0;    ///< ... times what it has beyond
   double shared_in_a_row = 0.12;  ///< and by this: scans that follow each other share their errors
   double clear_m = 1.0;           ///< what stands before what is seen first is nearer by this ...
