@@ -111,7 +111,11 @@ absl::StatusOr<LoopAnswer> LoopDetector::Query(const ScanDescriptor& scan, std::
   if (said.answer.outcome == Outcome::kLocalized) {
     const Candidate& best = said.answer.candidates.front();
     const Pose& T_map_place = map_->places[static_cast<std::size_t>(best.matched)].T_map_place;
-    said.loop = Loop{best.matched, T_map_place.inverse() * best.T_map_query};
+    said.loop = Loop{best.matched, T_map_place.inverse() * best.T_map_query, std::nullopt};
+    if (best.covariance) {
+      said.loop->information =
+          Rotated(T_map_place.linear().transpose(), *best.covariance).inverse();
+    }
   }
   return said;
 }

@@ -15,6 +15,8 @@ namespace nb = nanobind;
 namespace scanloc::python {
 namespace {
 
+using Matrix6 = nb::ndarray<nb::numpy, double, nb::shape<6, 6>, nb::c_contig>;
+
 /// A detector is for one thread at a time: they take turns.
 class SharedLoopDetector {
  public:
@@ -43,6 +45,16 @@ void BindLoopDetector(nb::module_& m) {
           "T_place_scan", [](const Loop& loop) { return ArrayOf(loop.T_place_scan); },
           nb::rv_policy::move,
           "4x4 float64, metres: points in the scan's sensor frame to the place's.")
+      .def_prop_ro(
+          "information",
+          [](const Loop& loop) -> std::optional<Matrix6> {
+            if (!loop.information) return std::nullopt;
+            const Eigen::Matrix<double, 6, 6>& matrix = *loop.information;  // symmetric
+            return ArrayOf<double, Matrix6>({matrix.data(), matrix.data() + 36}, {6, 6});
+          },
+          nb::rv_policy::move,
+          "6x6 float64, of T_place_scan: x y z [1/m^2], roll pitch yaw [1/rad^2] along the axes of "
+          "the place; None but with the method auto.")
       .def("__repr__",
            [](const Loop& loop) { return absl::StrCat("<Loop with place ", loop.place, ">"); });
 

@@ -21,6 +21,8 @@ def test_closes_loops():
     assert said.answer.localized, said.answer.reason
     assert said.loop.place == 7
     np.testing.assert_allclose(said.loop.T_place_scan, T_place_scan, atol=0.3)
+    assert said.loop.information.shape == (6, 6)
+    np.linalg.cholesky(said.loop.information)
     assert detector.query(scene(18), 20 * SECOND_NS).loop is None
 
 

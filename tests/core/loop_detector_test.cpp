@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <Eigen/Cholesky>
 #include <limits>
 #include <memory>
 #include <string>
@@ -85,6 +86,25 @@ TEST(LoopDetector, TellsThePoseOfTheScanInTheFrameOfThePlace) {
   const Pose error = T_place_scan.inverse() * said->loop->T_place_scan;
   EXPECT_LT(error.translation().norm(), 0.3);
   EXPECT_LT(Eigen::AngleAxisd(error.linear()).angle(), 0.02);
+}
+
+TEST(LoopDetector, TellsTheInformationAboutTheAxesOfThePlace) {
+  LoopDetector detector = MakeDetector({.window_s = 0.0});
+  Drive(detector, 0, 30);
+  const auto said = detector.Query(Scene(7), 100 * kSecond_ns);
+  ASSERT_TRUE(said.ok() && said->loop && said->loop->information) << said.status();
+  const Candidate& best = said->answer.candidates.front();
+  const Eigen::Matrix3d R_place_map = detector.T_map_place(7).linear().transpose();
+  const PoseCovariance covariance = Rotated(R_place_map, *best.covariance);
+  EXPECT_TRUE((*said->loop->information * covariance).isIdentity(1e-6));
+  EXPECT_TRUE(said->loop->information->ldlt().isPositive());
+
+  LoopDetector by_contexts =
+      MakeDetector({.query = {.method = *ParseMethod("a-pc")}, .window_s = 0.0});
+  Drive(by_contexts, 0, 30);
+  const auto told = by_contexts.Query(Scene(7), 100 * kSecond_ns);
+  ASSERT_TRUE(told.ok() && told->loop) << told.status();
+  EXPECT_FALSE(told->loop->information.has_value());
 }
 
 TEST(LoopDetector, LeavesOutTheWindow) {

@@ -16,6 +16,7 @@
 #include "scanloc/core/scan/descriptor.hpp"
 #include "scanloc/core/scan/point_cloud.hpp"
 #include "scanloc/core/scan/pose.hpp"
+#include "scanloc/core/scan/pose_covariance.hpp"
 #include "scanloc/core/search_control.hpp"
 
 namespace scanloc {
@@ -37,6 +38,10 @@ struct LoopDetectorOptions {
 struct Loop {
   std::int32_t place = 0;                ///< the earlier one, as Add numbered it
   Pose T_place_scan = Pose::Identity();  ///< as the scans show it, whatever the poses given to Add
+  /// Of T_place_scan: the inverse of its covariance, in the order and about the axes of
+  /// PoseCovariance, those of the place. None where the method tells no covariance: with `auto` it
+  /// is told.
+  std::optional<Eigen::Matrix<double, 6, 6>> information;
 };
 
 /// What is said of a scan.
