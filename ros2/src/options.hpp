@@ -2,6 +2,7 @@
 
 #include <CLI/CLI.hpp>
 #include <string>
+#include <vector>
 
 #include "absl/status/status.h"
 #include "cli/connection_options.hpp"
@@ -37,6 +38,7 @@ class Options {
   bool until_localized_ = false;
   bool always_ = false;
   bool publish_tf_ = false;
+  std::vector<double> T_base_sensor_;  // empty: not given
   std::string tf_topic_ = "tf";
   std::string reliability_ = "best_effort";
   double deadline_s_ = 5.0;

@@ -4,6 +4,7 @@
 #include <signal.h>
 
 #include <chrono>
+#include <numbers>
 #include <thread>
 
 #include "ros2/running_node.hpp"
@@ -16,7 +17,10 @@ namespace {
 using ::testing::HasSubstr;
 
 TEST(RosNode, TellsWhereTheRobotIsAndEnds) {
-  RunningNode node({"--map", Town().map1, "--once"});
+  // The sensor sits 1 m above the base and looks to its left.
+  RunningNode node({"--map", Town().map1, "--once", "--T-base-sensor", "0,0,1,0,0,90"});
+  const Pose T_base_sensor = Eigen::Translation3d(0, 0, 1) *
+                             Eigen::AngleAxisd(std::numbers::pi / 2, Eigen::Vector3d::UnitZ());
   node.robot.Subscribe("/scanloc/candidates", "geometry_msgs/PoseArray");
   ASSERT_TRUE(node.robot.WaitForWriter("/scanloc/candidates"));
   node.SendScan(Town().drive2, 12, kStart_ns);
@@ -25,7 +29,9 @@ TEST(RosNode, TellsWhereTheRobotIsAndEnds) {
   const PoseHeard heard = ReadPoseWithCovariance(*bytes);
   EXPECT_EQ(heard.stamp_ns, kStart_ns);
   EXPECT_EQ(heard.frame, "map");
-  EXPECT_TRUE(heard.pose.translation().isApprox(AnswerOfCommandLine(Town().drive2, 12), 1e-6))
+  EXPECT_TRUE((heard.pose * T_base_sensor)
+                  .translation()
+                  .isApprox(AnswerOfCommandLine(Town().drive2, 12), 1e-6))
       << heard.pose.translation().transpose();
   EXPECT_GT(heard.covariance[0], 0.0);
   const auto candidates = node.robot.Next("/scanloc/candidates");
@@ -222,6 +228,8 @@ TEST(RosNode, RefusesWrongUsage) {
            {{"--map", "m", "--server", "h:1"}, "excludes"},
            {{"--map", "m", "--once", "--always"}, "excludes"},
            {{"--map", "m", "--domain", "400"}, "400"},
+           {{"--map", "m", "--T-base-sensor", "1,2,3"}, "--T-base-sensor"},
+           {{"--map", "m", "--T-base-sensor", "1,2,nan,0,0,0"}, "nan"},
            {{"--map", Town().map1, "--points", "a b"}, "is no name of a topic"},
            {{"--map", "m", "--publish-tf", "--odom", ""}, "needs --odom"}}) {
     const ProcessResult result = RunProcess(Command(program, args));
