@@ -16,9 +16,9 @@
 #include <thread>
 #include <utility>
 
+#include "ops/service_manager.hpp"
 #include "scanloc/core/printable.hpp"
 #include "scanloc/server/build_info.hpp"
-#include "service_manager.hpp"
 
 namespace scanloc::server {
 namespace {

@@ -11,25 +11,25 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
-#include "access.hpp"
-#include "admin_service.hpp"
+#include "admission/access.hpp"
+#include "admission/admission.hpp"
+#include "admission/idle_calls.hpp"
+#include "front/guarded_front.hpp"
+#include "front/memory_bound.hpp"
+#include "front/tls_files.hpp"
 #include "grpc/health/v1/health.grpc.pb.h"
-#include "guarded_front.hpp"
-#include "health_service.hpp"
-#include "localization_service.hpp"
-#include "map_keeper.hpp"
-#include "map_sources.hpp"
-#include "memory_bound.hpp"
-#include "metrics.hpp"
-#include "metrics_endpoint.hpp"
-#include "query_capture.hpp"
-#include "reception.hpp"
-#include "reflection_service.hpp"
+#include "maps/map_keeper.hpp"
+#include "maps/map_sources.hpp"
+#include "ops/metrics.hpp"
+#include "ops/metrics_endpoint.hpp"
+#include "ops/query_capture.hpp"
+#include "rpc/admin_service.hpp"
+#include "rpc/health_service.hpp"
+#include "rpc/localization_service.hpp"
+#include "rpc/reflection_service.hpp"
+#include "rpc/unary_call.hpp"
 #include "scanloc/v1/admin.grpc.pb.h"
 #include "scanloc/v1/localization.grpc.pb.h"
-#include "tls_files.hpp"
-#include "unary_call.hpp"
-#include "waiting_room.hpp"
 
 namespace scanloc::server {
 namespace {
@@ -77,22 +77,23 @@ struct Server::State {
         workers(NumThreads(server_options), server_options.max_inflight, server_options.max_wait_s),
         metrics([this] { return Look(); }),
         capture(open_capture(metrics)),
-        reception(*access, metrics, server_options.max_rate_per_s, server_options.log_requests),
-        inbox({.max_waiters = MaxReceiving(server_options),
-               .grace = kReceivedAtOnce,
-               .timeout = std::chrono::duration<double>(server_options.receive_s),
-               .full = "the server receives as many requests as its memory allows; try again later",
-               .expired = absl::StrCat("the request did not arrive within ",
-                                       server_options.receive_s, " s")}),
-        outbox({.max_waiters = kMaxSending,
-                .grace = kReceivedAtOnce,
-                .timeout = std::chrono::duration<double>(server_options.receive_s),
-                .full = "as many answers as may are not taken in",
-                .expired = "the answer was not taken in"}),
+        admission(*access, metrics, server_options.max_rate_per_s, server_options.log_requests),
+        receiving(
+            {.max_idle = MaxReceiving(server_options),
+             .grace = kReceivedAtOnce,
+             .timeout = std::chrono::duration<double>(server_options.receive_s),
+             .full = "the server receives as many requests as its memory allows; try again later",
+             .expired = absl::StrCat("the request did not arrive within ", server_options.receive_s,
+                                     " s")}),
+        sending({.max_idle = kMaxSending,
+                 .grace = kReceivedAtOnce,
+                 .timeout = std::chrono::duration<double>(server_options.receive_s),
+                 .full = "as many answers as may are not taken in",
+                 .expired = "the answer was not taken in"}),
         memory(static_cast<std::int64_t>(kMemoryFactor *
                                          static_cast<double>(server_options.max_memory_bytes))),
         localization(
-            maps, workers, {inbox, outbox}, reception, metrics, capture.get(),
+            maps, workers, {receiving, sending}, admission, metrics, capture.get(),
             {.streams = {.max_streams = server_options.max_streams,
                          .max_per_client = server_options.max_streams_per_client,
                          .idle = std::chrono::duration<double>(server_options.stream_idle_s)},
@@ -100,11 +101,11 @@ struct Server::State {
              .max_candidates = server_options.max_candidates,
              .allow_slow_methods = server_options.allow_slow_methods,
              .max_waiting_bytes = server_options.max_memory_bytes / 2}),
-        admin(maps, {inbox, outbox}, reception,
+        admin(maps, {receiving, sending}, admission,
               {.reload = [this](const std::string& name) { return keeper.Reload(name); },
                .load = [this](const std::string& name) { return keeper.LoadNew(name); },
                .unload = [this](const std::string& name) { return keeper.Unload(name); }}),
-        health(outbox, std::chrono::duration<double>(server_options.receive_s)),
+        health(sending, std::chrono::duration<double>(server_options.receive_s)),
         keeper(MapSources(server_options.maps, server_options.maps_dir), std::move(loader), maps,
                health, metrics, memory),
         reflection(ServicesOf(server_options)) {}
@@ -129,9 +130,9 @@ struct Server::State {
   WorkerPool workers;
   Metrics metrics;
   const std::unique_ptr<QueryCapture> capture;
-  Reception reception;
-  WaitingRoom inbox;   // requests on their way
-  WaitingRoom outbox;  // answers on theirs
+  Admission admission;
+  IdleCalls receiving;  // requests on their way
+  IdleCalls sending;    // answers on theirs
   MemoryBound memory;
   LocalizationService localization;
   AdminService admin;
@@ -157,8 +158,8 @@ Metrics::Gauges Server::State::Look() const {
 std::int64_t Server::State::AtHandBytes() const {
   const WorkerPool::Load load = workers.load();
   const std::int64_t num_at_hand =
-      inbox.num_waiters() + localization.num_streams() + load.num_waiting + load.num_running;
-  return num_at_hand * LargestMessageBytes(options) + outbox.num_waiters() * kAnswerBytes;
+      receiving.num_idle() + localization.num_streams() + load.num_waiting + load.num_running;
+  return num_at_hand * LargestMessageBytes(options) + sending.num_idle() * kAnswerBytes;
 }
 
 absl::Status Server::State::Listen() {
@@ -186,7 +187,7 @@ absl::Status Server::State::Listen() {
       .asked_itself = [this](bool is_answered) { metrics.CountSelfCheck(is_answered); }};
   if (options.admin) guarded.services.push_back(&admin);
   if (options.reflection) guarded.services.push_back(&reflection);
-  auto opened = GuardedFront::Open(std::move(guarded), {inbox, outbox}, memory);
+  auto opened = GuardedFront::Open(std::move(guarded), {receiving, sending}, memory);
   if (!opened.ok()) return opened.status();
   front = *std::move(opened);
   return absl::OkStatus();
@@ -240,8 +241,8 @@ void Server::Shutdown() {
     state_->health.StartDraining();
     state_->localization.Drain();
     state_->reflection.Drain();
-    state_->inbox.Drain(kDrainGrace);
-    state_->outbox.Drain(kDrainGrace);
+    state_->receiving.Drain(kDrainGrace);
+    state_->sending.Drain(kDrainGrace);
     state_->front->Shutdown(std::chrono::duration_cast<std::chrono::nanoseconds>(
         std::chrono::duration<double>(state_->options.drain_s)));
   });

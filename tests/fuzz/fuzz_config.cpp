@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "access.hpp"
+#include "admission/access.hpp"
 #include "scanloc/server/server_options.hpp"
 
 namespace {

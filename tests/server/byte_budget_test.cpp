@@ -1,4 +1,4 @@
-#include "byte_budget.hpp"
+#include "admission/byte_budget.hpp"
 
 #include <gtest/gtest.h>
 

@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "unary_call.hpp"
+#include "rpc/unary_call.hpp"
 
 namespace scanloc::server {
 namespace {

@@ -1,4 +1,4 @@
-#include "client_rates.hpp"
+#include "admission/client_rates.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // Files that are taken up anew while the server runs.
-#include "file_watch.hpp"
+#include "ops/file_watch.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "access.hpp"
+#include "admission/access.hpp"
 #include "support/temp_dir.hpp"
 
 namespace scanloc::server {

@@ -15,7 +15,7 @@
 #include <thread>
 #include <vector>
 
-#include "listen_sockets.hpp"
+#include "front/listen_sockets.hpp"
 #include "metered_scanlocd.hpp"
 #include "support/long_tests.hpp"
 #include "support/paths.hpp"

@@ -1,4 +1,4 @@
-#include "health_service.hpp"
+#include "rpc/health_service.hpp"
 
 #include <gtest/gtest.h>
 

@@ -140,7 +140,7 @@ class HostileMessages : public MeteredScanlocdTest {
     ASSERT_NE(status.error_code(), grpc::StatusCode::UNAVAILABLE) << status.error_message();
     ASSERT_NE(status.error_code(), grpc::StatusCode::UNKNOWN) << status.error_message();
     ASSERT_NE(status.error_code(), grpc::StatusCode::DEADLINE_EXCEEDED) << status.error_message();
-    ASSERT_NE(status.error_code(), grpc::StatusCode::UNAUTHENTICATED) << "it stops at the door";
+    ASSERT_NE(status.error_code(), grpc::StatusCode::UNAUTHENTICATED) << "it stops at the listener";
   }
 
   std::shared_ptr<grpc::Channel> channel_;

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "logs.hpp"
 #include "observability_fixture.hpp"
+#include "ops/logs.hpp"
 #include "scanloc/proto/convert.hpp"
 #include "scanloc/proto/status.hpp"
 

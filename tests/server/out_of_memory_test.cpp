@@ -7,7 +7,7 @@
 #include <new>
 #include <string>
 
-#include "scanloc/server/fair_line.hpp"
+#include "scanloc/server/fair_queue.hpp"
 #include "scanloc/server/worker_pool.hpp"
 
 namespace {
@@ -48,12 +48,12 @@ int FailAtEachAllocation(Work&& work) {
 TEST(FairLineWithoutMemory, StaysAsItWasWhenATaskCannotBeAdded) {
   int num_run = 0;
   for (int num_before = 0; num_before < 3; ++num_before) {
-    FairLine line;
+    FairQueue line;
     const auto turn = [&] {
-      return FairLine::Turn{kClient, [&](const absl::StatusOr<int>&) { ++num_run; }};
+      return FairQueue::Turn{kClient, [&](const absl::StatusOr<int>&) { ++num_run; }};
     };
     for (int i = 0; i < num_before; ++i) line.Add(turn());
-    FairLine::Turn added = turn();
+    FairQueue::Turn added = turn();
     const int num_failed = FailAtEachAllocation([&] {
       EXPECT_EQ(line.size(), num_before);
       line.Add(std::move(added));

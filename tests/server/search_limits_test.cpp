@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "localization_service.hpp"
+#include "rpc/localization_service.hpp"
 #include "support/raw_call.hpp"
 #include "support/small_map.hpp"
 #include "support/test_server.hpp"

@@ -1,4 +1,4 @@
-#include "watchdog.hpp"
+#include "front/watchdog.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -13,9 +13,9 @@
 #include <thread>
 #include <vector>
 
-#include "listen_sockets.hpp"
-#include "memory_bound.hpp"
-#include "own_identity.hpp"
+#include "front/listen_sockets.hpp"
+#include "front/memory_bound.hpp"
+#include "front/own_identity.hpp"
 #include "support/small_map.hpp"
 #include "support/test_server.hpp"
 
@@ -43,7 +43,7 @@ std::string FirstDeed(const std::string& address, MemoryBound& memory) {
   const auto tell = [&](const std::string& deed) {
     if (!is_done.exchange(true)) done.set_value(deed);
   };
-  const Watchdog watchdog({.ask = [&] { return std::make_unique<DoorProbe>(address, nullptr); },
+  const Watchdog watchdog({.ask = [&] { return std::make_unique<SelfCheck>(address, nullptr); },
                            .work_bytes = [] { return 0; },
                            .at_hand_bytes = [] { return 0; },
                            .make_anew = tell,

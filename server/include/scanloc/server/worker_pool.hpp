@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "absl/status/status.h"
-#include "scanloc/server/fair_line.hpp"
+#include "scanloc/server/fair_queue.hpp"
 
 namespace scanloc::server {
 
@@ -18,7 +18,7 @@ class WorkerPool {
  public:
   /// Called once: with the index of the thread that runs it, so that tasks can keep memory a
   /// thread; or with ResourceExhausted, if it had to make room for another client's.
-  using Task = FairLine::Task;
+  using Task = FairQueue::Task;
 
   struct Load {
     int num_waiting = 0;
@@ -72,8 +72,8 @@ class WorkerPool {
   const double max_wait_s_;
   mutable std::mutex mutex_;
   std::condition_variable has_work_;
-  FairLine waiting_;
-  FairLine patient_;                 // outside, until there is room
+  FairQueue waiting_;
+  FairQueue patient_;                // outside, until there is room
   bool is_turn_of_patient_ = false;  // the next place that falls free is theirs
   int num_running_ = 0;
   double mean_task_s_ = 0.01;  // moving average

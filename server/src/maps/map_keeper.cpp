@@ -1,0 +1,208 @@
+#include "maps/map_keeper.hpp"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+#include "absl/strings/escaping.h"
+#include "absl/strings/str_cat.h"
+#include "front/memory.hpp"
+#include "ops/clock.hpp"
+#include "rpc/unary_call.hpp"
+
+namespace scanloc::server {
+
+std::string HealthName(const std::string& map_name) {
+  return absl::StrCat("scanloc.map/", map_name);
+}
+
+MapKeeper::MapKeeper(MapSources sources, MapLoader load_map, MapRegistry& maps,
+                     HealthService& health, Metrics& metrics, MemoryBound& memory)
+    : sources_(std::move(sources)),
+      load_map_(std::move(load_map)),
+      maps_(maps),
+      health_(health),
+      metrics_(metrics),
+      memory_(memory) {}
+
+absl::Status MapKeeper::ExpectAll() {
+  health_.Set("", false);
+  const auto known = sources_.List();
+  if (!known.ok()) return known.status();
+  const std::lock_guard lock(mutex_);
+  for (const MapSource& source : *known) Expect(source.name);
+  return absl::OkStatus();
+}
+
+std::mutex& MapKeeper::MutexOf(const std::string& name) {
+  const std::lock_guard lock(mutex_);
+  return map_mutexes_[name];
+}
+
+absl::Status MapKeeper::Load(const MapSource& source) {
+  const std::lock_guard lock(MutexOf(source.name));
+  return LoadNow(source);
+}
+
+absl::Status MapKeeper::LoadNow(const MapSource& source) {
+  {
+    const std::lock_guard lock(mutex_);
+    Expect(source.name);
+  }
+  const std::int64_t start_ns = NowNs();
+  std::error_code unknown;
+  const std::uintmax_t size = std::filesystem::file_size(source.path, unknown);
+  const MemoryBound::Loading loading(memory_, unknown ? 0 : static_cast<std::int64_t>(size));
+  spdlog::debug("loading map {} from {}", source.name, source.path);
+  absl::Status status = Guard([&]() -> absl::Status {
+    auto map = load_map_(source.path);
+    if (!map.ok()) return map.status();
+    return PutInService(source, *std::move(map));
+  });
+  // What the loading or the map before held would stay, a little more of it after every reload.
+  ReturnFreedMemory();
+  if (status.ok()) {
+    const std::lock_guard lock(mutex_);
+    health_.Set(HealthName(source.name), true);
+    TellHealth();
+  }
+  metrics_.SetLoadTime(source.name, 1e-9 * static_cast<double>(NowNs() - start_ns));
+  if (status.ok()) return status;
+  metrics_.CountFailedLoad(source.name);
+  maps_.SetFailed(source.name);
+  return {status.code(), absl::StrCat("map ", source.name, ": ", status.message())};
+}
+
+absl::Status MapKeeper::PutInService(const MapSource& source, Map map) {
+  if (const auto served = maps_.Find(source.name); served.ok()) {
+    const Map& now = (*served)->localizer->map();
+    if (now.content_id == map.content_id && now.complete == map.complete &&
+        now.calibration == map.calibration && now.confusable == map.confusable) {
+      spdlog::info("map {} is unchanged", source.name);
+      return absl::OkStatus();
+    }
+  }
+  const std::size_t num_places = map.places.size();
+  const std::string content_id = map.content_id;
+  const std::string calibration_id = map.calibration_id;
+  const bool complete = map.complete;
+  if (auto status = maps_.Serve(source.name, source.path, std::move(map)); !status.ok()) {
+    return status;
+  }
+  spdlog::info("map {} in service: {} places, content id {}, calibration id {}", source.name,
+               num_places, content_id, calibration_id.empty() ? "none" : calibration_id);
+  if (!complete) {
+    spdlog::warn("map {} is half built: finish it with scanloc build --resume, then reload",
+                 source.name);
+  }
+  return absl::OkStatus();
+}
+
+absl::Status MapKeeper::LoadAll() {
+  const auto sources = sources_.List();
+  if (!sources.ok()) return sources.status();
+  absl::Status first_error;
+  std::size_t num_loaded = 0;
+  for (const MapSource& source : *sources) {
+    const absl::Status status = Load(source);
+    if (is_stopping_) return absl::CancelledError("the server was stopped while loading maps");
+    if (status.ok()) {
+      ++num_loaded;
+      continue;
+    }
+    if (first_error.ok()) first_error = status;
+    // Alone, it is told by who called; among others it must not go unseen.
+    if (sources->size() > 1) spdlog::error("{}", absl::StrCat(status.message()));
+  }
+  if (num_loaded == 0 && !first_error.ok()) return first_error;
+  if (sources->empty()) {
+    spdlog::warn("no map to serve; put NAME.scanloc into the maps folder, then send SIGHUP");
+  }
+  const std::lock_guard lock(mutex_);
+  have_all_been_tried_ = true;
+  TellHealth();
+  return absl::OkStatus();
+}
+
+void MapKeeper::TellHealth() {
+  const std::vector<MapSummary> known = maps_.List();
+  const bool is_any_served = std::any_of(known.begin(), known.end(), [](const MapSummary& map) {
+    return map.state == MapState::kServing;
+  });
+  health_.Set("", have_all_been_tried_ && is_any_served);
+}
+
+void MapKeeper::Expect(const std::string& name) {
+  if (IsKnown(name)) return;
+  maps_.Add(name);
+  health_.Set(HealthName(name), false);
+  metrics_.StartCountingLoads(name);
+}
+
+bool MapKeeper::IsKnown(const std::string& name) const {
+  const std::vector<MapSummary> known = maps_.List();
+  return std::any_of(known.begin(), known.end(),
+                     [&](const MapSummary& map) { return map.name == name; });
+}
+
+absl::Status MapKeeper::Reload(const std::string& name) {
+  if (!IsKnown(name)) {
+    return absl::NotFoundError(absl::StrCat("no map is named ", absl::Utf8SafeCHexEscape(name)));
+  }
+  const auto source = sources_.Find(name);
+  if (!source.ok()) return source.status();
+  return Load(*source);
+}
+
+absl::Status MapKeeper::LoadNew(const std::string& name) {
+  const auto is_served = [&] { return !name.empty() && maps_.Find(name).ok(); };
+  const auto exists = [&] {
+    return absl::AlreadyExistsError(absl::StrCat("map ", name, " is in service; reload it"));
+  };
+  if (is_served()) return exists();
+  const auto source = sources_.Find(name);
+  if (!source.ok()) return source.status();
+  const std::lock_guard lock(MutexOf(name));
+  return is_served() ? exists() : LoadNow(*source);
+}
+
+absl::Status MapKeeper::Unload(const std::string& name) {
+  if (!IsKnown(name)) return maps_.Remove(name);  // which says so
+  const std::lock_guard lock(MutexOf(name));
+  return Remove(name);
+}
+
+absl::Status MapKeeper::Remove(const std::string& name) {
+  if (auto status = maps_.Remove(name); !status.ok()) return status;
+  const std::lock_guard lock(mutex_);
+  health_.Set(HealthName(name), false);
+  TellHealth();
+  spdlog::info("map {} out of service", name);
+  return absl::OkStatus();
+}
+
+void MapKeeper::ForgetFailedAndGone() {
+  for (const MapSummary& map : maps_.List()) {
+    if (map.state != MapState::kFailed || sources_.Find(map.name).ok()) continue;
+    const std::unique_lock lock(MutexOf(map.name), std::try_to_lock);
+    if (!lock.owns_lock()) continue;  // it is loaded just now
+    if (auto status = Remove(map.name); !status.ok()) spdlog::error("{}", status.ToString());
+  }
+}
+
+void MapKeeper::ReloadAll() {
+  const auto sources = sources_.List();
+  if (!sources.ok()) return spdlog::error("{}", absl::StrCat(sources.status().message()));
+  ForgetFailedAndGone();
+  for (const MapSource& source : *sources) {
+    if (is_stopping_) return;
+    const absl::Status status = Load(source);
+    if (!status.ok()) spdlog::error("not reloaded: {}", absl::StrCat(status.message()));
+  }
+}
+
+}  // namespace scanloc::server

@@ -1,0 +1,413 @@
+#include "rpc/localization_service.hpp"
+
+#include <google/protobuf/util/time_util.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "ops/clock.hpp"
+#include "rpc/unary_call.hpp"
+#include "scanloc/core/method.hpp"
+#include "scanloc/core/track/tracker.hpp"
+#include "scanloc/proto/convert.hpp"
+#include "scanloc/proto/status.hpp"
+#include "scanloc/server/build_info.hpp"
+
+namespace scanloc::server {
+namespace {
+
+constexpr double kMemoryRetry_s = 0.2;
+
+/// What the method auto takes of each kind of context where nobody says how many.
+constexpr int kAutoCandidates = 100;
+
+SearchControl ControlOf(const grpc::CallbackServerContext& context,
+                        std::chrono::milliseconds budget) {
+  SearchControl control = TimedBy(NowNs, std::chrono::nanoseconds(budget).count());
+  control.is_unwanted = [&context] { return context.IsCancelled(); };
+  return control;
+}
+
+/// Nobody is there any more, or nobody who may ask. All else is of one scan.
+bool EndsStream(const absl::Status& status) {
+  return absl::IsCancelled(status) || absl::IsUnauthenticated(status) ||
+         absl::IsPermissionDenied(status);
+}
+
+RobotStreams::Limits WithBytes(RobotStreams::Limits limits, std::int64_t max_bytes) {
+  limits.max_bytes = max_bytes;
+  return limits;
+}
+
+}  // namespace
+
+struct LocalizationService::Robot {
+  /// How far it has come since the scan that was last answered.
+  struct Motion {
+    std::optional<Pose> T_answered_scan = Pose::Identity();  // none: not known
+    void Add(const std::optional<Pose>& T_last_scan) {
+      if (T_answered_scan && T_last_scan) {
+        T_answered_scan = *T_answered_scan * *T_last_scan;
+      } else {
+        T_answered_scan.reset();
+      }
+    }
+  };
+
+  Call call;
+  const grpc::CallbackServerContext* context = nullptr;
+  bool is_admitted = false;  // by the rate, for the first scan
+  std::optional<v1::StreamConfig> config;
+  Asked asked;
+  double max_step_m = TrackerOptions().max_step_m;
+  std::shared_ptr<const ServedMap> map;
+  std::optional<Tracker> tracker;
+  Motion motion;
+};
+
+void LimitCandidates(const Params& params, int max_candidates, Query& query) {
+  if (query.num_candidates) return;
+  const bool is_auto = MethodOf(query, params).automatic;
+  const int of_map = is_auto ? kAutoCandidates : params.search.num_candidates;
+  if (of_map > max_candidates) query.num_candidates = max_candidates;
+}
+
+LocalizationService::LocalizationService(const MapRegistry& maps, WorkerPool& workers,
+                                         const CallWaits& waits, Admission& admission,
+                                         Metrics& metrics, QueryCapture* capture,
+                                         const Limits& limits)
+    : maps_(maps),
+      workers_(workers),
+      waits_(waits),
+      admission_(admission),
+      metrics_(metrics),
+      capture_(capture),
+      limits_(limits),
+      describers_(workers.num_threads()),
+      waiting_bytes_(limits.max_waiting_bytes / 2),
+      streams_(workers, WithBytes(limits.streams, limits.max_waiting_bytes / 2)) {
+  using Context = grpc::CallbackServerContext;
+  RawService::Serve("/scanloc.v1.Localization/Localize",
+                    [this](Context* context) { return Localize(context); });
+  RawService::Serve("/scanloc.v1.Localization/LocalizeStream",
+                    [this](Context* context) { return LocalizeStream(context); });
+  RawService::Serve("/scanloc.v1.Localization/ListMaps",
+                    [this](Context* context) { return ListMaps(context); });
+  RawService::Serve("/scanloc.v1.Localization/GetMapInfo",
+                    [this](Context* context) { return GetMapInfo(context); });
+  RawService::Serve("/scanloc.v1.Localization/ListPlaces",
+                    [this](Context* context) { return ListPlaces(context); });
+}
+
+std::int64_t LocalizationService::work_bytes() const {
+  std::int64_t sum = 0;
+  for (const QueryDescriber& describer : describers_) sum += describer.held_bytes();
+  return sum;
+}
+
+absl::Status LocalizationService::CheckMemory(const std::string& client) const {
+  if (!waiting_bytes_.IsOverdrawnFor(client)) return absl::OkStatus();
+  return proto::WithRetryAfter(
+      absl::ResourceExhaustedError("the requests that wait fill the memory meant for them, or this "
+                                   "client's part of it; try again later"),
+      kMemoryRetry_s);
+}
+
+RawService::Reactor* LocalizationService::Localize(grpc::CallbackServerContext* context) {
+  const auto call = std::make_shared<Call>(admission_.Begin(*context, "Localize", Role::kQuery));
+  auto ended = [this, call](const absl::Status& status) { admission_.End(*call, status); };
+  if (!call->admitted.ok())
+    return InboundCall::Refuse(waits_, *context, call->client, call->admitted, std::move(ended));
+  // What would be refused need not be received first.
+  absl::Status room = CheckMemory(call->client);
+  if (room.ok()) room = workers_.CheckRoomFor(call->client);
+  if (!room.ok()) {
+    metrics_.CountRejected("busy");
+    return InboundCall::Refuse(waits_, *context, call->client, room, std::move(ended));
+  }
+  const auto act = [this, call, context](InboundCall& inbound) {
+    call->arrived_ns = NowNs();  // how long the client took to send it is not the server's time
+    ByteBudget::Share share(waiting_bytes_, call->client,
+                            static_cast<std::int64_t>(inbound.request().Length()));
+    absl::Status taken = CheckMemory(call->client);
+    if (taken.ok()) {
+      taken = Guard([&] {
+        return workers_.Submit(
+            call->client, [this, call, context, &inbound,
+                           share = std::move(share)](const absl::StatusOr<int>& worker) {
+              if (!worker.ok()) metrics_.CountRejected("busy");
+              inbound.End(worker.ok() ? Serve(inbound, *call, *context, *worker) : worker.status());
+            });
+      });
+    }
+    if (taken.ok()) return;
+    metrics_.CountRejected("busy");
+    inbound.End(taken);
+  };
+  return InboundCall::Receive(waits_, *context, call->client, act, std::move(ended));
+}
+
+absl::Status LocalizationService::Serve(InboundCall& inbound, Call& call,
+                                        const grpc::CallbackServerContext& context, int worker) {
+  if (auto status = CheckStillWanted(context); !status.ok()) return status;
+  const Arrival arrival{call.arrived_ns, NowNs()};
+  return Respond<v1::LocalizeRequest>(
+      inbound.request(), inbound.response(),
+      [&](const v1::LocalizeRequest& message) -> absl::StatusOr<v1::LocalizeResponse> {
+        const auto reply = Answer(message, arrival, context, describers_[worker]);
+        if (!reply.ok()) return reply.status();
+        v1::LocalizeResponse told = proto::ToProto(*reply);
+        Note(message, *reply, told, call);
+        return told;
+      });
+}
+
+void LocalizationService::Note(const v1::LocalizeRequest& request, const LocalizeReply& reply,
+                               const v1::LocalizeResponse& response, Call& call) const {
+  call.map = reply.map;
+  call.content_id = reply.answer.content_id;
+  call.outcome = reply.answer.outcome;
+  metrics_.AddReply(reply);
+  // A scan of next to nothing tells nothing, and whoever sends such could push the others out.
+  if (capture_ == nullptr || reply.answer.outcome == Outcome::kLocalized ||
+      reply.answer.outcome == Outcome::kInsufficientScan) {
+    return;
+  }
+  v1::CapturedQuery query;
+  query.set_request_id(call.request_id);
+  query.set_server_version(BuildVersion());
+  *query.mutable_received() = google::protobuf::util::TimeUtil::GetCurrentTime();
+  *query.mutable_request() = request;
+  *query.mutable_response() = response;
+  capture_->Keep(std::move(query));
+}
+
+absl::StatusOr<LocalizationService::Asked> LocalizationService::AskedBy(
+    const v1::LocalizeRequest& request) const {
+  auto query = proto::FromProto(request.options());
+  if (!query.ok()) return query.status();
+  if (auto status = CheckCost(*query); !status.ok()) return status;
+  const auto budget = proto::BudgetFromProto(request.options());
+  if (!budget.ok()) return budget.status();
+  return Asked{*std::move(query), *budget};
+}
+
+absl::Status LocalizationService::CheckCost(const Query& query) const {
+  const int most = std::max(query.num_candidates.value_or(1), query.max_answers);
+  if (most > limits_.max_candidates) {
+    return proto::WithReason(
+        v1::ERROR_REASON_TOO_MANY_CANDIDATES,
+        absl::ResourceExhaustedError(absl::StrCat(
+            most, " candidates are asked for; this server allows ", limits_.max_candidates)));
+  }
+  const bool is_slow = query.method && (query.method->brute_force || query.method->naive_alignment);
+  if (is_slow && !limits_.allow_slow_methods) {
+    return proto::WithReason(
+        v1::ERROR_REASON_METHOD_NOT_ALLOWED,
+        absl::PermissionDeniedError(absl::StrCat(
+            "the method ", MethodName(*query.method), " takes a thread for up to seconds; leave ",
+            "out -brute and -naive, or start the server with --allow-slow-methods")));
+  }
+  return absl::OkStatus();
+}
+
+absl::StatusOr<LocalizeReply> LocalizationService::Answer(
+    const v1::LocalizeRequest& request, const Arrival& arrival,
+    const grpc::CallbackServerContext& context, QueryDescriber& describer) {
+  if (auto status = proto::CheckMapName(request.map()); !status.ok()) return status;
+  auto asked = AskedBy(request);
+  if (!asked.ok()) return asked.status();
+
+  const auto map = maps_.Find(request.map());
+  if (!map.ok()) return map.status();
+  if (auto status = Validate(asked->query, (*map)->info.params); !status.ok()) return status;
+
+  LimitCandidates((*map)->info.params, limits_.max_candidates, asked->query);
+
+  auto described = describer.Describe(request, **map, limits_.max_points);
+  if (!described.ok()) return described.status();
+  const std::int64_t decode_ns = NowNs() - arrival.started_ns - described->describe_ns;
+
+  auto answer = (*map)->localizer->Localize(described->descriptor, asked->query,
+                                            ControlOf(context, asked->budget));
+  if (!answer.ok()) return answer.status();
+  answer->times.describe_ns = described->describe_ns;
+  return LocalizeReply{.answer = *std::move(answer),
+                       .map = (*map)->info.name,
+                       .queue_ns = arrival.started_ns - arrival.arrived_ns,
+                       .decode_ns = decode_ns,
+                       .scan_counts = described->scan_counts};
+}
+
+RawService::Reactor* LocalizationService::LocalizeStream(grpc::CallbackServerContext* context) {
+  const auto robot = std::make_shared<Robot>();
+  robot->call = admission_.Begin(*context, "LocalizeStream", Role::kQuery);
+  robot->context = context;
+  const auto answer = [this, robot](v1::LocalizeStreamRequest& request, std::int64_t arrived_ns,
+                                    int worker) -> absl::StatusOr<v1::LocalizeStreamResponse> {
+    robot->call.arrived_ns = arrived_ns;
+    v1::LocalizeStreamResponse response;
+    if (robot->config == std::nullopt) {
+      auto opened = Configure(request, *robot);
+      if (!opened.ok()) return opened.status();
+      *response.mutable_opened() = *std::move(opened);
+      return response;
+    }
+    if (!request.has_scan()) {
+      return absl::InvalidArgumentError(
+          "a stream has one configuration, its first request; all others are scans");
+    }
+    auto told = AnswerScan(*request.mutable_scan(), Arrival{arrived_ns, NowNs()},
+                           describers_[worker], *robot);
+    if (EndsStream(told.status())) return told.status();
+    admission_.End(robot->call, told.status());
+    if (told.ok()) {
+      *response.mutable_answer() = *std::move(told);
+    } else {
+      *response.mutable_error() = proto::ToErrorStatus(told.status());
+    }
+    return response;
+  };
+  const auto ended = [this, robot](const absl::Status& status) {
+    if (!status.ok()) admission_.End(robot->call, status);  // each answer was seen out
+  };
+  return streams_.Open({.context = context,
+                        .client = robot->call.client,
+                        .answer = answer,
+                        .ended = ended,
+                        .metrics = &metrics_},
+                       robot->call.admitted);
+}
+
+absl::StatusOr<v1::StreamOpened> LocalizationService::Configure(
+    const v1::LocalizeStreamRequest& request, Robot& robot) const {
+  if (!request.has_config()) {
+    return absl::InvalidArgumentError("the first request of a stream must be its configuration");
+  }
+  const v1::StreamConfig& config = request.config();
+  if (auto status = proto::CheckMapName(config.map()); !status.ok()) return status;
+  v1::LocalizeRequest query;
+  *query.mutable_options() = config.options();
+  const auto asked = AskedBy(query);
+  if (!asked.ok()) return asked.status();
+  robot.asked = *asked;
+  if (config.has_max_step_m()) robot.max_step_m = config.max_step_m();
+  robot.config = config;
+  const auto map = ReadyMap(robot);
+  if (!map.ok()) return map.status();
+  v1::StreamOpened opened;
+  opened.set_map((*map)->info.name);
+  opened.set_content_id((*map)->info.content_id);
+  return opened;
+}
+
+absl::StatusOr<std::shared_ptr<const ServedMap>> LocalizationService::ReadyMap(Robot& robot) const {
+  auto map = maps_.Find(robot.config->map());
+  if (!map.ok() || *map == robot.map) return map;
+  TrackerOptions tracker_options{.query = robot.asked.query, .max_step_m = robot.max_step_m};
+  LimitCandidates((*map)->info.params, limits_.max_candidates, tracker_options.query);
+  auto tracker = Tracker::Create((*map)->localizer, tracker_options);
+  if (!tracker.ok()) return tracker.status();
+  robot.tracker = *std::move(tracker);
+  robot.map = *map;
+  return map;
+}
+
+absl::StatusOr<v1::TrackedAnswer> LocalizationService::AnswerScan(v1::StreamScan& scan,
+                                                                  const Arrival& arrival,
+                                                                  QueryDescriber& describer,
+                                                                  Robot& robot) const {
+  const auto T_last_scan = proto::OdometryFromProto(scan);
+  if (T_last_scan.ok()) {
+    robot.motion.Add(*T_last_scan);
+  } else {
+    robot.motion.Add(std::nullopt);
+    return T_last_scan.status();
+  }
+  // The rate was asked for the first scan when the stream was opened.
+  if (std::exchange(robot.is_admitted, true)) {
+    if (auto status = admission_.AdmitNext(robot.call); !status.ok()) return status;
+  }
+  const auto map = ReadyMap(robot);
+  if (!map.ok()) return map.status();
+
+  v1::LocalizeRequest query;
+  query.set_map(robot.config->map());
+  *query.mutable_options() = robot.config->options();
+  if (scan.has_scan()) query.mutable_scan()->Swap(scan.mutable_scan());
+  if (scan.has_descriptors()) query.mutable_descriptors()->Swap(scan.mutable_descriptors());
+  auto described = describer.Describe(query, **map, limits_.max_points);
+  if (!described.ok()) return described.status();
+  const std::int64_t decode_ns = NowNs() - arrival.started_ns - described->describe_ns;
+  auto told = robot.tracker->Update(described->descriptor, robot.motion.T_answered_scan,
+                                    ControlOf(*robot.context, robot.asked.budget));
+  if (!told.ok()) return told.status();
+  robot.motion = {};
+  told->answer.times.describe_ns = described->describe_ns;
+  const TrackedReply reply{.reply = {.answer = std::move(told->answer),
+                                     .map = (*map)->info.name,
+                                     .queue_ns = arrival.started_ns - arrival.arrived_ns,
+                                     .decode_ns = decode_ns,
+                                     .scan_counts = described->scan_counts},
+                           .num_scans = told->num_scans,
+                           .is_relocated = told->is_relocated};
+  v1::TrackedAnswer response = proto::ToProto(reply);
+  Note(query, reply.reply, response.answer(), robot.call);
+  return response;
+}
+
+template <typename Request, typename Act>
+RawService::Reactor* LocalizationService::RespondHere(const char* method,
+                                                      grpc::CallbackServerContext* context,
+                                                      Act act) {
+  const auto call = std::make_shared<Call>(admission_.Begin(*context, method, Role::kQuery));
+  auto ended = [this, call](const absl::Status& status) { admission_.End(*call, status); };
+  if (!call->admitted.ok())
+    return InboundCall::Refuse(waits_, *context, call->client, call->admitted, std::move(ended));
+  return InboundCall::Receive(
+      waits_, *context, call->client,
+      [act = std::move(act)](InboundCall& inbound) {
+        absl::Status status = CheckSmall(inbound.request());
+        if (status.ok()) status = Respond<Request>(inbound.request(), inbound.response(), act);
+        inbound.End(status);
+      },
+      std::move(ended));
+}
+
+RawService::Reactor* LocalizationService::ListMaps(grpc::CallbackServerContext* context) {
+  return RespondHere<v1::ListMapsRequest>(
+      "ListMaps", context,
+      [this](const v1::ListMapsRequest&) -> absl::StatusOr<v1::ListMapsResponse> {
+        return proto::ToProto(maps_.List());
+      });
+}
+
+RawService::Reactor* LocalizationService::GetMapInfo(grpc::CallbackServerContext* context) {
+  return RespondHere<v1::GetMapInfoRequest>(
+      "GetMapInfo", context,
+      [this](const v1::GetMapInfoRequest& message) -> absl::StatusOr<v1::GetMapInfoResponse> {
+        if (auto status = proto::CheckMapName(message.map()); !status.ok()) return status;
+        const auto map = maps_.Find(message.map());
+        if (!map.ok()) return map.status();
+        v1::GetMapInfoResponse result;
+        *result.mutable_info() = proto::ToProto((*map)->info);
+        return result;
+      });
+}
+
+RawService::Reactor* LocalizationService::ListPlaces(grpc::CallbackServerContext* context) {
+  return RespondHere<v1::ListPlacesRequest>(
+      "ListPlaces", context,
+      [this](const v1::ListPlacesRequest& message) -> absl::StatusOr<v1::ListPlacesResponse> {
+        if (auto status = proto::CheckMapName(message.map()); !status.ok()) return status;
+        const auto map = maps_.Find(message.map());
+        if (!map.ok()) return map.status();
+        const auto page =
+            PageOfPlaces((*map)->localizer->map(), message.page_size(), message.page_token());
+        if (!page.ok()) return page.status();
+        return proto::ToProto(*page);
+      });
+}
+
+}  // namespace scanloc::server

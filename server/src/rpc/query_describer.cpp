@@ -1,0 +1,104 @@
+#include "rpc/query_describer.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "absl/strings/escaping.h"
+#include "absl/strings/str_cat.h"
+#include "ops/clock.hpp"
+#include "scanloc/proto/convert.hpp"
+#include "scanloc/proto/status.hpp"
+
+namespace scanloc::server {
+namespace {
+
+/// Above this, describers of maps that are no longer served are not worth keeping.
+constexpr std::size_t kMaxDescribersKept = 16;
+
+/// Of one point on the wire: x y z.
+constexpr std::size_t kPointBytes = 12;
+
+/// A scan with more is described with tables that are not kept: 50 MB for 300,000 voxels.
+constexpr std::size_t kMaxVoxelsKept = 65'536;
+constexpr std::size_t kMaxPointsKept = 262'144;
+
+/// Of a describer at most: its smallest tables, and for a voxel up to four slots and a centroid.
+/// While the table grows half as much again.
+constexpr std::size_t kDescriberBytes = std::size_t{1} << 20;
+constexpr std::size_t kBytesPerVoxel = 208;
+
+absl::Status CheckSignature(const SignedDescriptor& query, const ServedMap& map) {
+  if (query.signature == map.signature) return absl::OkStatus();
+  return proto::WithReason(
+      v1::ERROR_REASON_PARAMS_MISMATCH,
+      absl::FailedPreconditionError(absl::StrCat(
+          "the descriptors were made with \"", absl::Utf8SafeCHexEscape(query.signature),
+          "\" but map ", map.info.name, " has \"", map.signature,
+          "\"; fetch the map's parameters again with GetMapInfo and describe the scan with "
+          "them")));
+}
+
+}  // namespace
+
+absl::StatusOr<QueryDescriber::Described> QueryDescriber::Describe(
+    const v1::LocalizeRequest& request, const ServedMap& map, std::size_t max_points) {
+  switch (request.query_case()) {
+    case v1::LocalizeRequest::kScan:
+      return DescribeScan(request.scan(), map, max_points);
+    case v1::LocalizeRequest::kDescriptors: {
+      auto query = proto::FromProto(request.descriptors());
+      if (!query.ok()) return query.status();
+      if (auto status = CheckSignature(*query, map); !status.ok()) return status;
+      return Described{.descriptor = std::move(query->descriptor)};
+    }
+    default:
+      return absl::InvalidArgumentError(
+          "the request has neither scan nor descriptors; send one of them");
+  }
+}
+
+absl::StatusOr<QueryDescriber::Described> QueryDescriber::DescribeScan(const v1::ScanPoints& scan,
+                                                                       const ServedMap& map,
+                                                                       std::size_t max_points) {
+  if (const std::size_t num_points = scan.xyz_f32le().size() / kPointBytes;
+      num_points > max_points) {
+    return proto::WithReason(
+        v1::ERROR_REASON_TOO_MANY_POINTS,
+        absl::ResourceExhaustedError(
+            absl::StrCat("the scan has ", num_points, " points; this server allows ", max_points)));
+  }
+  if (auto status = proto::FromProto(scan, &points_); !status.ok()) return status;
+  const auto describer = DescriberFor(map);
+  if (!describer.ok()) return describer.status();
+  Described result;
+  held_bytes_ += static_cast<std::int64_t>(kBytesPerVoxel * points_.size() * 3 / 2);
+  const std::int64_t start_ns = NowNs();
+  result.descriptor = (*describer)->Describe(points_, &result.scan_counts.emplace());
+  result.describe_ns = NowNs() - start_ns;
+  KeepWhatIsUsual(result.scan_counts->num_voxels);
+  return result;
+}
+
+void QueryDescriber::KeepWhatIsUsual(std::size_t num_voxels) {
+  max_voxels_ = std::max(max_voxels_, num_voxels);
+  if (max_voxels_ > kMaxVoxelsKept || points_.capacity() > kMaxPointsKept) {
+    points_ = {};
+    describers_.clear();
+    max_voxels_ = 0;
+  }
+  held_bytes_ = static_cast<std::int64_t>(points_.capacity() * sizeof(Point) +
+                                          describers_.size() *
+                                              (kDescriberBytes + max_voxels_ * kBytesPerVoxel));
+}
+
+absl::StatusOr<Describer*> QueryDescriber::DescriberFor(const ServedMap& map) {
+  if (const auto found = describers_.find(map.signature); found != describers_.end()) {
+    return &found->second;
+  }
+  auto describer = Describer::Create(map.info.params);
+  if (!describer.ok()) return describer.status();
+  if (describers_.size() >= kMaxDescribersKept) describers_.clear();
+  return &describers_.emplace(map.signature, *std::move(describer)).first->second;
+}
+
+}  // namespace scanloc::server
