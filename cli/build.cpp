@@ -19,7 +19,6 @@
 #include "cli/progress.hpp"
 #include "scanloc/core/printable.hpp"
 #include "scanloc/dataset/drive.hpp"
-#include "scanloc/dataset/scan_reader.hpp"
 #include "scanloc/mapdb/build_map.hpp"
 #include "scanloc/mapdb/check_session.hpp"
 #include "scanloc/mapdb/learn_scale.hpp"
@@ -31,6 +30,7 @@ namespace {
 /// What a build read, beside what mapdb::BuildSummary counts.
 struct ReadCounts {
   std::atomic<std::int64_t> num_not_finite = 0;  ///< left out by the reader
+  std::atomic<std::int64_t> num_masked = 0;      ///< left out by the mount
 };
 
 class BuildCommand : public Command {
@@ -86,6 +86,7 @@ void BuildCommand::Declare(CLI::App& app) {
   poses_.Declare(app, "--poses",
                  "Pose of the sensor at each scan: the i-th row is that of the i-th scan by name");
   poses_.DeclareBag(app);
+  poses_.DeclareMount(app);
   app.add_option("--session", session_, "Name of this drive in the map [the name of its folder]");
   app.add_option("--spacing-m", spacing_m_, "Distance between places; 0 keeps every scan [m]")
       ->check(InRange(0.0, 1e6))
@@ -120,6 +121,8 @@ void BuildCommand::Declare(CLI::App& app) {
       "  scanloc build kaist.scanloc --scans KAIST03 --poses KAIST03/global_pose.csv\n"
       "  scanloc build town.scanloc --scans drive2 --poses drive2/poses.txt --append\n"
       "  scanloc build yard.scanloc --bag drive.mcap --poses-from /odom\n"
+      "  scanloc build hall.scanloc --scans drive1 --poses base.txt --T-base-sensor "
+      "0.2,0,1.1,180,0,0\n"
       "  scanloc build half.scanloc --scans drive1 --poses drive1/poses.txt --every 2");
 }
 
@@ -201,10 +204,11 @@ absl::StatusOr<mapdb::BuildSummary> BuildCommand::Build(const mapdb::BuildOption
       options, plan,
       [&](std::size_t i) -> absl::StatusOr<PointCloud> {
         if (Interrupted()) return absl::CancelledError("interrupted");
-        absl::StatusOr<dataset::Scan> scan = dataset::ReadScan(frames[i].file());
-        if (!scan.ok()) return scan.status();
-        counts->num_not_finite += static_cast<std::int64_t>(scan->num_not_finite);
-        return std::move(scan->points);
+        absl::StatusOr<SeenScan> seen = ReadSeenScan(frames[i].file(), poses_.mount());
+        if (!seen.ok()) return seen.status();
+        counts->num_not_finite += static_cast<std::int64_t>(seen->scan.num_not_finite);
+        counts->num_masked += static_cast<std::int64_t>(seen->num_masked);
+        return std::move(seen->scan.points);
       },
       [&](const mapdb::BuildProgress& now) {
         last = now;
@@ -240,13 +244,14 @@ absl::Status BuildCommand::Run() {
   mapdb::SessionPlan plan;
   plan.name = session_.empty() ? DefaultSessionName(poses_.Place(scans_dir_)) : session_;
   for (const dataset::Frame& frame : *frames) {
-    plan.scans.push_back({frame.name, frame.stamp_ns, frame.T_map_sensor});
+    plan.scans.push_back(
+        {frame.name, frame.stamp_ns, TurnedOfSensor(poses_.mount(), frame.T_map_sensor)});
   }
   const mapdb::ScanLoader load_scan = [&](std::size_t i) -> absl::StatusOr<PointCloud> {
     if (Interrupted()) return absl::CancelledError("interrupted before anything was written");
-    absl::StatusOr<dataset::Scan> scan = dataset::ReadScan((*frames)[i].file());
-    if (!scan.ok()) return scan.status();
-    return std::move(scan->points);
+    absl::StatusOr<SeenScan> seen = ReadSeenScan((*frames)[i].file(), poses_.mount());
+    if (!seen.ok()) return seen.status();
+    return std::move(seen->scan.points);
   };
   const absl::StatusOr<mapdb::BuildOptions> options = MakeBuildOptions(plan, load_scan);
   if (!options.ok()) return options.status();
@@ -271,6 +276,10 @@ absl::Status BuildCommand::Run() {
       summary->num_unreadable, summary->num_points,
       summary->num_points_not_finite + counts.num_not_finite.load(),
       options->params.automatic.scale, summary->content_id);
+  if (counts.num_masked > 0) {
+    absl::StrAppend(&text, "  not seen    ", counts.num_masked.load(),
+                    " points, as --min-range-m and --self-box say\n");
+  }
   if (summary->num_unreadable > 0) {
     absl::StrAppend(
         &text, "  the first that could not be read: ", Printable(summary->first_unreadable), "\n");

@@ -1,8 +1,12 @@
 #include "cli/command.hpp"
 
+#include <algorithm>
+#include <utility>
+
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "absl/strings/str_split.h"
 
 namespace scanloc::cli {
 
@@ -32,6 +36,32 @@ CLI::Validator InRange(double low, double high) {
         return in_range ? std::string() : absl::StrCat(text, " is no number in ", range);
       },
       absl::StrCat("in ", range));
+}
+
+absl::StatusOr<std::vector<double>> ParseNumbers(const std::string& text, std::size_t count,
+                                                 const char* form) {
+  std::vector<double> numbers;
+  for (const absl::string_view part : absl::StrSplit(text, ',')) {
+    double number = 0.0;
+    if (!absl::SimpleAtod(part, &number)) break;
+    numbers.push_back(number);
+  }
+  const auto num_commas = static_cast<std::size_t>(std::count(text.begin(), text.end(), ','));
+  if (numbers.size() == count && num_commas + 1 == count) return numbers;
+  return absl::InvalidArgumentError(
+      absl::StrCat("\"", text, "\" is not ", form, ": ", count, " numbers with commas between"));
+}
+
+CLI::Option* AddParsedOption(CLI::App& app, const std::string& flag,
+                             std::function<absl::Status(const std::string& text)> take,
+                             const std::string& what) {
+  return app.add_option_function<std::string>(
+      flag,
+      [flag, take = std::move(take)](const std::string& text) {
+        const absl::Status status = take(text);
+        if (!status.ok()) throw CLI::ValidationError(flag, std::string(status.message()));
+      },
+      what);
 }
 
 void AddThreadsOption(CLI::App& app, int* num_threads, const std::string& what_for) {

@@ -1,11 +1,14 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <cstddef>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
 
 #include "absl/status/status.h"
+#include "absl/status/statusor.h"
 
 namespace scanloc::cli {
 
@@ -49,6 +52,15 @@ std::unique_ptr<Command> MakeAdminCommand();
 
 /// Takes numbers from low to high; unlike CLI::Range, not NaN.
 [[nodiscard]] CLI::Validator InRange(double low, double high);
+
+/// So many numbers with commas between; InvalidArgument, with the form that they should have.
+[[nodiscard]] absl::StatusOr<std::vector<double>> ParseNumbers(const std::string& text,
+                                                               std::size_t count, const char* form);
+
+/// Declares an option whose text `take` takes; what it refuses is wrong usage.
+CLI::Option* AddParsedOption(CLI::App& app, const std::string& flag,
+                             std::function<absl::Status(const std::string& text)> take,
+                             const std::string& what);
 
 /// Declares --threads, 0 for one a processor.
 void AddThreadsOption(CLI::App& app, int* num_threads, const std::string& what_for);

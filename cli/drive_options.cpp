@@ -108,6 +108,12 @@ void PoseOptions::DeclareBag(CLI::App& app) {
       ->group(group);
 }
 
+void PoseOptions::DeclareMount(CLI::App& app) { mount_.Declare(app)->excludes(calib_option_); }
+
+std::optional<Pose> PoseOptions::T_body_sensor() const {
+  return mount_.has_base() ? std::optional(mount().T_base_sensor) : std::nullopt;
+}
+
 absl::Status PoseOptions::CheckUsage(const std::string& scans_dir) const {
   if (scans_dir.empty() == !has_bag()) {
     return absl::InvalidArgumentError("scans come from --scans or from --bag; give one of both");
@@ -145,6 +151,7 @@ absl::StatusOr<std::vector<dataset::ScanFile>> PoseOptions::ListScans(
   if (!has_bag()) return dataset::ListScans(scans_dir);
   dataset::BagDriveOptions options = bag_;
   options.calib_file = drive_.calib_file;
+  options.T_body_sensor = T_body_sensor();
   std::vector<std::string> notes;
   absl::StatusOr<std::vector<dataset::ScanFile>> scans = dataset::ListBagScans(options, notes);
   if (scans.ok()) WriteNotes(notes);
@@ -163,12 +170,14 @@ absl::StatusOr<dataset::Drive> PoseOptions::OpenDrive(const std::string& scans_d
   if (has_bag()) {
     dataset::BagDriveOptions bag = bag_;
     bag.calib_file = drive_.calib_file;
+    bag.T_body_sensor = T_body_sensor();
     absl::StatusOr<dataset::Drive> drive = dataset::OpenBagDrive(bag);
     if (drive.ok()) WriteNotes(drive->notes);
     return drive;
   }
   dataset::DriveOptions options = drive_;
   options.scans_dir = scans_dir;
+  options.T_body_sensor = T_body_sensor();
   const absl::StatusOr<dataset::PoseFormat> format = dataset::ParsePoseFormat(format_);
   if (!format.ok()) return format.status();
   options.format = *format;

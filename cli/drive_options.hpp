@@ -8,6 +8,7 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "cli/mount_options.hpp"
 #include "scanloc/dataset/bag_drive.hpp"
 #include "scanloc/dataset/drive.hpp"
 
@@ -54,6 +55,10 @@ class PoseOptions {
   /// Declares --bag, --topic, --poses-from and --no-deskew.
   void DeclareBag(CLI::App& app);
 
+  /// Declares --T-base-sensor and what else says how the sensor is mounted; after Declare.
+  void DeclareMount(CLI::App& app);
+  [[nodiscard]] const SensorMount& mount() const { return mount_.mount(); }
+
   /// Whether there is one source of scans, a folder or a bag, and no option that needs another.
   [[nodiscard]] absl::Status CheckUsage(const std::string& scans_dir) const;
   /// And, for a folder, poses.
@@ -69,13 +74,15 @@ class PoseOptions {
   void DeclareFiles(CLI::App& app, const std::string& poses_flag, const std::string& calib_flag);
 
   [[nodiscard]] const std::string& poses_file() const { return drive_.poses_file; }
+  /// T_body_sensor that poses are to be read with; none without --T-base-sensor.
+  [[nodiscard]] std::optional<Pose> T_body_sensor() const;
 
   /// The scans of the folder or the bag. Notes are written to stderr.
   [[nodiscard]] absl::StatusOr<std::vector<dataset::ScanFile>> ListScans(
       const std::string& scans_dir) const;
 
   /// The drive of the scans in the folder with these poses, or that of the bag. Its notes are
-  /// written to stderr.
+  /// written to stderr. With --T-base-sensor the poses given are taken for those of the base.
   [[nodiscard]] absl::StatusOr<dataset::Drive> OpenDrive(const std::string& scans_dir) const;
 
   /// The poses alone, in the order of the file.
@@ -84,6 +91,7 @@ class PoseOptions {
  private:
   dataset::DriveOptions drive_;   // without scans_dir and format
   dataset::BagDriveOptions bag_;  // without calib_file
+  MountOptions mount_;
   std::string format_ = "auto";
   CLI::Option* poses_option_ = nullptr;
   CLI::Option* calib_option_ = nullptr;

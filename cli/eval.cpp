@@ -48,11 +48,11 @@ void WarnOfOwnDrive(const std::vector<eval::EvalQuery>& queries) {
 }
 
 /// The files must stay.
-eval::ReadScan ReaderOf(const std::vector<dataset::ScanFile>& files) {
-  return [&files](std::size_t number) -> absl::StatusOr<PointCloud> {
-    absl::StatusOr<dataset::Scan> scan = dataset::ReadScan(files[number]);
-    if (!scan.ok()) return scan.status();
-    return std::move(scan->points);
+eval::ReadScan ReaderOf(const std::vector<dataset::ScanFile>& files, const SensorMount& mount) {
+  return [&files, mount](std::size_t number) -> absl::StatusOr<PointCloud> {
+    absl::StatusOr<SeenScan> seen = ReadSeenScan(files[number], mount);
+    if (!seen.ok()) return seen.status();
+    return std::move(seen->scan.points);
   };
 }
 
@@ -104,6 +104,7 @@ void EvalCommand::Declare(CLI::App& app) {
       ->type_name("DIR");
   truth_.Declare(app, "--poses", "Their true poses in the map frame");
   truth_.DeclareBag(app);
+  truth_.DeclareMount(app);
   app.add_option("--negatives", negatives_,
                  "Folder of scans that were taken elsewhere: whatever they are taken for is wrong; "
                  "may be given several times")
@@ -184,8 +185,9 @@ absl::StatusOr<std::vector<eval::EvalQuery>> EvalCommand::CollectQueries(
   std::vector<eval::EvalQuery> queries;
   for (const std::size_t i : dataset::SelectBySpacing(*frames, query_spacing_m_)) {
     const dataset::Frame& frame = (*frames)[i];
-    eval::EvalQuery query{
-        .name = frame.name, .T_map_true = frame.T_map_sensor, .stamp_ns = frame.stamp_ns};
+    eval::EvalQuery query{.name = frame.name,
+                          .T_map_true = TurnedOfSensor(truth_.mount(), frame.T_map_sensor),
+                          .stamp_ns = frame.stamp_ns};
     if (in_session_) {
       query.sees_until_ns = frame.stamp_ns - static_cast<std::int64_t>(window_s_ * 1e9);
     }
@@ -290,11 +292,13 @@ absl::Status EvalCommand::Run() {
                             .tilt_deg = tilt_deg_,
                             .num_threads = num_threads_,
                             .time_places = times_,
-                            .read_query = ReaderOf(files)};
+                            .read_query = ReaderOf(files, truth_.mount())};
   if (absl::Status status = CheckSession(*loaded, *queries); !status.ok()) return status;
   absl::StatusOr<std::vector<dataset::ScanFile>> place_scans = FindPlaceScans(*loaded);
   if (!place_scans.ok()) return place_scans.status();
-  if (!place_scans->empty()) options.read_place = ReaderOf(*place_scans);
+  if (!place_scans->empty())
+    options.read_place =
+        ReaderOf(*place_scans, map_scans_dir_.empty() ? truth_.mount() : SensorMount());
   absl::StatusOr<std::vector<eval::EvalMethod>> methods = ChooseMethods(loaded->params);
   if (!methods.ok()) return methods.status();
   options.methods = *std::move(methods);
@@ -316,6 +320,7 @@ absl::Status EvalCommand::Run() {
   if (!results.ok()) return results.status();
   report::EvalReport report{.map = map_,
                             .content_id = map.content_id,
+                            .mount = truth_.mount(),
                             .within_m = within_m_.front(),
                             .queries = *std::move(queries),
                             .results = *std::move(results)};

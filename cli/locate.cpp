@@ -116,7 +116,9 @@ absl::StatusOr<std::map<std::string, Pose>> LocateCommand::ReadTruth() const {
   if (options_.truth.poses_file().empty()) return truth;
   const absl::StatusOr<dataset::Drive> drive = options_.truth.OpenDrive(options_.scans_dir);
   if (!drive.ok()) return drive.status();
-  for (const dataset::Frame& frame : drive->frames) truth[frame.name] = frame.T_map_sensor;
+  for (const dataset::Frame& frame : drive->frames) {
+    truth[frame.name] = BaseOfSensor(options_.truth.mount(), frame.T_map_sensor);
+  }
   return truth;
 }
 
@@ -125,24 +127,30 @@ absl::StatusOr<std::map<std::string, Pose>> LocateCommand::ReadOdometry() const 
   const bool of_bag = options_.sequence && options_.truth.has_bag_poses();
   if (options_.odometry.empty() && !of_bag) return odometry;
   const absl::StatusOr<dataset::Drive> drive =
-      of_bag
-          ? options_.truth.OpenDrive("")
-          : dataset::OpenDrive({.scans_dir = options_.scans_dir, .poses_file = options_.odometry});
+      of_bag ? options_.truth.OpenDrive("")
+             : dataset::OpenDrive({.scans_dir = options_.scans_dir,
+                                   .poses_file = options_.odometry,
+                                   .T_body_sensor = options_.truth.T_body_sensor()});
   if (!drive.ok()) return drive.status();
-  for (const dataset::Frame& frame : drive->frames) odometry[frame.name] = frame.T_map_sensor;
+  for (const dataset::Frame& frame : drive->frames) {
+    odometry[frame.name] = BaseOfSensor(options_.truth.mount(), frame.T_map_sensor);
+  }
   return odometry;
 }
 
 absl::StatusOr<std::vector<report::QueryResult>> LocateCommand::AskAll(
     const std::vector<dataset::ScanFile>& scans, const std::map<std::string, Pose>& odometry,
     const Answerer& answerer) {
-  const client::RequestOptions request{
-      .map = options_.map_name, .query = options_.MakeQuery(answerer.params), .budget = budget()};
+  const client::RequestOptions request{.map = options_.map_name,
+                                       .query = options_.MakeQuery(answerer.params),
+                                       .mount = options_.truth.mount(),
+                                       .budget = budget()};
   std::optional<client::RobotStream> robot;
   if (options_.sequence) {
     absl::StatusOr<client::RobotStream> opened =
         answerer.client->OpenStream({.map = options_.map_name,
                                      .query = request.query,
+                                     .mount = request.mount,
                                      .max_step_m = options_.max_step_m,
                                      .send_descriptor = options_.send == "descriptor",
                                      .budget = request.budget});
@@ -206,12 +214,14 @@ absl::StatusOr<std::vector<report::QueryResult>> LocateCommand::ReplayAll(
     const CapturedQuery& captured = replayed->query;
     client::RequestOptions request{.map = options_.map_name,
                                    .query = captured.query,
+                                   .mount = captured.mount,
                                    .budget = options_.budget_ms ? budget() : captured.budget};
     Query& query = request.query;
     if (given.method) query.method = given.method;
     if (given.num_candidates) query.num_candidates = given.num_candidates;
     if (given.threshold) query.threshold = given.threshold;
     if (given.min_confidence) query.min_confidence = given.min_confidence;
+    if (!given.prior.is_open()) query.prior = given.prior;
     query.max_answers = std::max(query.max_answers, options_.top);
     const Clock::time_point ask_start = Clock::now();
     absl::StatusOr<LocalizeReply> reply =
@@ -231,7 +241,9 @@ absl::Status LocateCommand::Print(const std::vector<report::QueryResult>& result
   const report::ResultFormat format{.all_candidates = options_.top > 1,
                                     .truth = !options_.truth.poses_file().empty(),
                                     .sequence = options_.sequence,
-                                    .within_m = options_.within_m};
+                                    .within_m = options_.within_m,
+                                    .mount = options_.truth.mount(),
+                                    .prior = options_.prior};
   const std::string summary = report::SummaryText(results, format);
   if (options_.json || options_.csv == "-") {
     const std::string method =

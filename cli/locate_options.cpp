@@ -28,13 +28,15 @@ void LocateOptions::Declare(CLI::App& app) {
   app.add_flag("--json", json, "One JSON document on standard output")->excludes(table);
   AddQuietOption(app, &quiet);
   DeclareQuery(app);
+  DeclarePrior(app);
   selection.Declare(app);
   DeclareServer(app);
   DeclareSequence(app);
   DeclareTruth(app);
   app.footer(
       "CSV columns: query,outcome,place,session,distance,confidence,yaw_deg,lateral_m,x,y,z,qx,qy,"
-      "qz,qw;\n"
+      "qz,qw,\nheading_deg (in the map), std_x_m,std_y_m,std_z_m,std_roll_deg,std_pitch_deg,"
+      "std_yaw_deg (auto) last of all;\n"
       "with --top above 1 then rank, with --truth then true_place_error_m,error_m,yaw_error_deg,"
       "true_x,true_y,\nheight_error_m,missed (of plane+height+heading; empty: right), "
       "with --sequence then num_scans,relocated.\n"
@@ -46,6 +48,8 @@ void LocateOptions::Declare(CLI::App& app) {
       "  scanloc locate town.scanloc --scans drive1 --every 2 --offset 1 --truth drive1/poses.txt\n"
       "  scanloc locate town.scanloc --bag drive.mcap --sequence --poses-from /odom\n"
       "  scanloc locate town.scanloc --scans drive2 --sequence --odometry wheels.txt\n"
+      "  scanloc locate town.scanloc --scans drive3 --T-base-sensor 0.2,0,1.1,180,0,0\n"
+      "  scanloc locate house.scanloc --scan wakeup.pcd --prior 12,-4,10 --prior-heights 2.5,5.5\n"
       "  scanloc locate town.scanloc --replay captured\n"
       "  scanloc locate --server 127.0.0.1:50061 --map town --send descriptor --scans drive2");
 }
@@ -81,6 +85,37 @@ void LocateOptions::DeclareQuery(CLI::App& app) {
   app.add_option("--top", top, "Candidates told for each query, best first")
       ->check(InRange(1, limits::kMaxCandidates))
       ->capture_default_str()
+      ->group(group);
+}
+
+void LocateOptions::DeclarePrior(CLI::App& app) {
+  const char* group =
+      "Where the scans were taken, as far as is known: places elsewhere are left out";
+  AddParsedOption(
+      app, "--prior",
+      [this](const std::string& text) -> absl::Status {
+        const auto n = ParseNumbers(text, 3, "X,Y,RADIUS");
+        if (!n.ok()) return n.status();
+        prior.disc = {.x_m = (*n)[0], .y_m = (*n)[1], .radius_m = (*n)[2]};
+        return Validate(prior);
+      },
+      "Within this radius of a point of the map, along its x and y [m]")
+      ->type_name("X,Y,RADIUS")
+      ->group(group);
+  AddParsedOption(
+      app, "--prior-heights",
+      [this](const std::string& text) -> absl::Status {
+        const auto n = ParseNumbers(text, 2, "Z0,Z1");
+        if (!n.ok()) return n.status();
+        prior.heights = {.min_m = (*n)[0], .max_m = (*n)[1]};
+        return Validate(prior);
+      },
+      "With the sensor between these heights along the map's z: one floor, say [m]")
+      ->type_name("Z0,Z1")
+      ->group(group);
+  app.add_option("--prior-session", prior.sessions,
+                 "In places of this session of the map; may be given several times")
+      ->type_name("NAME")
       ->group(group);
 }
 
@@ -128,6 +163,7 @@ void LocateOptions::DeclareTruth(CLI::App& app) {
   truth.Declare(app, "--truth",
                 "True poses of the folder's scans, all of them: adds errors and a summary");
   truth.DeclareBag(app);
+  truth.DeclareMount(app);
   app.add_option("--within-m", within_m, "A place this near to the query counts as recalled [m]")
       ->check(InRange(0.0, 1e6))
       ->capture_default_str();
@@ -172,6 +208,7 @@ Query LocateOptions::MakeQuery(const Params& params) const {
   query.threshold = threshold;
   query.min_confidence = min_confidence;
   query.max_answers = top;
+  query.prior = prior;
   return query;
 }
 

@@ -34,6 +34,7 @@ struct LocateOptions {
   std::optional<double> min_confidence;
   std::optional<int> budget_ms;
   int top = 1;
+  Prior prior;
 
   std::string csv;
   bool json = false;
@@ -52,6 +53,7 @@ struct LocateOptions {
 
  private:
   void DeclareQuery(CLI::App& app);
+  void DeclarePrior(CLI::App& app);
   void DeclareServer(CLI::App& app);
   void DeclareTruth(CLI::App& app);
   void DeclareSequence(CLI::App& app);

@@ -89,7 +89,7 @@ absl::StatusOr<LocalizeReply> Client::LocalizeScan(PointView scan,
   if (!terms.ok()) return terms.status();
   if (auto status = CheckScanSize(scan); !status.ok()) return status;
   v1::LocalizeRequest request;
-  *request.mutable_scan() = proto::ToProto(scan);
+  *request.mutable_scan() = proto::ToProto(scan, options.mount);
   return state_->Localize(std::move(request), options, *terms);
 }
 

@@ -61,6 +61,7 @@ absl::StatusOr<LocalizeReply> Client::State::Localize(v1::LocalizeRequest reques
                                                       const RequestOptions& request_options,
                                                       const Terms& terms) const {
   request.set_map(request_options.map);
+  proto::SetHeader(request_options.header, &request);
   *request.mutable_options() = proto::ToProto(request_options.query, request_options.budget);
   const auto response = Call(&v1::Localization::Stub::Localize, request, terms);
   if (!response.ok()) return response.status();
@@ -72,11 +73,13 @@ absl::StatusOr<LocalizeReply> Client::State::Localize(v1::LocalizeRequest reques
 absl::StatusOr<LocalizeReply> Client::State::LocalizeWith(CachedMap& map, PointView scan,
                                                           const RequestOptions& request_options,
                                                           const Terms& terms) const {
-  const auto descriptor = map.Describe(scan);
+  const auto descriptor = map.Describe(scan, request_options.mount);
   if (!descriptor.ok()) return descriptor.status();
   v1::LocalizeRequest request;
   *request.mutable_descriptors() = proto::ToProto(*descriptor);
-  return Localize(std::move(request), request_options, terms);
+  auto reply = Localize(std::move(request), request_options, terms);
+  if (reply.ok()) TellOfBase(request_options.mount, reply->answer);
+  return reply;
 }
 
 }  // namespace scanloc::client

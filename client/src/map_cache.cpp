@@ -3,6 +3,8 @@
 #include <optional>
 #include <utility>
 
+#include "scanloc/proto/convert.hpp"
+
 namespace scanloc::client {
 
 CachedMap::CachedMap(const MapInfo& info)
@@ -10,7 +12,10 @@ CachedMap::CachedMap(const MapInfo& info)
       params_(info.params),
       signature_(DescriptorSignature(info.params)) {}
 
-absl::StatusOr<SignedDescriptor> CachedMap::Describe(PointView scan) {
+absl::StatusOr<SignedDescriptor> CachedMap::Describe(PointView scan, const SensorMount& mount) {
+  if (auto status = Validate(mount); !status.ok()) return status;
+  PointCloud buffer;
+  const PointView seen = Seen(proto::AsReceived(mount), scan, buffer);
   std::optional<Describer> describer;
   {
     const std::lock_guard lock(mutex_);
@@ -24,7 +29,7 @@ absl::StatusOr<SignedDescriptor> CachedMap::Describe(PointView scan) {
     if (!made.ok()) return made.status();
     describer = *std::move(made);
   }
-  SignedDescriptor result{.signature = signature_, .descriptor = describer->Describe(scan)};
+  SignedDescriptor result{.signature = signature_, .descriptor = describer->Describe(seen)};
   const std::lock_guard lock(mutex_);
   idle_.push_back(*std::move(describer));
   return result;

@@ -9,6 +9,7 @@
 #include "absl/status/statusor.h"
 #include "scanloc/core/scan/descriptor.hpp"
 #include "scanloc/core/scan/point_cloud.hpp"
+#include "scanloc/core/scan/sensor_mount.hpp"
 #include "scanloc/proto/messages.hpp"
 
 namespace scanloc::client {
@@ -21,7 +22,8 @@ class CachedMap {
   [[nodiscard]] const std::string& content_id() const { return content_id_; }
   [[nodiscard]] const std::string& signature() const { return signature_; }
 
-  [[nodiscard]] absl::StatusOr<SignedDescriptor> Describe(PointView scan);
+  /// InvalidArgument: a mount out of range.
+  [[nodiscard]] absl::StatusOr<SignedDescriptor> Describe(PointView scan, const SensorMount& mount);
 
  private:
   const std::string content_id_;

@@ -36,10 +36,10 @@ class Client::ServedRobot final : public RobotStream::Tracking {
                : client_->BadReply(absl::InternalError("a stream was not opened"));
   }
 
-  absl::StatusOr<TrackedReply> Locate(PointView scan,
-                                      const std::optional<Pose>& T_last_scan) override {
+  absl::StatusOr<TrackedReply> Locate(PointView scan, const std::optional<Pose>& T_last_scan,
+                                      const ScanHeader& header) override {
     if (auto status = CheckScanSize(scan); !status.ok()) return status;
-    auto reply = Ask(scan, T_last_scan);
+    auto reply = Ask(scan, T_last_scan, header);
     if (map_ == nullptr || proto::ReasonOf(reply.status()) != v1::ERROR_REASON_PARAMS_MISMATCH) {
       return reply;
     }
@@ -49,24 +49,31 @@ class Client::ServedRobot final : public RobotStream::Tracking {
     const auto info = client_->FetchInfo(options_.map, *terms);
     if (!info.ok()) return info.status();
     map_ = client_->cache.Put(options_.map, *info);
-    return Ask(scan, Pose::Identity());
+    return Ask(scan, Pose::Identity(), header);
   }
 
   absl::Status Close() override { return client_->WithAddress(call_.Close(timeout_)); }
 
  private:
   [[nodiscard]] absl::StatusOr<TrackedReply> Ask(PointView scan,
-                                                 const std::optional<Pose>& T_last_scan) {
+                                                 const std::optional<Pose>& T_last_scan,
+                                                 const ScanHeader& header) {
     v1::LocalizeStreamRequest request;
     v1::StreamScan& message = *request.mutable_scan();
     if (map_ == nullptr) {
-      *message.mutable_scan() = proto::ToProto(scan);
+      *message.mutable_scan() = proto::ToProto(scan, options_.mount);
     } else {
-      const auto descriptor = map_->Describe(scan);
+      const auto descriptor = map_->Describe(scan, options_.mount);
       if (!descriptor.ok()) return descriptor.status();
       *message.mutable_descriptors() = proto::ToProto(*descriptor);
     }
-    proto::SetOdometry(T_last_scan, &message);
+    // Who describes the scan here tells the server of the turned frame, and hears of it.
+    const SensorMount turned_here = map_ != nullptr ? options_.mount : SensorMount();
+    std::optional<Pose> T_last = T_last_scan;
+    if (T_last) T_last = TurnedStep(turned_here, *T_last);
+    proto::SetOdometry(T_last, &message);
+    message.set_stamp_ns(header.stamp_ns);
+    message.set_frame_id(header.frame_id);
     v1::LocalizeStreamResponse response;
     if (auto status = call_.Ask(request, timeout_, &response); !status.ok()) {
       return client_->WithAddress(status);
@@ -76,6 +83,7 @@ class Client::ServedRobot final : public RobotStream::Tracking {
     }
     auto reply = proto::FromProto(response.answer());
     if (!reply.ok()) return client_->BadReply(reply.status());
+    TellOfBase(turned_here, reply->reply.answer);
     return reply;
   }
 

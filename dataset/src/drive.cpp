@@ -38,8 +38,8 @@ std::string FindKittiCalib(const std::vector<ScanFile>& scans) {
 absl::StatusOr<Trajectory> ReadPoses(const DriveOptions& options,
                                      const std::vector<ScanFile>& scans) {
   absl::StatusOr<Trajectory> trajectory =
-      ReadTrajectory(options.poses_file, options.format, options.calib_file);
-  if (!trajectory.ok() || !options.calib_file.empty()) return trajectory;
+      ReadTrajectory(options.poses_file, options.format, options.calib_file, options.T_body_sensor);
+  if (!trajectory.ok() || !options.calib_file.empty() || options.T_body_sensor) return trajectory;
   if (trajectory->format == PoseFormat::kMatrix && options.format == PoseFormat::kAuto &&
       absl::EndsWithIgnoreCase(scans.front().name, ".npy")) {
     return Bad(absl::StrCat(options.poses_file,

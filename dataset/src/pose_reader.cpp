@@ -66,9 +66,8 @@ Row ParseRow(PoseFormat format, std::span<const std::string_view> tokens) {
 }
 
 // Poses of another body become poses of the sensor.
-void ApplyMount(const Pose& T_body_sensor, Trajectory& trajectory) {
-  const Pose T_map_world =
-      trajectory.format == PoseFormat::kKitti ? T_body_sensor.inverse() : Pose::Identity();
+void ApplyMount(const Pose& T_body_sensor, bool is_of_camera, Trajectory& trajectory) {
+  const Pose T_map_world = is_of_camera ? T_body_sensor.inverse() : Pose::Identity();
   for (Pose& pose : trajectory.T_map_sensor) pose = T_map_world * pose * T_body_sensor;
 }
 
@@ -208,7 +207,8 @@ class TrajectoryReader {
 }  // namespace
 
 absl::StatusOr<Trajectory> ReadTrajectory(const std::string& poses_file, PoseFormat format,
-                                          const std::string& calib_file) try {
+                                          const std::string& calib_file,
+                                          const std::optional<Pose>& T_body_sensor) try {
   const std::string naver_calib = FindNaverCalib(poses_file);
   TrajectoryReader reader(format, !naver_calib.empty());
   absl::Status status = ForEachRow(
@@ -217,13 +217,18 @@ absl::StatusOr<Trajectory> ReadTrajectory(const std::string& poses_file, PoseFor
   if (!status.ok()) return status;
   absl::StatusOr<Trajectory> trajectory = reader.Finish(poses_file);
   if (!trajectory.ok()) return trajectory;
-  const absl::StatusOr<PoseMount> mount = FindMount(trajectory->format, calib_file, naver_calib);
+  const absl::StatusOr<PoseMount> mount =
+      T_body_sensor ? PoseMount{*T_body_sensor, "the rows are taken for poses of the base"}
+                    : FindMount(trajectory->format, calib_file, naver_calib);
   if (!mount.ok()) {
     return calib_file.empty() && naver_calib.empty() ? Annotate(mount.status(), poses_file)
                                                      : mount.status();
   }
   const bool is_applied = mount->T_body_sensor.matrix() != Pose::Identity().matrix();
-  if (is_applied) ApplyMount(mount->T_body_sensor, *trajectory);
+  if (is_applied) {
+    const bool is_of_camera = trajectory->format == PoseFormat::kKitti && !T_body_sensor;
+    ApplyMount(mount->T_body_sensor, is_of_camera, *trajectory);
+  }
   const std::string columns =
       trajectory->notes.empty() ? "" : absl::StrCat(" (", trajectory->notes[0], ")");
   trajectory->notes.clear();

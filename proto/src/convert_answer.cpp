@@ -73,6 +73,18 @@ absl::StatusOr<Candidate> FromProto(const v1::Candidate& message) {
   candidate.yaw_rad = message.yaw_rad();
   candidate.lateral_m = message.lateral_m();
   candidate.T_map_query = *T_map_query;
+  if (message.covariance_size() > 0) {
+    constexpr int kNumElements = 36;
+    if (message.covariance_size() != kNumElements) {
+      return absl::InvalidArgumentError(absl::StrCat(
+          "candidate.covariance has ", message.covariance_size(), " numbers; it must have 36"));
+    }
+    for (int i = 0; i < kNumElements; ++i) {
+      if (i == 0) candidate.covariance.emplace();
+      (*candidate.covariance)(i / 6, i % 6) = message.covariance(i);
+    }
+    if (auto status = CheckCovariance(*candidate.covariance); !status.ok()) return status;
+  }
   return candidate;
 }
 
@@ -87,6 +99,9 @@ v1::Candidate ToProto(const Candidate& candidate) {
   message.set_yaw_rad(candidate.yaw_rad);
   message.set_lateral_m(candidate.lateral_m);
   *message.mutable_t_map_query() = PoseToProto(candidate.T_map_query);
+  if (candidate.covariance) {
+    for (int i = 0; i < 36; ++i) message.add_covariance((*candidate.covariance)(i / 6, i % 6));
+  }
   return message;
 }
 
@@ -94,7 +109,8 @@ ScanCounts FromProto(const v1::ScanCounts& message) {
   return {.num_points = message.num_points(),
           .num_not_finite = message.num_not_finite(),
           .num_beyond_limit = message.num_beyond_limit(),
-          .num_voxels = message.num_voxels()};
+          .num_voxels = message.num_voxels(),
+          .num_masked = message.num_masked()};
 }
 
 v1::ScanCounts ToProto(const ScanCounts& counts) {
@@ -103,12 +119,18 @@ v1::ScanCounts ToProto(const ScanCounts& counts) {
   message.set_num_not_finite(counts.num_not_finite);
   message.set_num_beyond_limit(counts.num_beyond_limit);
   message.set_num_voxels(counts.num_voxels);
+  message.set_num_masked(counts.num_masked);
   return message;
 }
 
 }  // namespace
 
 Pose AsReceived(const Pose& pose) { return PoseFromProto("", PoseToProto(pose)).value_or(pose); }
+
+SensorMount AsReceived(SensorMount mount) {
+  mount.T_base_sensor = AsReceived(mount.T_base_sensor);
+  return mount;
+}
 
 void MakeAsReceived(Answer& answer) {
   for (Candidate& candidate : answer.candidates) {
@@ -121,6 +143,7 @@ absl::StatusOr<LocalizeReply> FromProto(const v1::LocalizeResponse& message) {
   absl::Status status = CheckMapName(message.map());
   status.Update(CheckLength("content_id", message.content_id(), kMaxContentIdBytes));
   status.Update(CheckLength("reason", message.reason(), kMaxReasonBytes));
+  status.Update(CheckLength("frame_id", message.frame_id(), limits::kMaxNameBytes));
   if (message.candidates_size() > limits::kMaxCandidates) {
     status.Update(absl::InvalidArgumentError(
         absl::StrCat("the answer has ", message.candidates_size(), " candidates; at most ",
@@ -148,6 +171,7 @@ absl::StatusOr<LocalizeReply> FromProto(const v1::LocalizeResponse& message) {
                         .match_ns = message.times().match_ns(),
                         .verify_ns = message.times().verify_ns()};
   if (message.has_scan_counts()) reply.scan_counts = FromProto(message.scan_counts());
+  reply.header = {.stamp_ns = message.stamp_ns(), .frame_id = message.frame_id()};
   return reply;
 }
 
@@ -168,6 +192,8 @@ v1::LocalizeResponse ToProto(const LocalizeReply& reply) {
   times.set_match_ns(reply.answer.times.match_ns);
   times.set_verify_ns(reply.answer.times.verify_ns);
   if (reply.scan_counts) *message.mutable_scan_counts() = ToProto(*reply.scan_counts);
+  message.set_stamp_ns(reply.header.stamp_ns);
+  message.set_frame_id(reply.header.frame_id);
   return message;
 }
 

@@ -116,6 +116,57 @@ absl::Status SetMethod(const v1::LocalizeOptions& message, Query* query) {
   return absl::OkStatus();
 }
 
+v1::SensorMount ToProto(const SensorMount& mount) {
+  v1::SensorMount message;
+  *message.mutable_t_base_sensor() = PoseToProto(mount.T_base_sensor);
+  message.set_min_range_m(mount.min_range_m);
+  if (mount.self_box) {
+    v1::Box& box = *message.mutable_self_box();
+    box.set_min_x_m(mount.self_box->min_m.x());
+    box.set_min_y_m(mount.self_box->min_m.y());
+    box.set_min_z_m(mount.self_box->min_m.z());
+    box.set_max_x_m(mount.self_box->max_m.x());
+    box.set_max_y_m(mount.self_box->max_m.y());
+    box.set_max_z_m(mount.self_box->max_m.z());
+  }
+  return message;
+}
+
+absl::StatusOr<Prior> FromProto(const v1::Prior& message) {
+  Prior prior;
+  if (message.has_disc()) {
+    const v1::Prior::Disc& disc = message.disc();
+    prior.disc = {.x_m = disc.x_m(), .y_m = disc.y_m(), .radius_m = disc.radius_m()};
+  }
+  if (message.has_heights()) {
+    prior.heights = {.min_m = message.heights().min_m(), .max_m = message.heights().max_m()};
+  }
+  for (const std::string& session : message.sessions()) {
+    auto status = CheckLength("options.prior.sessions", session, limits::kMaxNameBytes);
+    if (!status.ok()) return status;
+    prior.sessions.push_back(session);
+  }
+  if (auto status = Validate(prior); !status.ok()) {
+    return absl::InvalidArgumentError(absl::StrCat("options.prior: ", status.message()));
+  }
+  return prior;
+}
+
+v1::Prior ToProto(const Prior& prior) {
+  v1::Prior message;
+  if (prior.disc) {
+    message.mutable_disc()->set_x_m(prior.disc->x_m);
+    message.mutable_disc()->set_y_m(prior.disc->y_m);
+    message.mutable_disc()->set_radius_m(prior.disc->radius_m);
+  }
+  if (prior.heights) {
+    message.mutable_heights()->set_min_m(prior.heights->min_m);
+    message.mutable_heights()->set_max_m(prior.heights->max_m);
+  }
+  message.mutable_sessions()->Add(prior.sessions.begin(), prior.sessions.end());
+  return message;
+}
+
 // Absent, or in [0, 1].
 absl::Status CheckShare(const char* field, bool is_set, double value) {
   return is_set ? CheckRange(field, value, 0.0, 1.0) : absl::OkStatus();
@@ -145,11 +196,46 @@ absl::Status FromProto(const v1::ScanPoints& message, PointCloud* points) {
   return absl::OkStatus();
 }
 
-v1::ScanPoints ToProto(PointView points) {
+v1::ScanPoints ToProto(PointView points, const SensorMount& mount) {
   v1::ScanPoints message;
   message.set_num_points(points.size());
   message.set_xyz_f32le(points.data(), points.size_bytes());
+  if (!(mount == SensorMount())) *message.mutable_mount() = ToProto(mount);
   return message;
+}
+
+absl::StatusOr<SensorMount> MountFromProto(const v1::ScanPoints& message) {
+  SensorMount mount;
+  if (!message.has_mount()) return mount;
+  const v1::SensorMount& given = message.mount();
+  if (given.has_t_base_sensor()) {
+    const auto pose = PoseFromProto("scan.mount.T_base_sensor", given.t_base_sensor());
+    if (!pose.ok()) return pose.status();
+    mount.T_base_sensor = *pose;
+  }
+  mount.min_range_m = given.min_range_m();
+  if (given.has_self_box()) {
+    const v1::Box& box = given.self_box();
+    mount.self_box = Box{{box.min_x_m(), box.min_y_m(), box.min_z_m()},
+                         {box.max_x_m(), box.max_y_m(), box.max_z_m()}};
+  }
+  if (auto status = Validate(mount); !status.ok()) {
+    return absl::InvalidArgumentError(absl::StrCat("scan.mount: ", status.message()));
+  }
+  return mount;
+}
+
+absl::StatusOr<ScanHeader> HeaderFromProto(const v1::LocalizeRequest& message) {
+  if (auto status = CheckLength("frame_id", message.frame_id(), limits::kMaxNameBytes);
+      !status.ok()) {
+    return status;
+  }
+  return ScanHeader{.stamp_ns = message.stamp_ns(), .frame_id = message.frame_id()};
+}
+
+void SetHeader(const ScanHeader& header, v1::LocalizeRequest* message) {
+  message->set_stamp_ns(header.stamp_ns);
+  message->set_frame_id(header.frame_id);
 }
 
 absl::StatusOr<SignedDescriptor> FromProto(const v1::Descriptors& message) {
@@ -175,6 +261,7 @@ absl::StatusOr<SignedDescriptor> FromProto(const v1::Descriptors& message) {
     result.descriptor.structure = *std::move(structure);
   }
   result.descriptor.num_voxels = message.num_voxels();
+  result.descriptor.knows_up = !message.up_unknown();
   return result;
 }
 
@@ -191,6 +278,7 @@ v1::Descriptors ToProto(const SignedDescriptor& descriptor) {
     *message.mutable_structure() = ToProto(descriptor.descriptor.structure);
   }
   message.set_num_voxels(descriptor.descriptor.num_voxels);
+  message.set_up_unknown(!descriptor.descriptor.knows_up);
   return message;
 }
 
@@ -218,6 +306,11 @@ absl::StatusOr<Query> FromProto(const v1::LocalizeOptions& message) {
     status = CheckRange("options.max_answers", message.max_answers(), 1, limits::kMaxCandidates);
     if (!status.ok()) return status;
     query.max_answers = message.max_answers();
+  }
+  if (message.has_prior()) {
+    auto prior = FromProto(message.prior());
+    if (!prior.ok()) return prior.status();
+    query.prior = *std::move(prior);
   }
   return query;
 }
@@ -248,6 +341,7 @@ v1::LocalizeOptions ToProto(const Query& query, std::chrono::milliseconds budget
         std::clamp<std::chrono::milliseconds::rep>(budget.count(), -1, kMost)));
   }
   message.set_max_answers(query.max_answers);
+  if (!query.prior.is_open()) *message.mutable_prior() = ToProto(query.prior);
   return message;
 }
 
@@ -262,6 +356,9 @@ absl::StatusOr<CapturedQuery> ParseCapturedQuery(const std::string& bytes) {
   auto query = FromProto(request.options());
   if (!query.ok()) return query.status();
   captured.query = *std::move(query);
+  auto header = HeaderFromProto(request);
+  if (!header.ok()) return header.status();
+  captured.header = *std::move(header);
   const auto budget = BudgetFromProto(request.options());
   if (!budget.ok()) return budget.status();
   captured.budget = *budget;
@@ -270,6 +367,9 @@ absl::StatusOr<CapturedQuery> ParseCapturedQuery(const std::string& bytes) {
   captured.reply = *std::move(reply);
   if (request.has_scan()) {
     if (auto status = FromProto(request.scan(), &captured.scan); !status.ok()) return status;
+    auto mount = MountFromProto(request.scan());
+    if (!mount.ok()) return mount.status();
+    captured.mount = *mount;
   } else if (request.has_descriptors()) {
     auto descriptor = FromProto(request.descriptors());
     if (!descriptor.ok()) return descriptor.status();

@@ -263,6 +263,7 @@ std::string EvalAsJson(const EvalReport& report) {
   Json json;
   json["map"] = report.map;
   json["content_id"] = report.content_id;
+  json["mount"] = MountToJson(report.mount);
   json["within_m"] = report.within_m;
   json["num_queries"] = report.queries.size();
   json["num_revisits"] = counts.num_revisits;

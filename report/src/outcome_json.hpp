@@ -1,10 +1,31 @@
 #pragma once
 
+#include "scanloc/core/scan/sensor_mount.hpp"
 #include "scanloc/eval/judging.hpp"
 #include "scanloc/report/json.hpp"
 
 /// What the documents of locate and eval both hold.
 namespace scanloc::report {
+
+inline Json PoseToJson(const Pose& pose) {
+  Eigen::Quaterniond q(pose.linear());
+  if (q.w() < 0.0) q.coeffs() *= -1.0;
+  const Eigen::Vector3d& t = pose.translation();
+  return {{"x", t.x()},  {"y", t.y()},  {"z", t.z()}, {"qx", q.x()},
+          {"qy", q.y()}, {"qz", q.z()}, {"qw", q.w()}};
+}
+
+inline Json MountToJson(const SensorMount& mount) {
+  Json json{{"T_base_sensor", PoseToJson(mount.T_base_sensor)},
+            {"min_range_m", mount.min_range_m},
+            {"self_box", nullptr}};
+  if (mount.self_box) {
+    const Box& box = *mount.self_box;
+    json["self_box"] = {box.min_m.x(), box.min_m.y(), box.min_m.z(),
+                        box.max_m.x(), box.max_m.y(), box.max_m.z()};
+  }
+  return json;
+}
 
 inline void AddOutcomes(const eval::OutcomeCounts& counts, Json* json) {
   (*json)["num_queries"] = counts.num_queries;

@@ -2,6 +2,7 @@
 #include <cstddef>
 #include <numbers>
 
+#include "deviations.hpp"
 #include "scanloc/report/csv.hpp"
 #include "scanloc/report/result_text.hpp"
 
@@ -21,6 +22,16 @@ void AppendCandidate(const Candidate& candidate, std::vector<std::string>* field
   fields->push_back(FixedText(candidate.yaw_rad * 180.0 / std::numbers::pi, kDecimals));
   fields->push_back(FixedText(candidate.lateral_m, kDecimals));
   AppendPoseFields(candidate.T_map_query, fields);
+}
+
+/// What is told of T_map_query beside itself.
+void AppendPoseMore(const Candidate* candidate, std::vector<std::string>* fields) {
+  fields->push_back(candidate == nullptr ? "" : FixedText(HeadingDeg(*candidate), kDecimals));
+  for (int i = 0; i < 6; ++i) {
+    const bool is_known = candidate != nullptr && candidate->covariance.has_value();
+    fields->push_back(is_known ? FixedText(Deviation(*candidate->covariance, i), kDistanceDecimals)
+                               : "");
+  }
 }
 
 void AppendTruth(const QueryResult& result, const Candidate* candidate,
@@ -60,6 +71,8 @@ std::string ResultsAsCsv(const std::vector<QueryResult>& results, const ResultFo
                                  "true_y", "height_error_m", "missed"});
   }
   if (format.sequence) fields.insert(fields.end(), {"num_scans", "relocated"});
+  fields.emplace_back("heading_deg");
+  fields.insert(fields.end(), kDeviationNames.begin(), kDeviationNames.end());
   std::string csv = CsvRow(fields);
   for (const QueryResult& result : results) {
     const std::vector<Candidate>& candidates = result.answer.candidates;
@@ -82,6 +95,7 @@ std::string ResultsAsCsv(const std::vector<QueryResult>& results, const ResultFo
         fields.push_back(std::to_string(result.num_scans));
         fields.emplace_back(result.is_relocated ? "1" : "0");
       }
+      AppendPoseMore(candidate, &fields);
       csv += CsvRow(fields);
     }
   }

@@ -1,6 +1,8 @@
+#include <cstddef>
 #include <numbers>
 #include <optional>
 
+#include "deviations.hpp"
 #include "outcome_json.hpp"
 #include "scanloc/report/json.hpp"
 #include "scanloc/report/result_text.hpp"
@@ -14,12 +16,15 @@ Json Optional(const std::optional<double>& value) {
   return value.has_value() ? Json(*value) : Json(nullptr);
 }
 
-Json PoseToJson(const Pose& pose) {
-  Eigen::Quaterniond q(pose.linear());
-  if (q.w() < 0.0) q.coeffs() *= -1.0;
-  const Eigen::Vector3d& t = pose.translation();
-  return {{"x", t.x()},  {"y", t.y()},  {"z", t.z()}, {"qx", q.x()},
-          {"qy", q.y()}, {"qz", q.z()}, {"qw", q.w()}};
+Json PriorToJson(const Prior& prior) {
+  if (prior.is_open()) return nullptr;
+  Json json{{"disc", nullptr}, {"heights", nullptr}, {"sessions", prior.sessions}};
+  if (prior.disc) {
+    json["disc"] = {
+        {"x", prior.disc->x_m}, {"y", prior.disc->y_m}, {"radius_m", prior.disc->radius_m}};
+  }
+  if (prior.heights) json["heights"] = {prior.heights->min_m, prior.heights->max_m};
+  return json;
 }
 
 Json CandidateToJson(const Candidate& candidate, const std::optional<Pose>& T_map_true) {
@@ -32,6 +37,17 @@ Json CandidateToJson(const Candidate& candidate, const std::optional<Pose>& T_ma
   json["lateral_m"] = candidate.lateral_m;
   json["T_map_place"] = PoseToJson(candidate.T_map_place);
   json["T_map_query"] = PoseToJson(candidate.T_map_query);
+  json["heading_deg"] = HeadingDeg(candidate);
+  json["covariance"] = nullptr;
+  if (candidate.covariance) {
+    for (int i = 0; i < 6; ++i) {
+      json[kDeviationNames[static_cast<std::size_t>(i)]] = Deviation(*candidate.covariance, i);
+    }
+    json["covariance"] = Json::array();
+    for (const double element : candidate.covariance->reshaped()) {
+      json["covariance"].push_back(element);
+    }
+  }
   if (T_map_true.has_value()) {
     const TruthError error = ErrorOf(candidate, *T_map_true);
     json["true_place_error_m"] = error.place_m;
@@ -72,6 +88,8 @@ std::string ResultsAsJson(const std::vector<QueryResult>& results, const std::st
   Json json;
   json["content_id"] = results.empty() ? Json(nullptr) : Json(results.front().answer.content_id);
   json["method"] = method;
+  json["mount"] = MountToJson(format.mount);
+  json["prior"] = PriorToJson(format.prior);
   json["queries"] = Json::array();
   for (const QueryResult& result : results) {
     Json query;

@@ -4,6 +4,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "deviations.hpp"
 #include "scanloc/core/printable.hpp"
 #include "scanloc/report/csv.hpp"
 #include "scanloc/report/result_text.hpp"
@@ -37,7 +38,7 @@ Row RowOf(const QueryResult& result, const Candidate* candidate, const ResultFor
   const bool truth = format.truth;
   if (format.sequence) row.push_back(std::to_string(result.num_scans));
   if (candidate == nullptr) {
-    row.insert(row.end(), truth ? 13 : 8, "-");
+    row.insert(row.end(), truth ? 15 : 10, "-");
     return row;
   }
   const Eigen::Vector3d& position = candidate->T_map_query.translation();
@@ -49,6 +50,8 @@ Row RowOf(const QueryResult& result, const Candidate* candidate, const ResultFor
   row.push_back(FixedText(candidate->lateral_m, 1));
   row.push_back(FixedText(position.x(), 2));
   row.push_back(FixedText(position.y(), 2));
+  row.push_back(FixedText(position.z(), 2));
+  row.push_back(FixedText(HeadingDeg(*candidate), 1));
   if (!truth) return row;
   if (!result.T_map_true.has_value()) {
     row.insert(row.end(), 5, "-");
@@ -126,7 +129,7 @@ std::string TruthText(const Summary& summary, bool all_candidates) {
 
 std::string ResultsAsTable(const std::vector<QueryResult>& results, const ResultFormat& format) {
   std::vector<Row> rows = {{"query", "outcome", "place", "session", "distance", "confidence",
-                            "yaw_deg", "lateral_m", "x", "y"}};
+                            "yaw_deg", "lateral_m", "x", "y", "z", "heading_deg"}};
   if (format.sequence) rows.front().insert(rows.front().begin() + 2, "num_scans");
   if (format.truth) {
     rows.front().insert(rows.front().end(), {"true_place_error_m", "error_m", "height_error_m",

@@ -108,6 +108,57 @@ TEST_F(OfflineClientTest, TracksARobotAsAServerDoes) {
   EXPECT_TRUE(here.Close().ok());
 }
 
+TEST_F(OfflineClientTest, TellsOfTheBaseOfAMountedSensorAsAServerDoes) {
+  const auto server = StartServer();
+  const Client online = *Client::Connect({.address = server->address()});
+  SensorMount mount{.min_range_m = 0.5};
+  mount.T_base_sensor = *MountPose({0.4, 0.1, 1.5}, {180.0, 0.0, 90.0});
+  Pose turn = Pose::Identity();
+  turn.linear() = mount.T_base_sensor.linear();
+  const PointCloud upright = test::QueryScan(1, 2);
+  PointCloud scan = scenes::SeenFrom(upright, turn);
+  scan.push_back({0.1F, 0.1F, 0.1F});
+  const RequestOptions request{.mount = mount, .header = {.stamp_ns = 7, .frame_id = "lidar"}};
+
+  const auto told = offline_->LocalizeScan(scan, request);
+  ASSERT_TRUE(told.ok()) << told.status();
+  EXPECT_EQ(told->scan_counts->num_masked, 1U);
+  const Pose T_map_turned = offline_->LocalizeScan(upright)->answer.candidates.at(0).T_map_query;
+  const Pose& T_map_base = told->answer.candidates.at(0).T_map_query;
+  EXPECT_TRUE((T_map_turned * BaseInTurned(mount)).isApprox(T_map_base, 1e-2));
+  const auto by_scan = online.LocalizeScan(scan, request);
+  const auto by_descriptor = online.LocalizeByDescriptor(scan, request);
+  for (const auto& reply : {by_scan, by_descriptor}) {
+    ASSERT_TRUE(reply.ok()) << reply.status();
+    test::ExpectSameAnswer(reply->answer, told->answer);
+    EXPECT_EQ(reply->header, request.header);
+  }
+  EXPECT_EQ(told->header, request.header);
+  EXPECT_EQ(by_scan->scan_counts->num_masked, 1U);
+
+  const Pose T_last_scan = *MountPose({0.1, 0.0, 0.0}, {0.0, 0.0, 5.0});
+  auto here = *offline_->OpenStream({.mount = mount});
+  for (const bool send_descriptor : {false, true}) {
+    here = *offline_->OpenStream({.mount = mount});
+    auto there = *online.OpenStream({.mount = mount, .send_descriptor = send_descriptor});
+    for (int i = 0; i < 2; ++i) {
+      const auto expected = here.Locate(scan, T_last_scan, request.header);
+      const auto tracked = there.Locate(scan, T_last_scan, request.header);
+      ASSERT_TRUE(expected.ok() && tracked.ok()) << expected.status() << tracked.status();
+      test::ExpectSameAnswer(tracked->reply.answer, expected->reply.answer);
+      EXPECT_EQ(tracked->reply.header, request.header);
+      EXPECT_EQ(expected->reply.header, request.header);
+    }
+  }
+
+  const RequestOptions bad{.mount = {.min_range_m = -1.0}};
+  for (const LocalizationClient* either : {static_cast<const LocalizationClient*>(&online),
+                                           static_cast<const LocalizationClient*>(&*offline_)}) {
+    EXPECT_TRUE(absl::IsInvalidArgument(either->LocalizeScan(scan, bad).status()));
+    EXPECT_TRUE(absl::IsInvalidArgument(either->LocalizeByDescriptor(scan, bad).status()));
+  }
+}
+
 TEST_F(OfflineClientTest, EndsInTime) {
   // No machine describes so many points in a millisecond.
   const PointCloud large(1'000'000, Point{10.0F, 5.0F, 1.0F});

@@ -7,6 +7,7 @@
 #include <random>
 
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_replace.h"
 #include "support/real_data.hpp"
 #include "support/temp_dir.hpp"
 
@@ -40,6 +41,20 @@ TEST(PoseReader, ReadsKittiRows) {
   ASSERT_EQ(trajectory->T_map_sensor.size(), 2U);
   EXPECT_TRUE(trajectory->T_map_sensor[0].isApprox(Pose::Identity(), 1e-12));
   EXPECT_TRUE(trajectory->T_map_sensor[1].isApprox(Turned(), 1e-12));
+}
+
+TEST(PoseReader, TakesRowsForThoseOfABodyWhoseSensorIsTold) {
+  const TempDir dir;
+  const Pose T_body_sensor =
+      Eigen::Translation3d(0.5, 0, 1) * Eigen::AngleAxisd(EIGEN_PI, Eigen::Vector3d::UnitX());
+  const std::string stamp = "1567410201812840928,";
+  for (const std::string& row :
+       {kTurnedRow, stamp + absl::StrReplaceAll(kTurnedRow, {{" ", ","}})}) {
+    const auto trajectory =
+        ReadTrajectory(dir.Write("poses.txt", row + "\n"), PoseFormat::kAuto, "", T_body_sensor);
+    ASSERT_TRUE(trajectory.ok()) << trajectory.status();
+    EXPECT_TRUE(trajectory->T_map_sensor[0].isApprox(Turned() * T_body_sensor, 1e-12)) << row;
+  }
 }
 
 TEST(PoseReader, ReadsTumRowsWithComments) {

@@ -15,6 +15,8 @@ using report::CsvTable;
 
 constexpr const char* kHeader =
     "query,outcome,place,session,distance,confidence,yaw_deg,lateral_m,x,y,z,qx,qy,qz,qw";
+constexpr const char* kPoseColumns =
+    ",heading_deg,std_x_m,std_y_m,std_z_m,std_roll_deg,std_pitch_deg,std_yaw_deg";
 
 double NumberAt(const CsvTable& table, std::size_t row, const std::string& column) {
   const auto value = table.Number(row, column);
@@ -202,7 +204,7 @@ TEST(FirstPath, OtherSessionIsRecalledByEveryMethod) {
 TEST(FirstPath, CsvHasTheDocumentedColumnsAndMoreOnlyWhenAsked) {
   const Args locate = {"locate", Town().map1, "--scans", Town().drive2, "--quiet", "--csv", "-"};
   const std::string plain = MustScanloc(locate);
-  EXPECT_EQ(plain.substr(0, plain.find('\n')), kHeader);
+  EXPECT_EQ(plain.substr(0, plain.find('\n')), std::string(kHeader) + kPoseColumns);
   EXPECT_EQ(CountLines(plain), TinyTown::kNumScans + 1);
   Args more = locate;
   more.insert(more.end(), {"--top", "3", "--truth", Town().Poses2()});
@@ -210,7 +212,8 @@ TEST(FirstPath, CsvHasTheDocumentedColumnsAndMoreOnlyWhenAsked) {
   EXPECT_EQ(
       ranked.substr(0, ranked.find('\n')),
       std::string(kHeader) +
-          ",rank,true_place_error_m,error_m,yaw_error_deg,true_x,true_y,height_error_m,missed");
+          ",rank,true_place_error_m,error_m,yaw_error_deg,true_x,true_y,height_error_m,missed" +
+          kPoseColumns);
   EXPECT_EQ(CountLines(ranked), 3 * TinyTown::kNumScans + 1);
   const CsvTable table = ParseCsv(ranked);
   EXPECT_EQ(table.Text(0, "rank"), "1");

@@ -1,6 +1,7 @@
 // A real server: what it answers is what the map file answers.
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <csignal>
 #include <filesystem>
 #include <memory>
@@ -157,6 +158,26 @@ TEST(ServedAnswers, OfASequenceAreThoseOfTheMapFileByteForByte) {
                 local);
     }
   }
+}
+
+TEST(ServedAnswers, LookWhereThePriorSays) {
+  RunningServer server({"one=" + Town().map1});
+  const Args what = {"--json", "--prior", "0,0,15", "--prior-session", "one"};
+  const std::string local = MustScanloc(LocateArgs({Town().map1}, what));
+  EXPECT_EQ(MustScanloc(LocateArgs({"--server", server.address()}, what)), local);
+  const auto document = nlohmann::json::parse(local);
+  EXPECT_EQ(document.at("prior").at("disc").at("radius_m"), 15.0);
+  EXPECT_EQ(document.at("prior").at("sessions"), nlohmann::json({"one"}));
+  for (const auto& query : document.at("queries")) {
+    for (const auto& candidate : query.at("candidates")) {
+      const auto& place = candidate.at("T_map_place");
+      EXPECT_LE(std::hypot(place.at("x").get<double>(), place.at("y").get<double>()), 15.0);
+    }
+  }
+  const ProcessResult unknown =
+      Scanloc(LocateArgs({Town().map1}, {"--prior-session", "two", "--json"}));
+  EXPECT_EQ(unknown.status, 1);
+  EXPECT_NE(unknown.err.find("session \"two\""), std::string::npos) << unknown.err;
 }
 
 TEST(ServedAnswers, HoldToTheMapsDefaultsAndTheQuerysChoices) {

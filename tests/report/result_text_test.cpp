@@ -39,11 +39,27 @@ QueryResult MakeEmptyResult() {
 
 TEST(ResultsAsCsv, HoldsTheDocumentedColumnsOnly) {
   EXPECT_EQ(ResultsAsCsv({MakeResult(), MakeEmptyResult()}, {}),
-            "query,outcome,place,session,distance,confidence,yaw_deg,lateral_m,x,y,z,qx,qy,qz,qw\n"
+            "query,outcome,place,session,distance,confidence,yaw_deg,lateral_m,x,y,z,qx,qy,qz,qw"
+            ",heading_deg,std_x_m,std_y_m,std_z_m,std_roll_deg,std_pitch_deg,std_yaw_deg\n"
             "a.bin,localized,7,\"north, late\",0.125000,,-90.000000000,-2.000000000,"
             "10.000000000,18.000000000,1.500000000,"
-            "0.000000000,0.000000000,-0.707106781,0.707106781\n"
-            "b.bin,insufficient_scan,,,,,,,,,,,,,\n");
+            "0.000000000,0.000000000,-0.707106781,0.707106781,-90.000000000,,,,,,\n"
+            "b.bin,insufficient_scan,,,,,,,,,,,,,,,,,,,,\n");
+}
+
+TEST(ResultsAsCsv, TellsDeviationsInMetresAndDegrees) {
+  QueryResult result = MakeResult();
+  Eigen::Matrix<double, 6, 1> variances;
+  variances << 0.04, 0.01, 0.0025, 1e-4, 4e-4, 9e-4;
+  result.answer.candidates.front().covariance = variances.asDiagonal();
+  EXPECT_NE(ResultsAsCsv({result}, {})
+                .find(",-90.000000000,0.200000,0.100000,0.050000,0.572958,1.145916,1.718873\n"),
+            std::string::npos);
+  const json best = json::parse(ResultsAsJson({result}, "auto", {})).at("queries")[0]["candidates"];
+  EXPECT_EQ(best[0].at("std_y_m"), 0.1);
+  EXPECT_EQ(best[0].at("covariance").size(), 36U);
+  EXPECT_EQ(best[0].at("heading_deg"), -90.0);
+  EXPECT_EQ(best[1].at("covariance"), nullptr);
 }
 
 TEST(ResultsAsCsv, AppendsRankAndTruth) {
@@ -53,16 +69,17 @@ TEST(ResultsAsCsv, AppendsRankAndTruth) {
   const std::string csv =
       ResultsAsCsv({result, MakeEmptyResult()}, {.all_candidates = true, .truth = true});
   EXPECT_NE(csv.find(",qw,rank,true_place_error_m,error_m,yaw_error_deg,true_x,true_y,"
-                     "height_error_m,missed\n"),
+                     "height_error_m,missed,heading_deg,"),
             std::string::npos);
   const std::string end =
       ",3.000000000,1.000000000,90.000000000,10.000000000,17.000000000,"
-      "1.500000000,height+heading\n";
+      "1.500000000,height+heading,-90.000000000,,,,,,\n";
   EXPECT_NE(csv.find(",1" + end + "a.bin,localized,9,\"north, late\",0.125000,0.500000,"),
             std::string::npos)
       << csv;
   EXPECT_NE(csv.find(",2" + end), std::string::npos) << csv;
-  EXPECT_NE(csv.find("\nb.bin,insufficient_scan,,,,,,,,,,,,,,,,,,,,,\n"), std::string::npos) << csv;
+  EXPECT_NE(csv.find("\nb.bin,insufficient_scan,,,,,,,,,,,,,,,,,,,,,,,,,,,,\n"), std::string::npos)
+      << csv;
 }
 
 TEST(ResultsAsJson, HoldsAllCandidatesAndNoTimes) {

@@ -25,6 +25,10 @@ Candidate RandomCandidate(std::mt19937_64& random) {
   candidate.lateral_m = number(random);
   candidate.T_map_query =
       candidate.T_map_place * PlanarOffset(candidate.lateral_m, candidate.yaw_rad);
+  if (random() % 2 == 0) {
+    const PoseCovariance root = PoseCovariance::NullaryExpr([&] { return number(random); });
+    candidate.covariance = MovedBy(Eigen::Vector3d::Ones(), root * root.transpose());
+  }
   return candidate;
 }
 

@@ -77,6 +77,48 @@ TEST(ConvertScan, RefusesBytesThatAreNoWholePoints) {
   ExpectInvalid(FromProto(message, &back), "13");
 }
 
+TEST(ConvertMount, BringsItBack) {
+  SensorMount mount{.min_range_m = 1.25, .self_box = Box{{-2.0, -1.0, 0.0}, {2.0, 1.0, 1.7}}};
+  mount.T_base_sensor = *MountPose({0.1, 0.2, 1.3}, {179.0, -12.0, 33.0});
+  EXPECT_EQ(*MountFromProto(ToProto(PointView(), mount)), AsReceived(mount));
+  EXPECT_EQ(*MountFromProto(ToProto(PointView())), SensorMount());
+}
+
+TEST(ConvertMount, RefusesWhatIsOutOfRange) {
+  v1::ScanPoints message;
+  message.mutable_mount()->mutable_t_base_sensor()->set_qw(3.0);
+  ExpectInvalid(MountFromProto(message).status(), "scan.mount.T_base_sensor");
+  message.mutable_mount()->clear_t_base_sensor();
+  message.mutable_mount()->set_min_range_m(kNan);
+  ExpectInvalid(MountFromProto(message).status(), "scan.mount: the nearest range");
+  message.mutable_mount()->set_min_range_m(0.0);
+  message.mutable_mount()->mutable_self_box()->set_max_x_m(1.0);
+  ExpectInvalid(MountFromProto(message).status(), "Y0 = 0 m to Y1 = 0 m");
+}
+
+TEST(ConvertPrior, BringsItBackAndRefusesWhatIsOutOfRange) {
+  const Query query{
+      .prior = {.disc = {{1.0, -2.0, 30.0}}, .heights = {{-1.0, 2.5}}, .sessions = {"one", "two"}}};
+  EXPECT_EQ(*FromProto(ToProto(query)), query);
+  v1::LocalizeOptions options;
+  options.mutable_prior()->mutable_disc();
+  ExpectInvalid(FromProto(options).status(), "options.prior: the prior is within 0 m");
+  options.mutable_prior()->clear_disc();
+  options.mutable_prior()->mutable_heights()->set_min_m(kNan);
+  ExpectInvalid(FromProto(options).status(), "options.prior: the prior's heights");
+  options.mutable_prior()->clear_heights();
+  options.mutable_prior()->add_sessions(std::string(limits::kMaxNameBytes + 1, 'x'));
+  ExpectInvalid(FromProto(options).status(), "options.prior.sessions has 256 bytes");
+}
+
+TEST(ConvertHeader, RefusesALongFrame) {
+  v1::LocalizeRequest message;
+  SetHeader({.stamp_ns = -5, .frame_id = "velodyne"}, &message);
+  EXPECT_EQ(*HeaderFromProto(message), (ScanHeader{.stamp_ns = -5, .frame_id = "velodyne"}));
+  message.set_frame_id(std::string(limits::kMaxNameBytes + 1, 'x'));
+  ExpectInvalid(HeaderFromProto(message).status(), "frame_id has 256 bytes");
+}
+
 Context MakeContext(int num_rows, int num_cols) {
   Context context{.num_rows = num_rows, .num_cols = num_cols, .cells_cm = {}};
   for (int i = 0; i < num_rows * num_cols; ++i) context.cells_cm.push_back(i * 7 % 8192);

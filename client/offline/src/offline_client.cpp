@@ -69,7 +69,8 @@ struct OfflineClient::State {
     std::int64_t describe_ns = 0;
   };
   /// By a describer that nobody uses; it serves one thread at a time.
-  [[nodiscard]] Described Describe(PointView scan) {
+  [[nodiscard]] absl::StatusOr<Described> Describe(PointView scan, const SensorMount& mount) {
+    if (auto status = Validate(mount); !status.ok()) return status;
     std::optional<Describer> describer;
     {
       const std::lock_guard lock(mutex);
@@ -81,7 +82,10 @@ struct OfflineClient::State {
     if (!describer)
       describer = *Describer::Create(info.params);  // was created before: they are good
     Described described{.began_ns = NowNs()};
-    described.descriptor = describer->Describe(scan, &described.counts);
+    PointCloud buffer;
+    const PointView seen = Seen(mount, scan, buffer);
+    described.descriptor = describer->Describe(seen, &described.counts);
+    described.counts.num_masked = scan.size() - seen.size();
     described.describe_ns = NowNs() - described.began_ns;
     const std::lock_guard lock(mutex);
     idle.push_back(*std::move(describer));
@@ -89,14 +93,16 @@ struct OfflineClient::State {
   }
 
   [[nodiscard]] absl::StatusOr<LocalizeReply> Answer(const ScanDescriptor& descriptor,
+                                                     const SensorMount& mount,
                                                      const RequestOptions& options,
                                                      std::int64_t began_ns) const {
     const Terms terms{options.budget, options.timeout};
     if (auto status = terms.Check(); !status.ok()) return status;
     auto answer = localizer->Localize(descriptor, options.query, terms.ControlSince(began_ns));
     if (!answer.ok()) return terms.Told(answer.status());
+    TellOfBase(mount, *answer);
     proto::MakeAsReceived(*answer);
-    return LocalizeReply{.answer = *std::move(answer), .map = info.name};
+    return LocalizeReply{.answer = *std::move(answer), .map = info.name, .header = options.header};
   }
 
   MapInfo info;
@@ -109,22 +115,26 @@ struct OfflineClient::State {
 /// A robot whose scans are weighed here.
 class OfflineClient::TrackedRobot final : public RobotStream::Tracking {
  public:
-  TrackedRobot(std::shared_ptr<State> state, Tracker tracker, const Terms& terms)
-      : state_(std::move(state)), tracker_(std::move(tracker)), terms_(terms) {}
+  TrackedRobot(std::shared_ptr<State> state, Tracker tracker, const SensorMount& mount,
+               const Terms& terms)
+      : state_(std::move(state)), tracker_(std::move(tracker)), mount_(mount), terms_(terms) {}
 
-  absl::StatusOr<TrackedReply> Locate(PointView scan,
-                                      const std::optional<Pose>& T_last_scan) override {
-    const State::Described described = state_->Describe(scan);
+  absl::StatusOr<TrackedReply> Locate(PointView scan, const std::optional<Pose>& T_last_scan,
+                                      const ScanHeader& header) override {
+    const absl::StatusOr<State::Described> described = state_->Describe(scan, mount_);
+    if (!described.ok()) return described.status();
+    std::optional<Pose> T_last = T_last_scan;
+    if (T_last) T_last = TurnedStep(mount_, proto::AsReceived(*T_last));
     auto told =
-        tracker_.Update(described.descriptor,
-                        T_last_scan ? std::optional(proto::AsReceived(*T_last_scan)) : std::nullopt,
-                        terms_.ControlSince(described.began_ns));
+        tracker_.Update(described->descriptor, T_last, terms_.ControlSince(described->began_ns));
     if (!told.ok()) return terms_.Told(told.status());
+    TellOfBase(mount_, told->answer);
     proto::MakeAsReceived(told->answer);
-    told->answer.times.describe_ns = described.describe_ns;
+    told->answer.times.describe_ns = described->describe_ns;
     return TrackedReply{.reply = {.answer = std::move(told->answer),
                                   .map = state_->info.name,
-                                  .scan_counts = described.counts},
+                                  .scan_counts = described->counts,
+                                  .header = header},
                         .num_scans = told->num_scans,
                         .is_relocated = told->is_relocated};
   }
@@ -132,6 +142,7 @@ class OfflineClient::TrackedRobot final : public RobotStream::Tracking {
  private:
   const std::shared_ptr<State> state_;
   Tracker tracker_;
+  const SensorMount mount_;
   const Terms terms_;
 };
 
@@ -178,11 +189,13 @@ absl::StatusOr<PlacesPage> OfflineClient::ListPlaces(const std::string& map,
 absl::StatusOr<LocalizeReply> OfflineClient::LocalizeScan(PointView scan,
                                                           const RequestOptions& options) const {
   if (auto status = state_->CheckName(options.map); !status.ok()) return status;
-  const State::Described described = state_->Describe(scan);
-  auto reply = state_->Answer(described.descriptor, options, described.began_ns);
+  const SensorMount mount = proto::AsReceived(options.mount);
+  const absl::StatusOr<State::Described> described = state_->Describe(scan, mount);
+  if (!described.ok()) return described.status();
+  auto reply = state_->Answer(described->descriptor, mount, options, described->began_ns);
   if (!reply.ok()) return reply;
-  reply->answer.times.describe_ns = described.describe_ns;
-  reply->scan_counts = described.counts;
+  reply->answer.times.describe_ns = described->describe_ns;
+  reply->scan_counts = described->counts;
   return reply;
 }
 
@@ -195,7 +208,7 @@ absl::StatusOr<LocalizeReply> OfflineClient::LocalizeDescriptor(
         "\" but map ", state_->info.name, " has \"", state_->signature,
         "\"; describe the scan with the map's parameters"));
   }
-  return state_->Answer(descriptor.descriptor, options, NowNs());
+  return state_->Answer(descriptor.descriptor, SensorMount(), options, NowNs());
 }
 
 absl::StatusOr<RobotStream> OfflineClient::OpenStream(const StreamOptions& options) const {
@@ -205,7 +218,8 @@ absl::StatusOr<RobotStream> OfflineClient::OpenStream(const StreamOptions& optio
   auto tracker = Tracker::Create(state_->localizer,
                                  {.query = options.query, .max_step_m = options.max_step_m});
   if (!tracker.ok()) return tracker.status();
-  return RobotStream(std::make_unique<TrackedRobot>(state_, *std::move(tracker), terms));
+  return RobotStream(
+      std::make_unique<TrackedRobot>(state_, *std::move(tracker), proto::AsReceived(options.mount), terms));
 }
 
 }  // namespace scanloc::client

@@ -189,7 +189,10 @@ absl::Status BagScans::Connect(const BagDriveOptions& options) {
   FrameChain chain;
   chain.Append(&topic_track_, false);
   std::string mount = "taken for those of the sensor";
-  if (!options.calib_file.empty()) {
+  if (options.T_body_sensor && child_ != sensor_frame_) {
+    chain.AppendMount(*options.T_body_sensor);
+    mount = "taken for those of the base";
+  } else if (!options.calib_file.empty()) {
     const absl::StatusOr<Pose> T_body_sensor = ReadCalib(options.calib_file);
     if (!T_body_sensor.ok()) return T_body_sensor.status();
     chain.AppendMount(*T_body_sensor);

@@ -218,6 +218,8 @@ absl::StatusOr<LocalizeReply> LocalizationService::Answer(
   if (auto status = proto::CheckMapName(request.map()); !status.ok()) return status;
   auto asked = AskedBy(request);
   if (!asked.ok()) return asked.status();
+  auto header = proto::HeaderFromProto(request);
+  if (!header.ok()) return header.status();
 
   const auto map = maps_.Find(request.map());
   if (!map.ok()) return map.status();
@@ -233,11 +235,13 @@ absl::StatusOr<LocalizeReply> LocalizationService::Answer(
                                             ControlOf(context, asked->budget));
   if (!answer.ok()) return answer.status();
   answer->times.describe_ns = described->describe_ns;
+  TellOfBase(described->mount, *answer);
   return LocalizeReply{.answer = *std::move(answer),
                        .map = (*map)->info.name,
                        .queue_ns = arrival.started_ns - arrival.arrived_ns,
                        .decode_ns = decode_ns,
-                       .scan_counts = described->scan_counts};
+                       .scan_counts = described->scan_counts,
+                       .header = *std::move(header)};
 }
 
 RawService::Reactor* LocalizationService::LocalizeStream(grpc::CallbackServerContext* context) {
@@ -337,19 +341,27 @@ absl::StatusOr<v1::TrackedAnswer> LocalizationService::AnswerScan(v1::StreamScan
   *query.mutable_options() = robot.config->options();
   if (scan.has_scan()) query.mutable_scan()->Swap(scan.mutable_scan());
   if (scan.has_descriptors()) query.mutable_descriptors()->Swap(scan.mutable_descriptors());
+  query.set_stamp_ns(scan.stamp_ns());
+  query.set_frame_id(scan.frame_id());
+  auto header = proto::HeaderFromProto(query);
+  if (!header.ok()) return header.status();
   auto described = describer.Describe(query, **map, limits_.max_points);
   if (!described.ok()) return described.status();
   const std::int64_t decode_ns = NowNs() - arrival.started_ns - described->describe_ns;
-  auto told = robot.tracker->Update(described->descriptor, robot.motion.T_answered_scan,
+  std::optional<Pose> T_last = robot.motion.T_answered_scan;
+  if (T_last) T_last = TurnedStep(described->mount, *T_last);
+  auto told = robot.tracker->Update(described->descriptor, T_last,
                                     ControlOf(*robot.context, robot.asked.budget));
   if (!told.ok()) return told.status();
   robot.motion = {};
   told->answer.times.describe_ns = described->describe_ns;
+  TellOfBase(described->mount, told->answer);
   const TrackedReply reply{.reply = {.answer = std::move(told->answer),
                                      .map = (*map)->info.name,
                                      .queue_ns = arrival.started_ns - arrival.arrived_ns,
                                      .decode_ns = decode_ns,
-                                     .scan_counts = described->scan_counts},
+                                     .scan_counts = described->scan_counts,
+                                     .header = *std::move(header)},
                            .num_scans = told->num_scans,
                            .is_relocated = told->is_relocated};
   v1::TrackedAnswer response = proto::ToProto(reply);

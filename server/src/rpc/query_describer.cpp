@@ -68,12 +68,16 @@ absl::StatusOr<QueryDescriber::Described> QueryDescriber::DescribeScan(const v1:
             absl::StrCat("the scan has ", num_points, " points; this server allows ", max_points)));
   }
   if (auto status = proto::FromProto(scan, &points_); !status.ok()) return status;
+  auto mount = proto::MountFromProto(scan);
+  if (!mount.ok()) return mount.status();
   const auto describer = DescriberFor(map);
   if (!describer.ok()) return describer.status();
-  Described result;
+  Described result{.mount = *std::move(mount)};
   held_bytes_ += static_cast<std::int64_t>(kBytesPerVoxel * points_.size() * 3 / 2);
   const std::int64_t start_ns = NowNs();
+  const std::size_t num_masked = ApplyMount(result.mount, points_);
   result.descriptor = (*describer)->Describe(points_, &result.scan_counts.emplace());
+  result.scan_counts->num_masked = num_masked;
   result.describe_ns = NowNs() - start_ns;
   KeepWhatIsUsual(result.scan_counts->num_voxels);
   return result;

@@ -10,6 +10,7 @@
 #include "absl/status/statusor.h"
 #include "scanloc/core/scan/descriptor.hpp"
 #include "scanloc/core/scan/point_cloud.hpp"
+#include "scanloc/core/scan/sensor_mount.hpp"
 #include "scanloc/server/map_registry.hpp"
 #include "scanloc/v1/localization.pb.h"
 
@@ -23,6 +24,7 @@ class QueryDescriber {
     ScanDescriptor descriptor;
     std::int64_t describe_ns = 0;
     std::optional<ScanCounts> scan_counts;  ///< where the query is a scan
+    SensorMount mount = {};  ///< of the sensor: the descriptor is of its turned frame
   };
 
   /// Of a query to the map. InvalidArgument if it has neither scan nor descriptors or a malformed

@@ -9,6 +9,7 @@
 #include "scanloc/client/robot_stream.hpp"
 #include "scanloc/core/query.hpp"
 #include "scanloc/core/scan/point_cloud.hpp"
+#include "scanloc/core/scan/sensor_mount.hpp"
 #include "scanloc/proto/messages.hpp"
 
 namespace scanloc::client {
@@ -17,6 +18,10 @@ namespace scanloc::client {
 struct RequestOptions {
   std::string map;  ///< empty: the only map there is
   Query query;
+  /// How the sensor that saw the scan sits on its robot; poses told are those of the base. Not for
+  /// descriptors made beforehand.
+  SensorMount mount = {};
+  ScanHeader header = {};                            ///< of the scan; the reply has it, too
   std::optional<std::chrono::milliseconds> timeout;  ///< none: the client's
   /// With `auto`: verification ends after so long, with the best answer so far; 0: when it is done.
   std::chrono::milliseconds budget{0};

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -22,6 +23,9 @@ struct BagDriveOptions {
   std::string poses_from{};
   std::string calib_file{};  ///< the mount on the body of the poses, in place of tf_static
   bool deskew = true;        ///< take motion out where points have times
+  /// The mount on the body of the poses, in place of tf_static and calib_file; poses that are the
+  /// sensor's own by the names of frames or by TF need none.
+  std::optional<Pose> T_body_sensor{};
 };
 
 /// Opens the drive: each cloud has the pose at its stamp, interpolated between the two around it.

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -35,6 +36,8 @@ struct DriveOptions {
   std::string calib_file{};  ///< T_body_sensor, as for ReadTrajectory; optional
   std::string times_file{};  ///< when each scan was taken, one line a scan; optional
   PoseFormat format = PoseFormat::kAuto;
+  /// The poses are of this body, in place of any that a format or calib_file says.
+  std::optional<Pose> T_body_sensor{};
 };
 
 /// One scan of a drive, not read yet, and where it was taken.

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -62,8 +63,9 @@ struct Trajectory {
 ///                   camera's pose is the identity, that is the sensor frame of the first scan, z
 ///                   up.
 ///   others          T_map_sensor = T_row · T_body_sensor. The map frame is the world of the rows.
-/// Without it, kMulran takes the published mount of the Ouster, kNaver the calibration.json in one
-/// of the four folders above the file, and the rows of the others are T_map_sensor.
+/// With T_body_sensor, T_map_sensor = T_row · T_body_sensor for all, and calib_file is not looked
+/// at. Without either, kMulran takes the published mount of the Ouster, kNaver the calibration.json
+/// in one of the four folders above the file, and the rows of the others are T_map_sensor.
 ///
 /// Rows of kNclt and kOxford become x forward, y left, z up (their worlds north, west, up) of the
 /// sensor that ReadScan gives scans of these datasets for. Left out and counted are rows of kNclt
@@ -72,9 +74,9 @@ struct Trajectory {
 /// NotFound: no such file. InvalidArgument, with file, line and value: a number that does not
 /// parse, a wrong number of values, NaN, a rotation that is none, a translation out of range, a
 /// blank line between rows, no row at all, no calibration.json, or a format that cannot be told.
-[[nodiscard]] absl::StatusOr<Trajectory> ReadTrajectory(const std::string& poses_file,
-                                                        PoseFormat format = PoseFormat::kAuto,
-                                                        const std::string& calib_file = "");
+[[nodiscard]] absl::StatusOr<Trajectory> ReadTrajectory(
+    const std::string& poses_file, PoseFormat format = PoseFormat::kAuto,
+    const std::string& calib_file = "", const std::optional<Pose>& T_body_sensor = std::nullopt);
 
 /// Whether the body of the poses moves along its own z, as the cameras of KITTI do and no LiDAR
 /// whose z is up. False if it moves less than a metre.

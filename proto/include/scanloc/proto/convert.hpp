@@ -24,7 +24,13 @@ namespace scanloc::proto {
 /// points is overwritten; its memory is reused. Points that are not finite are let through: it is
 /// the Describer that skips and counts them.
 [[nodiscard]] absl::Status FromProto(const v1::ScanPoints& message, PointCloud* points);
-[[nodiscard]] v1::ScanPoints ToProto(PointView points);
+[[nodiscard]] v1::ScanPoints ToProto(PointView points, const SensorMount& mount = {});
+
+/// Of the sensor that saw the scan; one that sits where the base is if it is not set.
+[[nodiscard]] absl::StatusOr<SensorMount> MountFromProto(const v1::ScanPoints& message);
+
+[[nodiscard]] absl::StatusOr<ScanHeader> HeaderFromProto(const v1::LocalizeRequest& message);
+void SetHeader(const ScanHeader& header, v1::LocalizeRequest* message);
 
 /// Checks that each context has the cells that its shape asks for; whether the shape is the map's
 /// is for Validate(descriptor, params) to say.
@@ -41,6 +47,7 @@ namespace scanloc::proto {
 /// The pose, or the poses of an answer, with the bits that they arrive with over the wire. For who
 /// answers in place what a server would answer.
 [[nodiscard]] Pose AsReceived(const Pose& pose);
+[[nodiscard]] SensorMount AsReceived(SensorMount mount);
 void MakeAsReceived(Answer& answer);
 
 [[nodiscard]] absl::StatusOr<LocalizeReply> FromProto(const v1::LocalizeResponse& message);

@@ -14,6 +14,7 @@
 #include "scanloc/core/query.hpp"
 #include "scanloc/core/scan/descriptor.hpp"
 #include "scanloc/core/scan/point_cloud.hpp"
+#include "scanloc/core/scan/sensor_mount.hpp"
 #include "scanloc/core/scan/voxel_filter.hpp"
 
 /// What goes over the wire beside core's own types, as plain structs.
@@ -81,6 +82,14 @@ struct SignedDescriptor {
   ScanDescriptor descriptor;
 };
 
+/// What a robot says of a scan, to find the answer to it again.
+struct ScanHeader {
+  std::int64_t stamp_ns = 0;  ///< 0: not known
+  std::string frame_id;       ///< at most limits::kMaxNameBytes
+
+  friend bool operator==(const ScanHeader&, const ScanHeader&) = default;
+};
+
 /// What a server says to one query.
 struct LocalizeReply {
   Answer answer;
@@ -88,6 +97,7 @@ struct LocalizeReply {
   std::int64_t queue_ns = 0;              ///< waited for a free thread
   std::int64_t decode_ns = 0;             ///< unpacking and checking the request
   std::optional<ScanCounts> scan_counts;  ///< if the query was a scan
+  ScanHeader header = {};                 ///< as the query had it
 };
 
 /// A query without a place that a server kept for replay.
@@ -97,6 +107,8 @@ struct CapturedQuery {
   Query query;                          ///< this and the budget as the request had them
   std::chrono::milliseconds budget{0};  ///< 0: none
   PointCloud scan;                      ///< empty if descriptors were sent
+  SensorMount mount;                    ///< of the sensor that saw the scan
+  ScanHeader header;
   std::optional<SignedDescriptor> descriptor;
   LocalizeReply reply;  ///< what was said to it
 };

@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "scanloc/core/scan/sensor_mount.hpp"
 #include "scanloc/eval/evaluation.hpp"
 #include "scanloc/report/map_picture.hpp"
 
@@ -12,6 +13,7 @@ namespace scanloc::report {
 struct EvalReport {
   std::string map;  ///< file
   std::string content_id;
+  SensorMount mount;      ///< of the sensor that saw the queries
   double within_m = 8.0;  ///< the first of those that are asked for; curves are of this one
   std::vector<eval::EvalQuery> queries;
   std::vector<eval::MethodResult>

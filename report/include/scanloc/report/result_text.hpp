@@ -3,6 +3,8 @@
 #include <string>
 #include <vector>
 
+#include "scanloc/core/prior.hpp"
+#include "scanloc/core/scan/sensor_mount.hpp"
 #include "scanloc/report/query_result.hpp"
 
 namespace scanloc::report {
@@ -13,6 +15,8 @@ struct ResultFormat {
   bool truth = false;           ///< errors and true positions
   bool sequence = false;        ///< how many scans the answers rest on
   double within_m = 8.0;        ///< as in Summary
+  SensorMount mount = {};       ///< JSON: how the queries' sensor sits on its robot
+  Prior prior = {};             ///< JSON: where they were looked for
 };
 
 /// A row a query, in order: the columns of docs and help, then `rank`, those of the truth and those

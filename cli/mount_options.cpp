@@ -1,0 +1,63 @@
+#include "cli/mount_options.hpp"
+
+#include <CLI/CLI.hpp>
+#include <cstddef>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "cli/command.hpp"
+
+namespace scanloc::cli {
+CLI::Option* MountOptions::Declare(CLI::App& app) {
+  const char* group = "How the sensor sits on the robot";
+  CLI::Option* base = AddParsedOption(
+      app, "--T-base-sensor", [this](const std::string& text) { return TakeBase(text); },
+      "The sensor's frame in the robot's base frame [m, degrees]: scans are turned upright, poses "
+      "given are those of the base, and so are those told [the base is the sensor]");
+  base->type_name("x,y,z,roll,pitch,yaw")->group(group);
+  app.add_option("--min-range-m", mount_.min_range_m,
+                 "Points nearer to the sensor than this are not seen [m]")
+      ->check(InRange(0.0, kMaxMinRange_m))
+      ->capture_default_str()
+      ->group(group);
+  AddParsedOption(
+      app, "--self-box", [this](const std::string& text) { return TakeSelfBox(text); },
+      "Points in this box of the base frame are not seen: the robot itself, a trailer [m]")
+      ->type_name("X0,Y0,Z0,X1,Y1,Z1")
+      ->group(group);
+  return base;
+}
+
+absl::Status MountOptions::TakeBase(const std::string& text) {
+  const auto numbers = ParseNumbers(text, 6, "x,y,z,roll,pitch,yaw");
+  if (!numbers.ok()) return numbers.status();
+  const std::vector<double>& n = *numbers;
+  const absl::StatusOr<Pose> pose = MountPose({n[0], n[1], n[2]}, {n[3], n[4], n[5]});
+  if (!pose.ok()) return pose.status();
+  mount_.T_base_sensor = *pose;
+  has_base_ = true;
+  return absl::OkStatus();
+}
+
+absl::Status MountOptions::TakeSelfBox(const std::string& text) {
+  const auto numbers = ParseNumbers(text, 6, "X0,Y0,Z0,X1,Y1,Z1");
+  if (!numbers.ok()) return numbers.status();
+  const std::vector<double>& n = *numbers;
+  mount_.self_box = Box{{n[0], n[1], n[2]}, {n[3], n[4], n[5]}};
+  return Validate(mount_);
+}
+
+absl::StatusOr<SeenScan> ReadSeenScan(const dataset::ScanFile& file, const SensorMount& mount) {
+  absl::StatusOr<dataset::Scan> scan = dataset::ReadScan(file);
+  if (!scan.ok()) return scan.status();
+  SeenScan seen{.scan = *std::move(scan)};
+  PointCloud buffer;
+  const std::size_t num_given = seen.scan.points.size();
+  const PointView left = Seen(mount, seen.scan.points, buffer);
+  seen.num_masked = num_given - left.size();
+  if (left.data() != seen.scan.points.data()) seen.scan.points = std::move(buffer);
+  return seen;
+}
+
+}  // namespace scanloc::cli
