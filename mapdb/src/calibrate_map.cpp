@@ -72,7 +72,7 @@ class TrialRun {
 
   void ReportUntilDone() {
     std::unique_lock lock(mutex_);
-    for (std::size_t num_reported = 0; num_working_ > 0;) {
+    for (std::size_t num_reported = 0; num_working_ > 0 || num_done_ != num_reported;) {
       has_news_.wait(lock, [&] { return num_done_ != num_reported || num_working_ == 0; });
       num_reported = num_done_;
       if (!options_.progress) continue;
