@@ -96,7 +96,7 @@ TEST(BadInput, ScanWithoutAPointInRangeIsAnswered) {
   const ProcessResult result =
       Scanloc({"locate", Town().map1, "--scan", far, "--csv", "-", "--quiet"});
   EXPECT_EQ(result.status, 0) << result.err;
-  EXPECT_NE(result.out.find("far.ply,insufficient_scan,,,,,,,,,,,,,\n"), std::string::npos)
+  EXPECT_NE(result.out.find("far.ply,insufficient_scan,,,,,,,,,,,,,,,,,,,,\n"), std::string::npos)
       << result.out;
 }
 

@@ -30,7 +30,8 @@ struct HangingDrive {
     mount.T_base_sensor = *MountPose({0.5, -0.1, 1.2}, {180.0, 0.0, 0.0});
     std::ostringstream rows;
     rows.precision(17);
-    for (const Pose& pose : dataset::ReadTrajectory(scans + "/poses.txt")->T_map_sensor) {
+    const auto driven = dataset::ReadTrajectory(scans + "/poses.txt");
+    for (const Pose& pose : driven->T_map_sensor) {
       const Pose base = BaseOfSensor(mount, pose);
       for (int i = 0; i < 12; ++i) rows << base.matrix()(i / 4, i % 4) << (i < 11 ? " " : "\n");
     }

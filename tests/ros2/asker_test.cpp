@@ -40,8 +40,7 @@ class ScriptedClient : public client::LocalizationClient {
   class Stream : public client::RobotStream::Tracking {
    public:
     Stream(const ScriptedClient& client, int number) : client_(client), number_(number) {}
-    absl::StatusOr<TrackedReply> Locate(PointView scan,
-                                        const std::optional<Pose>& T_last_scan,
+    absl::StatusOr<TrackedReply> Locate(PointView scan, const std::optional<Pose>& T_last_scan,
                                         const ScanHeader& /*header*/) override {
       if (scan.empty()) throw std::bad_alloc();
       client_.asked.push_back({number_, T_last_scan.has_value()});

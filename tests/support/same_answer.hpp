@@ -15,7 +15,7 @@ inline bool SameBits(double a, double b) {
 
 /// Over the wire a rotation is a quaternion: the same within rounding.
 inline bool SamePose(const Pose& a, const Pose& b) {
-  return a.translation() == b.translation() &&
+  return (a.translation() - b.translation()).cwiseAbs().maxCoeff() < 1e-9 &&
          (a.linear() - b.linear()).cwiseAbs().maxCoeff() < 1e-14;
 }
 

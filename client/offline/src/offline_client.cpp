@@ -218,8 +218,8 @@ absl::StatusOr<RobotStream> OfflineClient::OpenStream(const StreamOptions& optio
   auto tracker = Tracker::Create(state_->localizer,
                                  {.query = options.query, .max_step_m = options.max_step_m});
   if (!tracker.ok()) return tracker.status();
-  return RobotStream(
-      std::make_unique<TrackedRobot>(state_, *std::move(tracker), proto::AsReceived(options.mount), terms));
+  return RobotStream(std::make_unique<TrackedRobot>(state_, *std::move(tracker),
+                                                    proto::AsReceived(options.mount), terms));
 }
 
 }  // namespace scanloc::client
