@@ -9,7 +9,6 @@
 #include "ops/clock.hpp"
 #include "rpc/unary_call.hpp"
 #include "scanloc/core/method.hpp"
-#include "scanloc/core/track/tracker.hpp"
 #include "scanloc/proto/convert.hpp"
 #include "scanloc/proto/status.hpp"
 #include "scanloc/server/build_info.hpp"
@@ -22,49 +21,12 @@ constexpr double kMemoryRetry_s = 0.2;
 /// What the method auto takes of each kind of context where nobody says how many.
 constexpr int kAutoCandidates = 100;
 
-SearchControl ControlOf(const grpc::CallbackServerContext& context,
-                        std::chrono::milliseconds budget) {
-  SearchControl control = TimedBy(NowNs, std::chrono::nanoseconds(budget).count());
-  control.is_unwanted = [&context] { return context.IsCancelled(); };
-  return control;
-}
-
-/// Nobody is there any more, or nobody who may ask. All else is of one scan.
-bool EndsStream(const absl::Status& status) {
-  return absl::IsCancelled(status) || absl::IsUnauthenticated(status) ||
-         absl::IsPermissionDenied(status);
-}
-
 RobotStreams::Limits WithBytes(RobotStreams::Limits limits, std::int64_t max_bytes) {
   limits.max_bytes = max_bytes;
   return limits;
 }
 
 }  // namespace
-
-struct LocalizationService::Robot {
-  /// How far it has come since the scan that was last answered.
-  struct Motion {
-    std::optional<Pose> T_answered_scan = Pose::Identity();  // none: not known
-    void Add(const std::optional<Pose>& T_last_scan) {
-      if (T_answered_scan && T_last_scan) {
-        T_answered_scan = *T_answered_scan * *T_last_scan;
-      } else {
-        T_answered_scan.reset();
-      }
-    }
-  };
-
-  Call call;
-  const grpc::CallbackServerContext* context = nullptr;
-  bool is_admitted = false;  // by the rate, for the first scan
-  std::optional<v1::StreamConfig> config;
-  Asked asked;
-  double max_step_m = TrackerOptions().max_step_m;
-  std::shared_ptr<const ServedMap> map;
-  std::optional<Tracker> tracker;
-  Motion motion;
-};
 
 void LimitCandidates(const Params& params, int max_candidates, Query& query) {
   if (query.num_candidates) return;
@@ -212,6 +174,13 @@ absl::Status LocalizationService::CheckCost(const Query& query) const {
   return absl::OkStatus();
 }
 
+SearchControl LocalizationService::ControlOf(const grpc::CallbackServerContext& context,
+                                             std::chrono::milliseconds budget) {
+  SearchControl control = TimedBy(NowNs, std::chrono::nanoseconds(budget).count());
+  control.is_unwanted = [&context] { return context.IsCancelled(); };
+  return control;
+}
+
 absl::StatusOr<LocalizeReply> LocalizationService::Answer(
     const v1::LocalizeRequest& request, const Arrival& arrival,
     const grpc::CallbackServerContext& context, QueryDescriber& describer) {
@@ -242,131 +211,6 @@ absl::StatusOr<LocalizeReply> LocalizationService::Answer(
                        .decode_ns = decode_ns,
                        .scan_counts = described->scan_counts,
                        .header = *std::move(header)};
-}
-
-RawService::Reactor* LocalizationService::LocalizeStream(grpc::CallbackServerContext* context) {
-  const auto robot = std::make_shared<Robot>();
-  robot->call = admission_.Begin(*context, "LocalizeStream", Role::kQuery);
-  robot->context = context;
-  const auto answer = [this, robot](v1::LocalizeStreamRequest& request, std::int64_t arrived_ns,
-                                    int worker) -> absl::StatusOr<v1::LocalizeStreamResponse> {
-    robot->call.arrived_ns = arrived_ns;
-    v1::LocalizeStreamResponse response;
-    if (robot->config == std::nullopt) {
-      auto opened = Configure(request, *robot);
-      if (!opened.ok()) return opened.status();
-      *response.mutable_opened() = *std::move(opened);
-      return response;
-    }
-    if (!request.has_scan()) {
-      return absl::InvalidArgumentError(
-          "a stream has one configuration, its first request; all others are scans");
-    }
-    auto told = AnswerScan(*request.mutable_scan(), Arrival{arrived_ns, NowNs()},
-                           describers_[worker], *robot);
-    if (EndsStream(told.status())) return told.status();
-    admission_.End(robot->call, told.status());
-    if (told.ok()) {
-      *response.mutable_answer() = *std::move(told);
-    } else {
-      *response.mutable_error() = proto::ToErrorStatus(told.status());
-    }
-    return response;
-  };
-  const auto ended = [this, robot](const absl::Status& status) {
-    if (!status.ok()) admission_.End(robot->call, status);  // each answer was seen out
-  };
-  return streams_.Open({.context = context,
-                        .client = robot->call.client,
-                        .answer = answer,
-                        .ended = ended,
-                        .metrics = &metrics_},
-                       robot->call.admitted);
-}
-
-absl::StatusOr<v1::StreamOpened> LocalizationService::Configure(
-    const v1::LocalizeStreamRequest& request, Robot& robot) const {
-  if (!request.has_config()) {
-    return absl::InvalidArgumentError("the first request of a stream must be its configuration");
-  }
-  const v1::StreamConfig& config = request.config();
-  if (auto status = proto::CheckMapName(config.map()); !status.ok()) return status;
-  v1::LocalizeRequest query;
-  *query.mutable_options() = config.options();
-  const auto asked = AskedBy(query);
-  if (!asked.ok()) return asked.status();
-  robot.asked = *asked;
-  if (config.has_max_step_m()) robot.max_step_m = config.max_step_m();
-  robot.config = config;
-  const auto map = ReadyMap(robot);
-  if (!map.ok()) return map.status();
-  v1::StreamOpened opened;
-  opened.set_map((*map)->info.name);
-  opened.set_content_id((*map)->info.content_id);
-  return opened;
-}
-
-absl::StatusOr<std::shared_ptr<const ServedMap>> LocalizationService::ReadyMap(Robot& robot) const {
-  auto map = maps_.Find(robot.config->map());
-  if (!map.ok() || *map == robot.map) return map;
-  TrackerOptions tracker_options{.query = robot.asked.query, .max_step_m = robot.max_step_m};
-  LimitCandidates((*map)->info.params, limits_.max_candidates, tracker_options.query);
-  auto tracker = Tracker::Create((*map)->localizer, tracker_options);
-  if (!tracker.ok()) return tracker.status();
-  robot.tracker = *std::move(tracker);
-  robot.map = *map;
-  return map;
-}
-
-absl::StatusOr<v1::TrackedAnswer> LocalizationService::AnswerScan(v1::StreamScan& scan,
-                                                                  const Arrival& arrival,
-                                                                  QueryDescriber& describer,
-                                                                  Robot& robot) const {
-  const auto T_last_scan = proto::OdometryFromProto(scan);
-  if (T_last_scan.ok()) {
-    robot.motion.Add(*T_last_scan);
-  } else {
-    robot.motion.Add(std::nullopt);
-    return T_last_scan.status();
-  }
-  // The rate was asked for the first scan when the stream was opened.
-  if (std::exchange(robot.is_admitted, true)) {
-    if (auto status = admission_.AdmitNext(robot.call); !status.ok()) return status;
-  }
-  const auto map = ReadyMap(robot);
-  if (!map.ok()) return map.status();
-
-  v1::LocalizeRequest query;
-  query.set_map(robot.config->map());
-  *query.mutable_options() = robot.config->options();
-  if (scan.has_scan()) query.mutable_scan()->Swap(scan.mutable_scan());
-  if (scan.has_descriptors()) query.mutable_descriptors()->Swap(scan.mutable_descriptors());
-  query.set_stamp_ns(scan.stamp_ns());
-  query.set_frame_id(scan.frame_id());
-  auto header = proto::HeaderFromProto(query);
-  if (!header.ok()) return header.status();
-  auto described = describer.Describe(query, **map, limits_.max_points);
-  if (!described.ok()) return described.status();
-  const std::int64_t decode_ns = NowNs() - arrival.started_ns - described->describe_ns;
-  std::optional<Pose> T_last = robot.motion.T_answered_scan;
-  if (T_last) T_last = TurnedStep(described->mount, *T_last);
-  auto told = robot.tracker->Update(described->descriptor, T_last,
-                                    ControlOf(*robot.context, robot.asked.budget));
-  if (!told.ok()) return told.status();
-  robot.motion = {};
-  told->answer.times.describe_ns = described->describe_ns;
-  TellOfBase(described->mount, told->answer);
-  const TrackedReply reply{.reply = {.answer = std::move(told->answer),
-                                     .map = (*map)->info.name,
-                                     .queue_ns = arrival.started_ns - arrival.arrived_ns,
-                                     .decode_ns = decode_ns,
-                                     .scan_counts = described->scan_counts,
-                                     .header = *std::move(header)},
-                           .num_scans = told->num_scans,
-                           .is_relocated = told->is_relocated};
-  v1::TrackedAnswer response = proto::ToProto(reply);
-  Note(query, reply.reply, response.answer(), robot.call);
-  return response;
 }
 
 template <typename Request, typename Act>

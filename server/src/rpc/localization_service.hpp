@@ -78,6 +78,10 @@ class LocalizationService final : public RawService {
                                                      const Arrival& arrival,
                                                      const grpc::CallbackServerContext& context,
                                                      QueryDescriber& describer);
+  /// Ends with the budget, or when nobody waits any more.
+  [[nodiscard]] static SearchControl ControlOf(const grpc::CallbackServerContext& context,
+                                               std::chrono::milliseconds budget);
+
   /// What a request asks for, and for how long.
   struct Asked {
     Query query;
