@@ -65,28 +65,6 @@ absl::Status CheckNumPlaces(std::int64_t num_places) {
                     static_cast<double>(limits::kMaxPlaces));
 }
 
-absl::StatusOr<Extent> FromProto(const v1::Extent& message) {
-  absl::Status status;
-  for (const double side : {message.min_x_m(), message.min_y_m(), message.min_z_m(),
-                            message.max_x_m(), message.max_y_m(), message.max_z_m()}) {
-    status.Update(CheckFinite("extent", side));
-  }
-  if (!status.ok()) return status;
-  return Extent{.min_m = {message.min_x_m(), message.min_y_m(), message.min_z_m()},
-                .max_m = {message.max_x_m(), message.max_y_m(), message.max_z_m()}};
-}
-
-v1::Extent ToProto(const Extent& extent) {
-  v1::Extent message;
-  message.set_min_x_m(extent.min_m.x());
-  message.set_min_y_m(extent.min_m.y());
-  message.set_min_z_m(extent.min_m.z());
-  message.set_max_x_m(extent.max_m.x());
-  message.set_max_y_m(extent.max_m.y());
-  message.set_max_z_m(extent.max_m.z());
-  return message;
-}
-
 absl::StatusOr<AutoParams> AutoParamsFromProto(const v1::Params& message) {
   std::map<absl::string_view, double> values;
   for (const v1::NamedNumber& number : message.auto_params()) {
@@ -212,7 +190,7 @@ absl::StatusOr<MapInfo> FromProto(const v1::MapInfo& message) {
   info.sessions.assign(message.sessions().begin(), message.sessions().end());
   info.num_places = message.num_places();
   if (message.has_extent()) {
-    const auto extent = FromProto(message.extent());
+    const auto extent = BoxFromProto("extent", message.extent());
     if (!extent.ok()) return extent.status();
     info.extent = *extent;
   }
@@ -227,7 +205,7 @@ v1::MapInfo ToProto(const MapInfo& info) {
   *message.mutable_params() = ToProto(info.params);
   message.mutable_sessions()->Add(info.sessions.begin(), info.sessions.end());
   message.set_num_places(info.num_places);
-  if (info.extent) *message.mutable_extent() = ToProto(*info.extent);
+  if (info.extent) *message.mutable_extent() = BoxToProto(*info.extent);
   message.set_generation(info.generation);
   return message;
 }

@@ -46,4 +46,27 @@ v1::Pose PoseToProto(const Pose& pose) {
   return message;
 }
 
+absl::StatusOr<Box> BoxFromProto(absl::string_view field, const v1::Box& message) {
+  const Box box{.min_m = {message.min_x_m(), message.min_y_m(), message.min_z_m()},
+                .max_m = {message.max_x_m(), message.max_y_m(), message.max_z_m()}};
+  absl::Status status;
+  for (int axis = 0; axis < 3; ++axis) {
+    status.Update(CheckFinite(field, box.min_m[axis]));
+    status.Update(CheckFinite(field, box.max_m[axis]));
+  }
+  if (!status.ok()) return status;
+  return box;
+}
+
+v1::Box BoxToProto(const Box& box) {
+  v1::Box message;
+  message.set_min_x_m(box.min_m.x());
+  message.set_min_y_m(box.min_m.y());
+  message.set_min_z_m(box.min_m.z());
+  message.set_max_x_m(box.max_m.x());
+  message.set_max_y_m(box.max_m.y());
+  message.set_max_z_m(box.max_m.z());
+  return message;
+}
+
 }  // namespace scanloc::proto

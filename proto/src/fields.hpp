@@ -7,6 +7,7 @@
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
 #include "scanloc/core/scan/pose.hpp"
+#include "scanloc/core/scan/sensor_mount.hpp"
 #include "scanloc/v1/map.pb.h"
 
 /// Checks and conversions that several messages share.
@@ -26,6 +27,10 @@ namespace scanloc::proto {
 /// Translations travel exactly, rotations to some 1e-15.
 [[nodiscard]] absl::StatusOr<Pose> PoseFromProto(absl::string_view field, const v1::Pose& message);
 [[nodiscard]] v1::Pose PoseToProto(const Pose& pose);
+
+/// InvalidArgument if a number is NaN or infinite.
+[[nodiscard]] absl::StatusOr<Box> BoxFromProto(absl::string_view field, const v1::Box& message);
+[[nodiscard]] v1::Box BoxToProto(const Box& box);
 
 /// Longest content id, reason and signature [bytes].
 inline constexpr std::size_t kMaxContentIdBytes = 128;

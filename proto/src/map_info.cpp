@@ -12,10 +12,10 @@
 namespace scanloc {
 namespace {
 
-std::optional<Extent> ExtentOf(const std::vector<Place>& places) {
+std::optional<Box> ExtentOf(const std::vector<Place>& places) {
   if (places.empty()) return std::nullopt;
-  Extent extent{.min_m = places.front().T_map_place.translation(),
-                .max_m = places.front().T_map_place.translation()};
+  Box extent{.min_m = places.front().T_map_place.translation(),
+             .max_m = places.front().T_map_place.translation()};
   for (const Place& place : places) {
     extent.min_m = extent.min_m.cwiseMin(place.T_map_place.translation());
     extent.max_m = extent.max_m.cwiseMax(place.T_map_place.translation());

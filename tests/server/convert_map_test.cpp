@@ -50,7 +50,7 @@ MapInfo MakeInfo() {
           .params = DistinctParams(),
           .sessions = {"morning", "", "été"},
           .num_places = 12345,
-          .extent = Extent{.min_m = {-1.1, -2.2, -3.3}, .max_m = {4.4, 5.5, 6.6}},
+          .extent = Box{.min_m = {-1.1, -2.2, -3.3}, .max_m = {4.4, 5.5, 6.6}},
           .generation = 7};
 }
 

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <Eigen/Core>
 #include <chrono>
 #include <cstdint>
 #include <optional>
@@ -20,14 +19,6 @@
 /// What goes over the wire beside core's own types, as plain structs.
 namespace scanloc {
 
-/// The box, in the map frame, that holds every place of a map.
-struct Extent {
-  Eigen::Vector3d min_m = Eigen::Vector3d::Zero();
-  Eigen::Vector3d max_m = Eigen::Vector3d::Zero();
-
-  friend bool operator==(const Extent&, const Extent&) = default;
-};
-
 /// What a server tells of one map.
 struct MapInfo {
   std::string name;
@@ -35,7 +26,7 @@ struct MapInfo {
   Params params;
   std::vector<std::string> sessions;
   std::int64_t num_places = 0;
-  std::optional<Extent> extent;  ///< none where the map has no places
+  std::optional<Box> extent;     ///< in the map frame, holds every place; none without any
   std::uint64_t generation = 0;  ///< how often a map was put in service under this name, from 1
 
   friend bool operator==(const MapInfo&, const MapInfo&) = default;
