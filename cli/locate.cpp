@@ -49,6 +49,7 @@ class LocateCommand : public Command {
   struct Answerer {
     std::shared_ptr<const client::LocalizationClient> client;
     Params params;
+    bool has_several_maps = false;
   };
   [[nodiscard]] absl::StatusOr<Answerer> OpenAnswerer() const;
   [[nodiscard]] std::chrono::milliseconds budget() const {
@@ -67,7 +68,7 @@ class LocateCommand : public Command {
   [[nodiscard]] absl::StatusOr<LocalizeReply> Ask(const Answerer& answerer, PointView scan,
                                                   const client::RequestOptions& request) const;
   [[nodiscard]] absl::Status Print(const std::vector<report::QueryResult>& results,
-                                   const Params& params) const;
+                                   const Answerer& answerer) const;
 
   LocateOptions options_;
   std::size_t num_skipped_ = 0;
@@ -89,6 +90,15 @@ absl::StatusOr<LocateCommand::Answerer> LocateCommand::OpenAnswerer() const {
     answerer.client = std::make_shared<const client::Client>(*std::move(online));
   }
   absl::StatusOr<MapInfo> info = answerer.client->GetMapInfo(options_.map_name);
+  if (absl::IsNotFound(info.status()) && options_.map_name.empty() && !options_.sequence) {
+    const absl::StatusOr<std::vector<MapSummary>> maps = answerer.client->ListMaps();
+    if (!maps.ok()) return maps.status();
+    const auto serving = std::find_if(maps->begin(), maps->end(), [](const MapSummary& map) {
+      return map.state == MapState::kServing;
+    });
+    answerer.has_several_maps = serving != maps->end();
+    if (answerer.has_several_maps) info = answerer.client->GetMapInfo(serving->name);
+  }
   if (!info.ok()) return info.status();
   answerer.params = std::move(info->params);
   return answerer;
@@ -237,9 +247,10 @@ absl::StatusOr<std::vector<report::QueryResult>> LocateCommand::ReplayAll(
 }
 
 absl::Status LocateCommand::Print(const std::vector<report::QueryResult>& results,
-                                  const Params& params) const {
-  const report::ResultFormat format{.all_candidates = options_.top > 1,
-                                    .truth = !options_.truth.poses_file().empty(),
+                                  const Answerer& answerer) const {
+  const report::ResultFormat format{.several_maps = answerer.has_several_maps,
+                                    .all_candidates = options_.top > 1,
+                                    .truth = options_.has_truth(),
                                     .sequence = options_.sequence,
                                     .within_m = options_.within_m,
                                     .mount = options_.truth.mount(),
@@ -247,7 +258,7 @@ absl::Status LocateCommand::Print(const std::vector<report::QueryResult>& result
   const std::string summary = report::SummaryText(results, format);
   if (options_.json || options_.csv == "-") {
     const std::string method =
-        options_.method.empty() ? MethodName(DefaultMethod(params)) : options_.method;
+        options_.method.empty() ? MethodName(DefaultMethod(answerer.params)) : options_.method;
     if (!options_.quiet) std::fputs(summary.c_str(), stderr);
     return WriteText("-", options_.json ? report::ResultsAsJson(results, method, format)
                                         : report::ResultsAsCsv(results, format));
@@ -266,7 +277,7 @@ absl::Status LocateCommand::Run() {
     if (!answerer.ok()) return answerer.status();
     const absl::StatusOr<std::vector<report::QueryResult>> results = ReplayAll(*answerer);
     if (!results.ok()) return results.status();
-    return Print(*results, answerer->params);
+    return Print(*results, *answerer);
   }
   const absl::StatusOr<std::vector<dataset::ScanFile>> scans = ChooseScans();
   if (!scans.ok()) return scans.status();
@@ -287,7 +298,7 @@ absl::Status LocateCommand::Run() {
     std::fprintf(stderr, "skipped %zu of %zu scans that could not be read, the first: %s\n",
                  num_skipped_, scans->size(), Printable(first_skipped_).c_str());
   }
-  return Print(*results, answerer->params);
+  return Print(*results, *answerer);
 }
 
 }  // namespace

@@ -36,7 +36,7 @@ void LocateOptions::Declare(CLI::App& app) {
   app.footer(
       "CSV columns: query,outcome,place,session,distance,confidence,yaw_deg,lateral_m,x,y,z,qx,qy,"
       "qz,qw,\nheading_deg (in the map), std_x_m,std_y_m,std_z_m,std_roll_deg,std_pitch_deg,"
-      "std_yaw_deg (auto) last of all;\n"
+      "std_yaw_deg (auto), and with several maps map, last of all;\n"
       "with --top above 1 then rank, with --truth then true_place_error_m,error_m,yaw_error_deg,"
       "true_x,true_y,\nheight_error_m,missed (of plane+height+heading; empty: right), "
       "with --sequence then num_scans,relocated.\n"
@@ -122,7 +122,7 @@ void LocateOptions::DeclarePrior(CLI::App& app) {
 void LocateOptions::DeclareServer(CLI::App& app) {
   const char* group = "Asking a server";
   auto* to_server = DeclareConnection(app, group, &server);
-  app.add_option("--map", map_name, "Name of the map at the server [its only one]")
+  app.add_option("--map", map_name, "Name of the map at the server [all that it has]")
       ->needs(to_server)
       ->group(group);
   app.add_option("--send", send, "What is sent: the scan, or its descriptors made here")

@@ -114,6 +114,8 @@ absl::StatusOr<LocalizeReply> Client::LocalizeByDescriptor(PointView scan,
 
   absl::StatusOr<std::shared_ptr<CachedMap>> map = state_->cache.Find(options.map);
   if (*map == nullptr) map = fetch();
+  // Several maps may want several descriptors.
+  if (options.map.empty() && absl::IsNotFound(map.status())) return LocalizeScan(scan, options);
   if (!map.ok()) return map.status();
   auto reply = state_->LocalizeWith(**map, scan, options, *terms);
   if (absl::IsFailedPrecondition(reply.status())) {

@@ -47,6 +47,7 @@ absl::Status Check(const v1::Candidate& message) {
   }
   absl::Status status =
       CheckLength("candidate.session_name", message.session_name(), limits::kMaxNameBytes);
+  status.Update(CheckLength("candidate.map", message.map(), limits::kMaxNameBytes));
   status.Update(CheckFinite("candidate.distance", message.distance()));
   status.Update(CheckFinite("candidate.yaw_rad", message.yaw_rad()));
   status.Update(CheckFinite("candidate.lateral_m", message.lateral_m()));
@@ -67,6 +68,7 @@ absl::StatusOr<Candidate> FromProto(const v1::Candidate& message) {
   candidate.place = message.place();
   candidate.session = message.session();
   candidate.session_name = message.session_name();
+  candidate.map = message.map();
   candidate.T_map_place = *T_map_place;
   candidate.distance = message.distance();
   if (message.has_confidence()) candidate.confidence = message.confidence();
@@ -93,6 +95,7 @@ v1::Candidate ToProto(const Candidate& candidate) {
   message.set_place(candidate.place);
   message.set_session(candidate.session);
   message.set_session_name(candidate.session_name);
+  message.set_map(candidate.map);
   *message.mutable_t_map_place() = PoseToProto(candidate.T_map_place);
   message.set_distance(candidate.distance);
   if (candidate.confidence) message.set_confidence(*candidate.confidence);

@@ -73,6 +73,7 @@ std::string ResultsAsCsv(const std::vector<QueryResult>& results, const ResultFo
   if (format.sequence) fields.insert(fields.end(), {"num_scans", "relocated"});
   fields.emplace_back("heading_deg");
   fields.insert(fields.end(), kDeviationNames.begin(), kDeviationNames.end());
+  if (format.several_maps) fields.emplace_back("map");
   std::string csv = CsvRow(fields);
   for (const QueryResult& result : results) {
     const std::vector<Candidate>& candidates = result.answer.candidates;
@@ -96,6 +97,7 @@ std::string ResultsAsCsv(const std::vector<QueryResult>& results, const ResultFo
         fields.emplace_back(result.is_relocated ? "1" : "0");
       }
       AppendPoseMore(candidate, &fields);
+      if (format.several_maps) fields.push_back(candidate != nullptr ? candidate->map : "");
       csv += CsvRow(fields);
     }
   }

@@ -31,6 +31,7 @@ Json CandidateToJson(const Candidate& candidate, const std::optional<Pose>& T_ma
   Json json;
   json["place"] = candidate.place;
   json["session"] = candidate.session_name;
+  if (!candidate.map.empty()) json["map"] = candidate.map;
   json["distance"] = candidate.distance;
   json["confidence"] = Optional(candidate.confidence);
   json["yaw_deg"] = candidate.yaw_rad * kDegPerRad;

@@ -37,6 +37,7 @@ Row RowOf(const QueryResult& result, const Candidate* candidate, const ResultFor
   Row row = {Printable(result.query), OutcomeName(result.answer.outcome)};
   const bool truth = format.truth;
   if (format.sequence) row.push_back(std::to_string(result.num_scans));
+  if (format.several_maps) row.push_back(candidate == nullptr ? "-" : Printable(candidate->map));
   if (candidate == nullptr) {
     row.insert(row.end(), truth ? 15 : 10, "-");
     return row;
@@ -130,6 +131,7 @@ std::string TruthText(const Summary& summary, bool all_candidates) {
 std::string ResultsAsTable(const std::vector<QueryResult>& results, const ResultFormat& format) {
   std::vector<Row> rows = {{"query", "outcome", "place", "session", "distance", "confidence",
                             "yaw_deg", "lateral_m", "x", "y", "z", "heading_deg"}};
+  if (format.several_maps) rows.front().insert(rows.front().begin() + 2, "map");
   if (format.sequence) rows.front().insert(rows.front().begin() + 2, "num_scans");
   if (format.truth) {
     rows.front().insert(rows.front().end(), {"true_place_error_m", "error_m", "height_error_m",

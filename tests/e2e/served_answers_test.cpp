@@ -65,6 +65,31 @@ TEST(ServedAnswers, AreThoseOfTheMapFileByteForByte) {
   EXPECT_EQ(server.Stop(), 0);
 }
 
+TEST(ServedAnswers, SayWhichOfTheMapsWhereNoneIsNamed) {
+  const TempDir dir;
+  MustScanloc({"simulate", dir.File("far"), "--town-seed", "9", "--length-m", "60", "--quiet"});
+  MustScanloc({"build", dir.File("far.scanloc"), "--scans", dir.File("far"), "--poses",
+               dir.File("far/poses.txt"), "--quiet"});
+  RunningServer server({"far=" + dir.File("far.scanloc"), "one=" + Town().map1});
+  for (const char* send : {"scan", "descriptor"}) {
+    const Args what = {"--server", server.address(), "--send", send, "--csv", "-"};
+    const report::CsvTable told = ParseCsv(MustScanloc(LocateArgs(what, {})));
+    int num_localized = 0;
+    for (std::size_t row = 0; row < told.num_rows(); ++row) {
+      if (told.Text(row, "outcome") != "localized") continue;
+      ++num_localized;
+      EXPECT_EQ(told.Text(row, "map"), "one");
+    }
+    EXPECT_GT(num_localized, TinyTown::kNumScans / 2);
+  }
+  const ProcessResult stream = Scanloc(LocateArgs({"--server", server.address()}, {"--sequence"}));
+  EXPECT_EQ(stream.status, 1);
+  EXPECT_NE(stream.err.find("names no map and this server has several; it has far, one"),
+            std::string::npos)
+      << stream.err;
+  EXPECT_EQ(server.Stop(), 0);
+}
+
 TEST(ServedAnswers, AreAnnouncedByHealth) {
   RunningServer server({"one=" + Town().map1});
   for (const Args& map : {Args{}, Args{"--map", "one"}}) {

@@ -47,6 +47,18 @@ TEST(ResultsAsCsv, HoldsTheDocumentedColumnsOnly) {
             "b.bin,insufficient_scan,,,,,,,,,,,,,,,,,,,,\n");
 }
 
+TEST(ResultsAsCsv, TellsTheMapWhereSeveralWereAsked) {
+  QueryResult result = MakeResult();
+  result.answer.candidates.front().map = "south";
+  const ResultFormat format{.several_maps = true};
+  const std::string csv = ResultsAsCsv({result, MakeEmptyResult()}, format);
+  EXPECT_NE(csv.find(",std_yaw_deg,map\na.bin,"), std::string::npos) << csv;
+  EXPECT_NE(csv.find(",south\nb.bin,"), std::string::npos) << csv;
+  EXPECT_NE(ResultsAsTable({result}, format).find("south"), std::string::npos);
+  const json best = json::parse(ResultsAsJson({result}, "auto", format));
+  EXPECT_EQ(best.at("queries")[0].at("candidates")[0].at("map"), "south");
+}
+
 TEST(ResultsAsCsv, TellsDeviationsInMetresAndDegrees) {
   QueryResult result = MakeResult();
   Eigen::Matrix<double, 6, 1> variances;

@@ -16,6 +16,7 @@ Candidate RandomCandidate(std::mt19937_64& random) {
   candidate.place = static_cast<std::int32_t>(random() >> 40);
   candidate.session = 1;
   candidate.session_name = "evening";
+  if (random() % 2 == 0) candidate.map = "south";
   candidate.T_map_place =
       Pose(Eigen::Translation3d(1e6 * number(random), number(random), number(random))) *
       Eigen::AngleAxisd(number(random), Eigen::Vector3d(1, 2, 3).normalized());

@@ -31,6 +31,7 @@ inline void ExpectSameAnswer(const Answer& actual, const Answer& expected) {
     EXPECT_EQ(a.place, e.place);
     EXPECT_EQ(a.session, e.session);
     EXPECT_EQ(a.session_name, e.session_name);
+    EXPECT_EQ(a.map, e.map);
     EXPECT_TRUE(SamePose(a.T_map_place, e.T_map_place)) << "candidate " << i;
     EXPECT_TRUE(SameBits(a.distance, e.distance)) << "candidate " << i;
     EXPECT_EQ(a.confidence.has_value(), e.confidence.has_value());

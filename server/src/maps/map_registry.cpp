@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <set>
 #include <utility>
 
 #include "absl/strings/escaping.h"
@@ -12,6 +13,8 @@ namespace scanloc::server {
 namespace {
 
 constexpr int kMaxNamesTold = 20;
+/// A query holds its worker for as long as all of them take.
+constexpr std::size_t kMaxMapsAtOnce = 32;
 
 }  // namespace
 
@@ -68,40 +71,67 @@ void MapRegistry::SetFailed(const std::string& name) {
   if (slot != slots_.end() && slot->second.served == nullptr) slot->second.has_failed = true;
 }
 
-MapRegistry::Slots::const_iterator MapRegistry::FindOnly() const {
-  if (slots_.size() == 1) return slots_.begin();
-  auto only = slots_.end();
+std::vector<MapRegistry::Slots::const_iterator> MapRegistry::Unnamed() const {
+  std::vector<Slots::const_iterator> unnamed;
   for (auto slot = slots_.begin(); slot != slots_.end(); ++slot) {
     const bool counts =
         slot->second.served != nullptr || (!slot->second.has_failed && !slot->second.is_late);
-    if (!counts) continue;
-    if (only != slots_.end()) return slots_.end();
-    only = slot;
+    if (counts || slots_.size() == 1) unnamed.push_back(slot);
   }
-  return only;
+  return unnamed;
+}
+
+absl::StatusOr<std::shared_ptr<const ServedMap>> MapRegistry::ServedIn(
+    const Slots::value_type& slot) {
+  const auto& [name, state] = slot;
+  if (state.served != nullptr) return state.served;
+  return state.has_failed
+             ? proto::WithReason(
+                   v1::ERROR_REASON_MAP_FAILED,
+                   absl::UnavailableError(absl::StrCat(
+                       "map ", name, " could not be loaded; the server's log says why")))
+             : proto::WithReason(v1::ERROR_REASON_MAP_LOADING,
+                                 absl::UnavailableError(absl::StrCat(
+                                     "map ", name, " is still loading; try again later")));
 }
 
 absl::StatusOr<std::shared_ptr<const ServedMap>> MapRegistry::Find(const std::string& name) const {
   const std::lock_guard lock(mutex_);
-  const auto slot = name.empty() ? FindOnly() : slots_.find(name);
-  if (slot == slots_.end()) {
-    if (slots_.empty()) return absl::NotFoundError("this server has no map");
-    const std::string what =
-        name.empty() ? "the request names no map and this server has several"
-                     : absl::StrCat("no map is named \"", absl::Utf8SafeCHexEscape(name), "\"");
-    return absl::NotFoundError(absl::StrCat(what, "; it has ", KnownNames()));
+  auto slot = slots_.find(name);
+  if (name.empty()) {
+    const std::vector<Slots::const_iterator> unnamed = Unnamed();
+    slot = unnamed.size() == 1 ? unnamed.front() : slots_.end();
   }
-  if (slot->second.served == nullptr) {
-    return slot->second.has_failed
-               ? proto::WithReason(
-                     v1::ERROR_REASON_MAP_FAILED,
-                     absl::UnavailableError(absl::StrCat(
-                         "map ", slot->first, " could not be loaded; the server's log says why")))
-               : proto::WithReason(v1::ERROR_REASON_MAP_LOADING,
-                                   absl::UnavailableError(absl::StrCat(
-                                       "map ", slot->first, " is still loading; try again later")));
+  if (slot != slots_.end()) return ServedIn(*slot);
+  if (slots_.empty()) return absl::NotFoundError("this server has no map");
+  const std::string what =
+      name.empty() ? "the request names no map and this server has several"
+                   : absl::StrCat("no map is named \"", absl::Utf8SafeCHexEscape(name), "\"");
+  return absl::NotFoundError(absl::StrCat(what, "; it has ", KnownNames()));
+}
+
+absl::StatusOr<std::vector<std::shared_ptr<const ServedMap>>> MapRegistry::FindAll(
+    const std::string& name) const {
+  std::vector<std::shared_ptr<const ServedMap>> found;
+  if (name.empty()) {
+    std::set<std::string> contents;
+    const std::lock_guard lock(mutex_);
+    for (const Slots::const_iterator slot : Unnamed()) {
+      auto map = ServedIn(*slot);
+      if (!map.ok()) return map.status();
+      if (contents.insert((*map)->info.content_id).second) found.push_back(*std::move(map));
+    }
+    if (found.size() > kMaxMapsAtOnce) {
+      return absl::NotFoundError(absl::StrCat("the request names no map and this server has ",
+                                              found.size(), "; at most ", kMaxMapsAtOnce,
+                                              " are asked at once: name one"));
+    }
   }
-  return slot->second.served;
+  if (!found.empty()) return found;
+  auto only = Find(name);
+  if (!only.ok()) return only.status();
+  found.push_back(*std::move(only));
+  return found;
 }
 
 std::vector<MapSummary> MapRegistry::List() const {

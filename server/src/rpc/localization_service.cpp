@@ -2,13 +2,11 @@
 
 #include <google/protobuf/util/time_util.h>
 
-#include <algorithm>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "ops/clock.hpp"
 #include "rpc/unary_call.hpp"
-#include "scanloc/core/method.hpp"
 #include "scanloc/proto/convert.hpp"
 #include "scanloc/proto/status.hpp"
 #include "scanloc/server/build_info.hpp"
@@ -18,22 +16,12 @@ namespace {
 
 constexpr double kMemoryRetry_s = 0.2;
 
-/// What the method auto takes of each kind of context where nobody says how many.
-constexpr int kAutoCandidates = 100;
-
 RobotStreams::Limits WithBytes(RobotStreams::Limits limits, std::int64_t max_bytes) {
   limits.max_bytes = max_bytes;
   return limits;
 }
 
 }  // namespace
-
-void LimitCandidates(const Params& params, int max_candidates, Query& query) {
-  if (query.num_candidates) return;
-  const bool is_auto = MethodOf(query, params).automatic;
-  const int of_map = is_auto ? kAutoCandidates : params.search.num_candidates;
-  if (of_map > max_candidates) query.num_candidates = max_candidates;
-}
 
 LocalizationService::LocalizationService(const MapRegistry& maps, WorkerPool& workers,
                                          const CallWaits& waits, Admission& admission,
@@ -143,74 +131,6 @@ void LocalizationService::Note(const v1::LocalizeRequest& request, const Localiz
   *query.mutable_request() = request;
   *query.mutable_response() = response;
   capture_->Keep(std::move(query));
-}
-
-absl::StatusOr<LocalizationService::Asked> LocalizationService::AskedBy(
-    const v1::LocalizeRequest& request) const {
-  auto query = proto::FromProto(request.options());
-  if (!query.ok()) return query.status();
-  if (auto status = CheckCost(*query); !status.ok()) return status;
-  const auto budget = proto::BudgetFromProto(request.options());
-  if (!budget.ok()) return budget.status();
-  return Asked{*std::move(query), *budget};
-}
-
-absl::Status LocalizationService::CheckCost(const Query& query) const {
-  const int most = std::max(query.num_candidates.value_or(1), query.max_answers);
-  if (most > limits_.max_candidates) {
-    return proto::WithReason(
-        v1::ERROR_REASON_TOO_MANY_CANDIDATES,
-        absl::ResourceExhaustedError(absl::StrCat(
-            most, " candidates are asked for; this server allows ", limits_.max_candidates)));
-  }
-  const bool is_slow = query.method && (query.method->brute_force || query.method->naive_alignment);
-  if (is_slow && !limits_.allow_slow_methods) {
-    return proto::WithReason(
-        v1::ERROR_REASON_METHOD_NOT_ALLOWED,
-        absl::PermissionDeniedError(absl::StrCat(
-            "the method ", MethodName(*query.method), " takes a thread for up to seconds; leave ",
-            "out -brute and -naive, or start the server with --allow-slow-methods")));
-  }
-  return absl::OkStatus();
-}
-
-SearchControl LocalizationService::ControlOf(const grpc::CallbackServerContext& context,
-                                             std::chrono::milliseconds budget) {
-  SearchControl control = TimedBy(NowNs, std::chrono::nanoseconds(budget).count());
-  control.is_unwanted = [&context] { return context.IsCancelled(); };
-  return control;
-}
-
-absl::StatusOr<LocalizeReply> LocalizationService::Answer(
-    const v1::LocalizeRequest& request, const Arrival& arrival,
-    const grpc::CallbackServerContext& context, QueryDescriber& describer) {
-  if (auto status = proto::CheckMapName(request.map()); !status.ok()) return status;
-  auto asked = AskedBy(request);
-  if (!asked.ok()) return asked.status();
-  auto header = proto::HeaderFromProto(request);
-  if (!header.ok()) return header.status();
-
-  const auto map = maps_.Find(request.map());
-  if (!map.ok()) return map.status();
-  if (auto status = Validate(asked->query, (*map)->info.params); !status.ok()) return status;
-
-  LimitCandidates((*map)->info.params, limits_.max_candidates, asked->query);
-
-  auto described = describer.Describe(request, **map, limits_.max_points);
-  if (!described.ok()) return described.status();
-  const std::int64_t decode_ns = NowNs() - arrival.started_ns - described->describe_ns;
-
-  auto answer = (*map)->localizer->Localize(described->descriptor, asked->query,
-                                            ControlOf(context, asked->budget));
-  if (!answer.ok()) return answer.status();
-  answer->times.describe_ns = described->describe_ns;
-  TellOfBase(described->mount, *answer);
-  return LocalizeReply{.answer = *std::move(answer),
-                       .map = (*map)->info.name,
-                       .queue_ns = arrival.started_ns - arrival.arrived_ns,
-                       .decode_ns = decode_ns,
-                       .scan_counts = described->scan_counts,
-                       .header = *std::move(header)};
 }
 
 template <typename Request, typename Act>

@@ -82,6 +82,7 @@ class Client : public LocalizationClient {
       const SignedDescriptor& descriptor, const RequestOptions& options = {}) const override;
 
   /// Fetches the map's parameters at the first query and whenever the server has got others.
+  /// Without a map's name, where the server has several, the scan is sent as it is.
   [[nodiscard]] absl::StatusOr<LocalizeReply> LocalizeByDescriptor(
       PointView scan, const RequestOptions& options = {}) const override;
 

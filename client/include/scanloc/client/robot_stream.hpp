@@ -17,7 +17,7 @@
 namespace scanloc::client {
 
 struct StreamOptions {
-  std::string map;           ///< empty: the only map there is
+  std::string map;           ///< empty: the only map there is, not one of several
   Query query;               ///< of every scan
   SensorMount mount = {};    ///< of the sensor, as in RequestOptions
   double max_step_m = 20.0;  ///< without odometry: farthest the robot goes between two scans

@@ -32,6 +32,7 @@ struct Candidate {
   std::int32_t matched = 0;
   std::int32_t session = 0;  ///< index of its session in the map
   std::string session_name;
+  std::string map;  ///< its map's name where several were asked (AmongMaps), else empty
   Pose T_map_place = Pose::Identity();
   /// In [0, 1]: of the descriptors, D; with `auto`, the share of the upright structure of query and
   /// place that does not agree.
@@ -65,6 +66,8 @@ struct Answer {
   std::vector<Candidate> candidates;  ///< best first
   std::string content_id;             ///< of the map that gave the answer
   StageTimes times;
+  /// Of all spots that `auto` looked at, 1 - distance, best first; for who weighs several answers.
+  std::vector<double> spot_scores = {};
 };
 
 /// Makes T_map_query of every candidate that of the base: the answer was to a scan in the turned

@@ -18,7 +18,7 @@
 /// the bytes that were received. Numbers travel exactly; rotations to some 1e-15.
 namespace scanloc::proto {
 
-/// A map's name as a request gives it; empty stands for the server's only map.
+/// A map's name as a request gives it; empty stands for the only one, or for all.
 [[nodiscard]] absl::Status CheckMapName(const std::string& name);
 
 /// points is overwritten; its memory is reused. Points that are not finite are let through: it is

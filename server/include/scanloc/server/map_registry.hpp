@@ -54,6 +54,11 @@ class MapRegistry {
   [[nodiscard]] absl::StatusOr<std::shared_ptr<const ServedMap>> Find(
       const std::string& name) const;
 
+  /// The map of that name; empty stands for all that are in service, in order of name, those of one
+  /// content once. Errors as of Find; Unavailable, too, while one of them loads at the start.
+  [[nodiscard]] absl::StatusOr<std::vector<std::shared_ptr<const ServedMap>>> FindAll(
+      const std::string& name) const;
+
   /// Every map, in order of name.
   [[nodiscard]] std::vector<MapSummary> List() const;
 
@@ -65,8 +70,10 @@ class MapRegistry {
   };
   using Slots = std::map<std::string, Slot>;
 
-  // Both with mutex_ held.
-  [[nodiscard]] Slots::const_iterator FindOnly() const;  // end: none or several
+  // All with mutex_ held.
+  [[nodiscard]] std::vector<Slots::const_iterator> Unnamed() const;  // that no name may stand for
+  [[nodiscard]] static absl::StatusOr<std::shared_ptr<const ServedMap>> ServedIn(
+      const Slots::value_type& slot);
 
   [[nodiscard]] std::string KnownNames() const;
 

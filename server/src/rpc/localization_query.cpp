@@ -1,0 +1,158 @@
+// What the LocalizationService says to one query, of one map or of all.
+#include <algorithm>
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "ops/clock.hpp"
+#include "rpc/localization_service.hpp"
+#include "scanloc/core/among_maps.hpp"
+#include "scanloc/core/method.hpp"
+#include "scanloc/proto/convert.hpp"
+#include "scanloc/proto/status.hpp"
+
+namespace scanloc::server {
+namespace {
+
+/// What the method auto takes of each kind of context where nobody says how many.
+constexpr int kAutoCandidates = 100;
+
+/// Whether several maps can be asked one question whose answers can be compared.
+absl::Status CheckComparable(const std::vector<std::shared_ptr<const ServedMap>>& maps,
+                             const Query& query) {
+  if (maps.size() == 1) return absl::OkStatus();
+  if (!query.prior.is_open()) {
+    return absl::InvalidArgumentError(
+        "options.prior goes with the name of a map, whose coordinates and sessions it tells");
+  }
+  const ServedMap& first = *maps.front();
+  const Method method = MethodOf(query, first.info.params);
+  for (const auto& map : maps) {
+    if (MethodOf(query, map->info.params) == method) continue;
+    return proto::WithReason(
+        v1::ERROR_REASON_METHOD_NOT_SERVED,
+        absl::FailedPreconditionError(
+            absl::StrCat("the request names neither a map nor a method, and maps ", first.info.name,
+                         " and ", map->info.name, " answer by different ones, ", MethodName(method),
+                         " and ", MethodName(MethodOf(query, map->info.params)), "; name either")));
+  }
+  return absl::OkStatus();
+}
+
+using DescribedBySignature = std::map<std::string, QueryDescriber::Described>;
+
+absl::StatusOr<std::vector<MapAnswer>> AskEach(
+    const std::vector<std::shared_ptr<const ServedMap>>& maps,
+    const DescribedBySignature& described, const Query& asked, int max_candidates,
+    SearchControl control) {
+  const std::int64_t end_ns = control.deadline_ns;
+  std::vector<MapAnswer> answers;
+  for (const auto& map : maps) {
+    // What is left of the budget is shared by the maps that are left.
+    if (const std::int64_t now_ns = NowNs(); end_ns > now_ns) {
+      const auto num_left = static_cast<std::int64_t>(maps.size() - answers.size());
+      control.deadline_ns = now_ns + (end_ns - now_ns) / num_left;
+    }
+    Query query = asked;
+    LimitCandidates(map->info.params, max_candidates, query);
+    const ScanDescriptor& descriptor = described.at(map->signature).descriptor;
+    auto answer = map->localizer->Localize(descriptor, query, control);
+    if (!answer.ok()) return answer.status();
+    answers.push_back({.map = map->info.name,
+                       .params = map->info.params,
+                       .num_posts = descriptor.structure.posts.size(),
+                       .answer = *std::move(answer)});
+  }
+  return answers;
+}
+
+}  // namespace
+
+void LimitCandidates(const Params& params, int max_candidates, Query& query) {
+  if (query.num_candidates) return;
+  const bool is_auto = MethodOf(query, params).automatic;
+  const int of_map = is_auto ? kAutoCandidates : params.search.num_candidates;
+  if (of_map > max_candidates) query.num_candidates = max_candidates;
+}
+
+absl::StatusOr<LocalizationService::Asked> LocalizationService::AskedBy(
+    const v1::LocalizeRequest& request) const {
+  auto query = proto::FromProto(request.options());
+  if (!query.ok()) return query.status();
+  if (auto status = CheckCost(*query); !status.ok()) return status;
+  const auto budget = proto::BudgetFromProto(request.options());
+  if (!budget.ok()) return budget.status();
+  return Asked{*std::move(query), *budget};
+}
+
+absl::Status LocalizationService::CheckCost(const Query& query) const {
+  const int most = std::max(query.num_candidates.value_or(1), query.max_answers);
+  if (most > limits_.max_candidates) {
+    return proto::WithReason(
+        v1::ERROR_REASON_TOO_MANY_CANDIDATES,
+        absl::ResourceExhaustedError(absl::StrCat(
+            most, " candidates are asked for; this server allows ", limits_.max_candidates)));
+  }
+  const bool is_slow = query.method && (query.method->brute_force || query.method->naive_alignment);
+  if (is_slow && !limits_.allow_slow_methods) {
+    return proto::WithReason(
+        v1::ERROR_REASON_METHOD_NOT_ALLOWED,
+        absl::PermissionDeniedError(absl::StrCat(
+            "the method ", MethodName(*query.method), " takes a thread for up to seconds; leave ",
+            "out -brute and -naive, or start the server with --allow-slow-methods")));
+  }
+  return absl::OkStatus();
+}
+
+SearchControl LocalizationService::ControlOf(const grpc::CallbackServerContext& context,
+                                             std::chrono::milliseconds budget) {
+  SearchControl control = TimedBy(NowNs, std::chrono::nanoseconds(budget).count());
+  control.is_unwanted = [&context] { return context.IsCancelled(); };
+  return control;
+}
+
+absl::StatusOr<LocalizeReply> LocalizationService::Answer(
+    const v1::LocalizeRequest& request, const Arrival& arrival,
+    const grpc::CallbackServerContext& context, QueryDescriber& describer) {
+  if (auto status = proto::CheckMapName(request.map()); !status.ok()) return status;
+  const auto asked = AskedBy(request);
+  if (!asked.ok()) return asked.status();
+  auto header = proto::HeaderFromProto(request);
+  if (!header.ok()) return header.status();
+  const auto maps = maps_.FindAll(request.map());
+  if (!maps.ok()) return maps.status();
+  for (const auto& map : *maps) {
+    if (auto status = Validate(asked->query, map->info.params); !status.ok()) return status;
+  }
+  if (auto status = CheckComparable(*maps, asked->query); !status.ok()) return status;
+
+  DescribedBySignature described;
+  std::int64_t describe_ns = 0;
+  for (const auto& map : *maps) {
+    if (described.contains(map->signature)) continue;
+    auto as_map = describer.Describe(request, *map, limits_.max_points);
+    if (!as_map.ok()) return as_map.status();
+    describe_ns += as_map->describe_ns;
+    described[map->signature] = *std::move(as_map);
+  }
+  const std::int64_t decode_ns = NowNs() - arrival.started_ns - describe_ns;
+
+  auto answers = AskEach(*maps, described, asked->query, limits_.max_candidates,
+                         ControlOf(context, asked->budget));
+  if (!answers.ok()) return answers.status();
+  const QueryDescriber::Described& of_scan = described.begin()->second;
+  MapAnswer told = answers->size() == 1 ? std::move(answers->front())
+                                        : AmongMaps(*std::move(answers), asked->query);
+  told.answer.times.describe_ns = describe_ns;
+  TellOfBase(of_scan.mount, told.answer);
+  return LocalizeReply{.answer = std::move(told.answer),
+                       .map = std::move(told.map),
+                       .queue_ns = arrival.started_ns - arrival.arrived_ns,
+                       .decode_ns = decode_ns,
+                       .scan_counts = of_scan.scan_counts,
+                       .header = *std::move(header)};
+}
+
+}  // namespace scanloc::server
