@@ -173,7 +173,9 @@ absl::StatusOr<std::vector<report::QueryResult>> LocateCommand::AskAll(
   for (std::size_t i = 0; i < scans.size(); ++i) {
     report::QueryResult result{.query = scans[i].name};
     const Clock::time_point read_start = Clock::now();
-    const absl::StatusOr<dataset::Scan> scan = dataset::ReadScan(scans[i]);
+    const absl::StatusOr<dataset::Scan> scan = options_.scan == "-"
+                                                   ? dataset::ReadScan(stdin, "standard input")
+                                                   : dataset::ReadScan(scans[i]);
     result.read_ns = NsSince(read_start);
     if (!scan.ok()) {
       if (!options_.skip_bad_scans || !options_.scan.empty()) return scan.status();

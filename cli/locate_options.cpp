@@ -10,7 +10,8 @@ namespace scanloc::cli {
 
 void LocateOptions::Declare(CLI::App& app) {
   app.add_option("MAP", map, "Map file; or ask a server with --server");
-  auto* one = app.add_option("--scan", scan, "One scan (.bin, .pcd, .ply)")->type_name("FILE");
+  auto* one = app.add_option("--scan", scan, "One scan (.bin, .pcd, .ply); - is standard input")
+                  ->type_name("FILE");
   app.add_option("--scans", scans_dir, "Folder of scans, or one with a folder velodyne")
       ->type_name("DIR")
       ->excludes(one);
@@ -43,6 +44,7 @@ void LocateOptions::Declare(CLI::App& app) {
       "\"Not recognised\" is an answer: the exit status is 0.\n"
       "Examples:\n"
       "  scanloc locate town.scanloc --scan wakeup.pcd\n"
+      "  ssh robot cat wakeup.pcd | scanloc locate town.scanloc --scan -\n"
       "  scanloc locate town.scanloc --scans drive2 --method a-cc --csv answers.csv\n"
       "  scanloc locate town.scanloc --scans drive2 --truth drive2/poses.txt\n"
       "  scanloc locate town.scanloc --scans drive1 --every 2 --offset 1 --truth drive1/poses.txt\n"

@@ -17,9 +17,13 @@ namespace {
 struct Format {
   std::string_view extension;
   absl::StatusOr<Scan> (*decode)(std::string_view bytes);
+  std::string_view begin = {};  // of every such file; empty: anything
 };
-constexpr std::array<Format, 4> kFormats = {
-    {{".bin", DecodeKittiBin}, {".npy", DecodeNpy}, {".pcd", DecodePcd}, {".ply", DecodePly}}};
+constexpr std::array<Format, 5> kFormats = {{{".npy", DecodeNpy, "\x93NUMPY"},
+                                             {".pcd", DecodePcd, "# .PCD"},
+                                             {".pcd", DecodePcd, "VERSION"},
+                                             {".ply", DecodePly, "ply"},
+                                             {".bin", DecodeKittiBin}}};
 
 const Format* FindFormat(std::string_view path) {
   const auto* const format =
@@ -64,15 +68,39 @@ namespace {
 
 using Decode = std::function<absl::StatusOr<Scan>(std::string_view bytes)>;
 
+absl::StatusOr<Scan> Checked(absl::StatusOr<Scan> scan, const std::string& name) {
+  if (!scan.ok()) return Annotate(scan.status(), name);
+  if (absl::Status status = CheckMetres(*scan); !status.ok()) return Annotate(status, name);
+  return scan;
+}
+
+absl::Status OutOfMemory(const std::string& name) {
+  return absl::ResourceExhaustedError(absl::StrCat(name, ": out of memory"));
+}
+
 absl::StatusOr<Scan> ReadAs(const std::string& path, const Decode& decode) try {
   const absl::StatusOr<FileBytes> bytes = ReadFileBytes(path, limits::kMaxScanFileBytes);
   if (!bytes.ok()) return bytes.status();
-  absl::StatusOr<Scan> scan = decode(bytes->view());
-  if (!scan.ok()) return Annotate(scan.status(), path);
-  if (absl::Status status = CheckMetres(*scan); !status.ok()) return Annotate(status, path);
-  return scan;
+  return Checked(decode(bytes->view()), path);
 } catch (const std::bad_alloc&) {
-  return absl::ResourceExhaustedError(absl::StrCat(path, ": out of memory"));
+  return OutOfMemory(path);
+}
+
+absl::StatusOr<std::string> ReadToEnd(std::FILE* stream, const std::string& name) {
+  std::string bytes;
+  std::array<char, 65536> block{};
+  while (const std::size_t n = std::fread(block.data(), 1, block.size(), stream)) {
+    bytes.append(block.data(), n);
+    if (bytes.size() > static_cast<std::size_t>(limits::kMaxScanFileBytes)) {
+      return absl::InvalidArgumentError(absl::StrCat(name, ": holds more than ",
+                                                     limits::kMaxScanFileBytes,
+                                                     " bytes, which is all that is read"));
+    }
+  }
+  if (std::ferror(stream) != 0)
+    return absl::UnavailableError(absl::StrCat(name, ": cannot be read"));
+  if (bytes.empty()) return absl::InvalidArgumentError(absl::StrCat(name, ": is empty"));
+  return bytes;
 }
 
 }  // namespace
@@ -84,6 +112,17 @@ absl::StatusOr<Scan> ReadScan(const std::string& path) {
     return absl::InvalidArgumentError(
         "is no scan file; scans are .bin (KITTI), .npy (NAVER LABS), .pcd or .ply");
   });
+}
+
+absl::StatusOr<Scan> ReadScan(std::FILE* stream, const std::string& name) try {
+  const absl::StatusOr<std::string> bytes = ReadToEnd(stream, name);
+  if (!bytes.ok()) return bytes.status();
+  const auto* const format = std::find_if(
+      kFormats.begin(), kFormats.end(),
+      [&](const Format& candidate) { return absl::StartsWith(*bytes, ToAbsl(candidate.begin)); });
+  return Checked(format->decode(*bytes), name);
+} catch (const std::bad_alloc&) {
+  return OutOfMemory(name);
 }
 
 absl::StatusOr<Scan> ReadScan(const ScanFile& file) {

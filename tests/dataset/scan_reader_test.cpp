@@ -5,6 +5,7 @@
 #include <sys/stat.h>
 
 #include <cmath>
+#include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <limits>
@@ -33,6 +34,41 @@ TEST(ScanReader, ReadsKittiBin) {
   ASSERT_TRUE(scan.ok()) << scan.status();
   EXPECT_EQ(scan->points, SomePoints(7));
   EXPECT_EQ(scan->num_not_finite, 0U);
+}
+
+absl::StatusOr<Scan> ReadFromStream(const std::string& bytes) {
+  std::FILE* stream = std::tmpfile();
+  std::fwrite(bytes.data(), 1, bytes.size(), stream);
+  std::rewind(stream);
+  absl::StatusOr<Scan> scan = ReadScan(stream, "standard input");
+  std::fclose(stream);
+  return scan;
+}
+
+TEST(ScanReader, TellsTheFormatOfAStreamByItsBeginning) {
+  const std::string pcd =
+      "VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 1\nHEIGHT 1\n"
+      "VIEWPOINT 0 0 0 1 0 0 0\nPOINTS 1\nDATA ascii\n1 2 3\n";
+  const std::string ply =
+      "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n"
+      "property float z\nend_header\n1 2 3\n";
+  for (const std::string& bytes :
+       {pcd, "# .PCD v0.7\n" + pcd, ply, KittiBytes({{1, 2, 3}}), test::NaverBytes({{1, 2, 3}})}) {
+    const absl::StatusOr<Scan> scan = ReadFromStream(bytes);
+    ASSERT_TRUE(scan.ok()) << scan.status();
+    EXPECT_EQ(scan->points, PointCloud({{1, 2, 3}})) << bytes.substr(0, 10);
+  }
+}
+
+TEST(ScanReader, RefusesAStreamThatHoldsNoScan) {
+  for (const auto& [bytes, why] :
+       {std::pair<std::string, const char*>("", "is empty"),
+        {"1234567", "7 bytes"},
+        {"ply\nnonsense", "PLY"}}) {
+    const absl::Status status = ReadFromStream(bytes).status();
+    EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument);
+    EXPECT_THAT(std::string(status.message()), AllOf(HasSubstr("standard input"), HasSubstr(why)));
+  }
 }
 
 // Rows of num_floats: x y z, an intensity, and what follows as `last` says for each row.

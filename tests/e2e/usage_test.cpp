@@ -3,6 +3,7 @@
 
 #include <csignal>
 #include <filesystem>
+#include <nlohmann/json.hpp>
 
 #include "e2e/programs.hpp"
 
@@ -170,6 +171,21 @@ TEST(Usage, CsvReplacesAFileOnlyOnceItIsWhole) {
   ProcessResult no_folder =
       Scanloc({"locate", Town().map1, "--scans", Town().drive1, "--csv", dir.File("no/a.csv")});
   EXPECT_EQ(no_folder.status, 1);
+}
+
+TEST(Usage, TakesAScanFromStandardInput) {
+  const std::string scan = Town().drive2 + "/velodyne/000007.bin";
+  const std::string command = kScanloc + " locate " + Town().map1 + " --json --quiet --scan ";
+  const ProcessResult file = RunProcess({"/bin/sh", "-c", command + scan});
+  const ProcessResult piped = RunProcess({"/bin/sh", "-c", "cat " + scan + " | " + command + "-"});
+  ASSERT_EQ(piped.status, 0) << piped.err;
+  const auto answers = [](const ProcessResult& told) {
+    return nlohmann::json::parse(told.out).at("queries")[0].at("candidates");
+  };
+  EXPECT_EQ(answers(piped), answers(file));
+  const ProcessResult empty = RunProcess({"/bin/sh", "-c", command + "- </dev/null"});
+  EXPECT_EQ(empty.status, 1);
+  EXPECT_EQ(empty.err, "scanloc locate: standard input: is empty\n");
 }
 
 }  // namespace

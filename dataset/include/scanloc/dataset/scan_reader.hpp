@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdio>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -61,6 +62,10 @@ struct ScanFile {
 /// points, malformed, or coordinates that no LiDAR gives (a file of another layout).
 /// ResourceExhausted: out of memory. Any number of threads may read at once.
 [[nodiscard]] absl::StatusOr<Scan> ReadScan(const std::string& path);
+
+/// Reads one scan from a stream to its end: .pcd, .ply and .npy by how they begin, else KITTI's .bin.
+/// Errors as above, with the name in place of a path.
+[[nodiscard]] absl::StatusOr<Scan> ReadScan(std::FILE* stream, const std::string& name);
 
 /// Likewise, by its layout:
 ///   kNclt    rows of three uint16, little endian, in steps of 5 mm from -100 m, and two bytes
