@@ -45,7 +45,7 @@ class LocateCommand : public Command {
   [[nodiscard]] absl::Status Run() override;
 
  private:
-  /// Who answers, and the parameters of the map that is asked.
+  /// Who answers, and the parameters of the map that is asked: of several, of the first.
   struct Answerer {
     std::shared_ptr<const client::LocalizationClient> client;
     Params params;
@@ -123,7 +123,7 @@ absl::StatusOr<std::vector<dataset::ScanFile>> LocateCommand::ChooseScans() cons
 
 absl::StatusOr<std::map<std::string, Pose>> LocateCommand::ReadTruth() const {
   std::map<std::string, Pose> truth;
-  if (options_.truth.poses_file().empty()) return truth;
+  if (!options_.has_truth()) return truth;
   const absl::StatusOr<dataset::Drive> drive = options_.truth.OpenDrive(options_.scans_dir);
   if (!drive.ok()) return drive.status();
   for (const dataset::Frame& frame : drive->frames) {

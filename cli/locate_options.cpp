@@ -165,6 +165,9 @@ void LocateOptions::DeclareTruth(CLI::App& app) {
   truth.Declare(app, "--truth",
                 "True poses of the folder's scans, all of them: adds errors and a summary");
   truth.DeclareBag(app);
+  app.add_flag("--bag-truth", bag_truth,
+               "The bag's own poses (--poses-from) are true, in the map's frame: adds errors and a "
+               "summary");
   truth.DeclareMount(app);
   app.add_option("--within-m", within_m, "A place this near to the query counts as recalled [m]")
       ->check(InRange(0.0, 1e6))
@@ -187,6 +190,7 @@ absl::Status LocateOptions::CheckUsage() const {
   if (!truth.poses_file().empty() && scans_dir.empty()) {
     return wrong("--truth needs --scans: its rows are paired with the scans of the folder");
   }
+  if (bag_truth && !truth.has_bag()) return wrong("--bag-truth needs --bag");
   if (sequence && scans_dir.empty() && !truth.has_bag()) {
     return wrong("--sequence needs --scans or --bag: a drive is a folder of scans, or a bag");
   }

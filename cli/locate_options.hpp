@@ -45,6 +45,8 @@ struct LocateOptions {
   double deadline_s = 5.0;
 
   PoseOptions truth;
+  bool bag_truth = false;
+  [[nodiscard]] bool has_truth() const { return bag_truth || !truth.poses_file().empty(); }
   double within_m = 8.0;
 
   bool sequence = false;

@@ -7,6 +7,8 @@
 #   scripts/demo.sh --scans DIR --poses FILE ...     your own drive: every second scan is mapped,
 #                                                    the others query; further flags (--calib,
 #                                                    --times, --format) go to scanloc
+#   scripts/demo.sh --bag FILE ...                   the same with your own bag (MCAP, rosbag2, ROS 1);
+#                                                    further flags: --topic, --poses-from
 #
 # Leaves map, answers and picture in demo-out/ (or $SCANLOC_DEMO_OUT).
 set -euo pipefail
@@ -36,7 +38,7 @@ if [[ $# -eq 0 ]]; then
   build_flags=()
 else
   say "1. Your drive: every second scan is mapped, the others ask"
-  scans="" poses="" calib=() times=() format=()
+  scans="" poses="" calib=() times=() format=() bag=()
   while [[ $# -gt 0 ]]; do
     case "$1" in
       --scans) scans=$2 ;;
@@ -44,15 +46,27 @@ else
       --calib) calib=(--calib "$2") ;;
       --times) times=(--times "$2") ;;
       --format) format=(--format "$2") ;;
-      *) echo "demo: unknown flag $1; use --scans --poses --calib --times --format" >&2; exit 2 ;;
+      --bag) bag=(--bag "$2") ;;
+      --topic | --poses-from) bag+=("$1" "$2") ;;
+      *) echo "demo: unknown flag $1; use --scans --poses --calib --times --format, or --bag" \
+        "--topic --poses-from" >&2; exit 2 ;;
     esac
     shift 2
   done
-  [[ -n "$scans" && -n "$poses" ]] || { echo "demo: --scans and --poses are both needed" >&2; exit 2; }
-  map_drive=(--scans "$scans" --poses "$poses" "${calib[@]}" "${times[@]}" "${format[@]}")
-  query_drive=(--scans "$scans" --every 2 --offset 1)
-  truth=(--truth "$poses" "${calib[@]}" "${format[@]}")
   build_flags=(--every 2 --spacing-m 0)
+  if [[ "${bag[0]:-}" == --bag ]]; then
+    "$bin/scanloc" bag "${bag[1]}"
+    map_drive=("${bag[@]}" "${calib[@]}")
+    query_drive=("${map_drive[@]}" --every 2 --offset 1)
+    truth=(--bag-truth)
+  elif [[ -n "$scans" && -n "$poses" ]]; then
+    map_drive=(--scans "$scans" --poses "$poses" "${calib[@]}" "${times[@]}" "${format[@]}")
+    query_drive=(--scans "$scans" --every 2 --offset 1)
+    truth=(--truth "$poses" "${calib[@]}" "${format[@]}")
+  else
+    echo "demo: --scans and --poses are both needed, or --bag" >&2
+    exit 2
+  fi
 fi
 
 say "2. Build the map"
@@ -74,8 +88,10 @@ say "4. Ask the server, over the network, where each scan was taken"
 "$bin/scanloc" locate --server "$address" --map town "${query_drive[@]}" "${truth[@]}"
 
 say "5. Draw map and answers"
-"$bin/scanloc" plot "$out/town.scanloc" --answers "$out/answers.csv" "${truth[@]}" \
-  --out "$out/answers.svg"
+"$bin/scanloc" plot "$out/town.scanloc" --answers "$out/answers.csv" --out "$out/answers.svg"
+if [[ "${truth[0]}" == --bag-truth ]]; then
+  "$bin/scanloc" eval "$out/town.scanloc" "${query_drive[@]}" --report "$out/report"
+fi
 
 say "6. Stop the server"
 kill -TERM "$server_pid"

@@ -42,6 +42,11 @@ TEST(BagOnTheCommandLine, BuildsLocatesAndEvaluates) {
   EXPECT_THAT(csv, HasSubstr("\n1700000000.100000000,"));
   MustScanloc({"locate", map, "--bag", BagPath("zstd.mcap"), "--sequence", "--poses-from", "/odom",
                "--quiet"});
+  const report::CsvTable judged =
+      ParseCsv(MustScanloc({"locate", map, "--bag", BagPath("zstd.mcap"), "--poses-from", "/odom",
+                            "--bag-truth", "--csv", "-", "--quiet"}));
+  ASSERT_EQ(judged.num_rows(), 7U);
+  EXPECT_NE(judged.Text(0, "error_m"), "");
   const json eval =
       json::parse(MustScanloc({"eval", map, "--bag", BagPath("zstd.mcap"), "--poses-from",
                                "tf:odom", "--method", "pc", "--json", "--quiet"}));
@@ -54,6 +59,8 @@ TEST(BagOnTheCommandLine, SaysInOneLineWhatCannotBeRead) {
            {{"bag", dir.File("none.bag")}, "none.bag"},
            {{"build", dir.File("m"), "--bag", BagPath("zstd.mcap")}, "several topics of poses"},
            {{"build", dir.File("m"), "--bag", BagPath("zstd.mcap"), "--topic", "/x"}, "/points"},
+           {{"locate", Town().map1, "--bag", BagPath("zstd.mcap"), "--bag-truth"},
+            "several topics of poses"},
            {{"locate", Town().map1, "--bag", dir.Write("x.mcap", "MCAP")}, "is no bag"}}) {
     const ProcessResult result = Scanloc(args);
     EXPECT_EQ(result.status, 1) << result.err;
