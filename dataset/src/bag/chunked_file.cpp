@@ -140,4 +140,17 @@ absl::Status ChunkedFile::FinishIndex(bool is_cut_off) {
   return absl::OkStatus();
 }
 
+absl::StatusOr<RandomFile> OpenWithMagic(const std::string& path, std::string_view magic,
+                                         std::string_view otherwise) {
+  absl::StatusOr<RandomFile> file = RandomFile::Open(path);
+  if (!file.ok()) return file.status();
+  const absl::StatusOr<std::string> begin =
+      file->ReadText(0, std::min<std::uint64_t>(magic.size(), file->size()));
+  if (!begin.ok()) return begin.status();
+  if (*begin != magic) {
+    return absl::InvalidArgumentError(absl::StrCat(path, ": ", ToAbsl(otherwise)));
+  }
+  return file;
+}
+
 }  // namespace scanloc::dataset

@@ -75,4 +75,21 @@ class ChunkedFile : public BagFile {
   std::optional<std::uint32_t> scanned_;
 };
 
+/// The file, if it begins with the magic; InvalidArgument with what it is otherwise.
+[[nodiscard]] absl::StatusOr<RandomFile> OpenWithMagic(const std::string& path,
+                                                       std::string_view magic,
+                                                       std::string_view otherwise);
+
+/// A bag of a kind of ChunkedFile, indexed.
+template <typename Kind>
+[[nodiscard]] absl::StatusOr<std::unique_ptr<BagFile>> OpenChunked(const std::string& path,
+                                                                   std::string_view magic,
+                                                                   std::string_view otherwise) {
+  absl::StatusOr<RandomFile> file = OpenWithMagic(path, magic, otherwise);
+  if (!file.ok()) return file.status();
+  auto bag = std::make_unique<Kind>(*std::move(file));
+  if (absl::Status status = bag->Index(); !status.ok()) return status;
+  return bag;
+}
+
 }  // namespace scanloc::dataset

@@ -197,18 +197,8 @@ absl::StatusOr<std::string_view> Mcap::PayloadAt(std::string_view records, std::
 }  // namespace
 
 absl::StatusOr<std::unique_ptr<BagFile>> OpenMcap(const std::string& path) {
-  absl::StatusOr<RandomFile> file = RandomFile::Open(path);
-  if (!file.ok()) return file.status();
-  const absl::StatusOr<std::string> magic =
-      file->ReadText(0, std::min<std::uint64_t>(kMagic.size(), file->size()));
-  if (!magic.ok()) return magic.status();
-  if (*magic != kMagic) {
-    return absl::InvalidArgumentError(
-        absl::StrCat(path, ": is not MCAP of version 0; convert it, or ask for a newer scanloc"));
-  }
-  auto mcap = std::make_unique<Mcap>(*std::move(file));
-  if (absl::Status status = mcap->Index(); !status.ok()) return status;
-  return mcap;
+  return OpenChunked<Mcap>(path, kMagic,
+                           "is not MCAP of version 0; convert it, or ask for a newer scanloc");
 }
 
 }  // namespace scanloc::dataset

@@ -218,18 +218,8 @@ absl::StatusOr<std::string_view> Ros1Bag::PayloadAt(std::string_view records,
 }  // namespace
 
 absl::StatusOr<std::unique_ptr<BagFile>> OpenRos1Bag(const std::string& path) {
-  absl::StatusOr<RandomFile> file = RandomFile::Open(path);
-  if (!file.ok()) return file.status();
-  const absl::StatusOr<std::string> magic =
-      file->ReadText(0, std::min<std::uint64_t>(kMagic.size(), file->size()));
-  if (!magic.ok()) return magic.status();
-  if (*magic != kMagic) {
-    return absl::InvalidArgumentError(
-        absl::StrCat(path, ": is a bag of ROS 1, but not of version 2.0; run `rosbag fix` on it"));
-  }
-  auto bag = std::make_unique<Ros1Bag>(*std::move(file));
-  if (absl::Status status = bag->Index(); !status.ok()) return status;
-  return bag;
+  return OpenChunked<Ros1Bag>(path, kMagic,
+                              "is a bag of ROS 1, but not of version 2.0; run `rosbag fix` on it");
 }
 
 }  // namespace scanloc::dataset
