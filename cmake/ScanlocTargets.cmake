@@ -11,6 +11,9 @@ if(NOT CMAKE_BUILD_TYPE)
 endif()
 set(CMAKE_CXX_FLAGS_RELEASE "-O3 -DNDEBUG")
 set(CMAKE_CXX_FLAGS_RELWITHDEBINFO "-O2 -g1")
+if(BUILD_SHARED_LIBS)
+  set(CMAKE_INSTALL_RPATH "$ORIGIN;$ORIGIN/../${CMAKE_INSTALL_LIBDIR}")
+endif()
 set(CMAKE_RUNTIME_OUTPUT_DIRECTORY "${CMAKE_BINARY_DIR}/bin")
 
 # Clones of the project share what ccache holds: paths count relative to the clone.
@@ -41,14 +44,32 @@ if(SCANLOC_FUZZ)
   add_compile_options(-fsanitize=fuzzer-no-link)
 endif()
 
-# scanloc_add_library(core SOURCES a.cpp PUBLIC_DEPS x PRIVATE_DEPS y)
+# scanloc_add_installed(wire a.cpp) declares scanloc_wire, known as scanloc::wire: a library that others
+# link, shared with -DBUILD_SHARED_LIBS=ON. Only what is of scanloc can then be seen from outside.
+function(scanloc_add_installed module)
+  set(target scanloc_${module})
+  add_library(${target} ${ARGN})
+  add_library(scanloc::${module} ALIAS ${target})
+  set_target_properties(${target} PROPERTIES EXPORT_NAME ${module} VERSION ${PROJECT_VERSION}
+    SOVERSION ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR}
+    DEFINE_SYMBOL "")  # objects are the same for either kind of library
+  if(BUILD_SHARED_LIBS)
+    target_link_options(${target} PRIVATE
+      "LINKER:--version-script=${PROJECT_SOURCE_DIR}/cmake/exported_symbols.map")
+  endif()
+endfunction()
+
+# scanloc_add_library(core [INSTALLED] SOURCES a.cpp PUBLIC_DEPS x PRIVATE_DEPS y)
 # declares scanloc_core, known as scanloc::core, with its public headers in include/.
 function(scanloc_add_library module)
-  cmake_parse_arguments(ARG "" "" "SOURCES;PUBLIC_DEPS;PRIVATE_DEPS" ${ARGN})
+  cmake_parse_arguments(ARG "INSTALLED" "" "SOURCES;PUBLIC_DEPS;PRIVATE_DEPS" ${ARGN})
   set(target scanloc_${module})
-  add_library(${target} STATIC ${ARG_SOURCES})
-  add_library(scanloc::${module} ALIAS ${target})
-  set_target_properties(${target} PROPERTIES EXPORT_NAME ${module})
+  if(ARG_INSTALLED)
+    scanloc_add_installed(${module} ${ARG_SOURCES})
+  else()
+    add_library(${target} STATIC ${ARG_SOURCES})
+    add_library(scanloc::${module} ALIAS ${target})
+  endif()
   target_include_directories(${target} PUBLIC
     "$<BUILD_INTERFACE:${CMAKE_CURRENT_SOURCE_DIR}/include>"
     "$<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>"
@@ -71,7 +92,9 @@ function(scanloc_add_program name)
   add_executable(${name} ${ARG_SOURCES})
   target_link_libraries(${name} PRIVATE ${ARG_DEPS} scanloc_warnings)
   # OPTIONAL: what was not built is not installed, and hinders nobody.
-  install(TARGETS ${name} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} OPTIONAL)
+  install(TARGETS ${name} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT ${name} OPTIONAL)
+  install(DIRECTORY "${PROJECT_BINARY_DIR}/man/${name}/" DESTINATION ${CMAKE_INSTALL_MANDIR}/man1
+    COMPONENT ${name} OPTIONAL)
 endfunction()
 
 # scanloc_add_test(core_tests SOURCES a_test.cpp DEPS scanloc::core)

@@ -13,6 +13,7 @@ packages=(
   cyclonedds-dev cyclonedds-tools libfastrtps-dev libfastcdr-dev
   libgtest-dev libgmock-dev libbenchmark-dev openssl python3 haproxy
   python3-dev python3-venv python3-numpy python3-grpcio python3-protobuf
+  dpkg-dev help2man
 )
 if [[ "${1:-}" == "--with-checks" ]]; then
   packages+=(clang-format-14 clang-tidy-14 clang-format clang-tidy)

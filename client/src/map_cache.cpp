@@ -3,7 +3,7 @@
 #include <optional>
 #include <utility>
 
-#include "scanloc/proto/convert.hpp"
+#include "scanloc/proto/as_received.hpp"
 
 namespace scanloc::client {
 

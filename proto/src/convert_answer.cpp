@@ -128,20 +128,6 @@ v1::ScanCounts ToProto(const ScanCounts& counts) {
 
 }  // namespace
 
-Pose AsReceived(const Pose& pose) { return PoseFromProto("", PoseToProto(pose)).value_or(pose); }
-
-SensorMount AsReceived(SensorMount mount) {
-  mount.T_base_sensor = AsReceived(mount.T_base_sensor);
-  return mount;
-}
-
-void MakeAsReceived(Answer& answer) {
-  for (Candidate& candidate : answer.candidates) {
-    candidate.T_map_place = AsReceived(candidate.T_map_place);
-    candidate.T_map_query = AsReceived(candidate.T_map_query);
-  }
-}
-
 absl::StatusOr<LocalizeReply> FromProto(const v1::LocalizeResponse& message) {
   absl::Status status = CheckMapName(message.map());
   status.Update(CheckLength("content_id", message.content_id(), kMaxContentIdBytes));

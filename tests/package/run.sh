@@ -13,13 +13,39 @@ cleanup() {
 trap cleanup EXIT
 
 cmake --install "$build_dir" --prefix "$work/prefix" >/dev/null
-if grep -rlE '#include [<"](grpc|google/|sqlite3|pcl/|nanoflann|spdlog)' "$work/prefix/include"; then
+if grep -rlE '#include [<"](grpc|google/|sqlite3|pcl/|nanoflann|spdlog)' "$work/prefix/include" \
+  --exclude-dir=pcl; then
   echo "an installed header includes one of a dependency that users need not have" >&2
   exit 1
 fi
 cmake -S "$source_dir/tests/package" -B "$work/build" -G Ninja -DCMAKE_PREFIX_PATH="$work/prefix" \
   -DCMAKE_BUILD_TYPE=Release >/dev/null
 cmake --build "$work/build" >/dev/null
+
+# One that asks no server needs no gRPC; and the same by pkg-config.
+cat >"$work/CMakeLists.txt" <<END
+cmake_minimum_required(VERSION 3.23)
+project(offline LANGUAGES CXX)
+set(CMAKE_CXX_STANDARD 20)
+set(CMAKE_DISABLE_FIND_PACKAGE_gRPC ON)
+set(CMAKE_DISABLE_FIND_PACKAGE_Protobuf ON)
+find_package(scanloc REQUIRED COMPONENTS core offline)
+add_executable(offline "$source_dir/tests/package/where_am_i_offline.cpp")
+target_link_libraries(offline scanloc::offline_client)
+END
+cmake -S "$work" -B "$work/offline" -G Ninja -DCMAKE_PREFIX_PATH="$work/prefix" >/dev/null
+cmake --build "$work/offline" >/dev/null
+if ldd "$work/offline/offline" | grep -E 'grpc|protobuf'; then
+  echo "the component offline is linked to gRPC" >&2
+  exit 1
+fi
+PKG_CONFIG_PATH=$(dirname "$(find "$work/prefix" -name scanloc-core.pc)")
+export PKG_CONFIG_PATH
+for of in core:close_loops offline:where_am_i_offline client:where_am_i; do
+  # shellcheck disable=SC2046
+  g++ -std=c++20 "$source_dir/tests/package/${of#*:}.cpp" -o "$work/by_pkg_config" \
+    $(pkg-config --cflags --libs "scanloc-${of%:*}")
+done
 
 PATH=$work/prefix/bin:$PATH
 scanloc simulate "$work/drive" --town-seed 1 --session-seed 1 --length-m 30 --quiet >/dev/null

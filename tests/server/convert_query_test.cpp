@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "scanloc/core/limits.hpp"
+#include "scanloc/proto/as_received.hpp"
 #include "scanloc/proto/convert.hpp"
 
 namespace scanloc::proto {

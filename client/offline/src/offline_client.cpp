@@ -11,7 +11,7 @@
 #include "scanloc/core/scan/descriptor.hpp"
 #include "scanloc/core/track/tracker.hpp"
 #include "scanloc/mapdb/map_file.hpp"
-#include "scanloc/proto/convert.hpp"
+#include "scanloc/proto/as_received.hpp"
 
 namespace scanloc::client {
 namespace {

@@ -44,12 +44,6 @@ void SetHeader(const ScanHeader& header, v1::LocalizeRequest* message);
 [[nodiscard]] v1::LocalizeOptions ToProto(const Query& query,
                                           std::chrono::milliseconds budget = {});
 
-/// The pose, or the poses of an answer, with the bits that they arrive with over the wire. For who
-/// answers in place what a server would answer.
-[[nodiscard]] Pose AsReceived(const Pose& pose);
-[[nodiscard]] SensorMount AsReceived(SensorMount mount);
-void MakeAsReceived(Answer& answer);
-
 [[nodiscard]] absl::StatusOr<LocalizeReply> FromProto(const v1::LocalizeResponse& message);
 [[nodiscard]] v1::LocalizeResponse ToProto(const LocalizeReply& reply);
 
