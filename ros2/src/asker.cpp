@@ -18,7 +18,8 @@ bool IsOver(const absl::Status& error) {
 }  // namespace
 
 absl::StatusOr<TrackedReply> Asker::Ask(const Question& question) {
-  if (question.begins_anew) stream_.reset();
+  if (question.begins_anew || !(question.mount == options_.mount)) stream_.reset();
+  options_.mount = question.mount;
   const bool was_open = stream_.has_value();
   for (bool is_first = true;; is_first = false) {
     if (!stream_) {

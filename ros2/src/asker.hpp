@@ -24,7 +24,7 @@ class Asker {
 
  private:
   const std::shared_ptr<const client::LocalizationClient> client_;
-  const client::StreamOptions options_;
+  client::StreamOptions options_;  // with the mount of the last question
   std::optional<client::RobotStream> stream_;
 };
 

@@ -48,7 +48,8 @@ geometry_msgs_msg_dds__PoseWithCovarianceStamped_ ToDds(const PoseMessage& messa
   geometry_msgs_msg_dds__PoseWithCovarianceStamped_ dds{.header_ =
                                                             Head(message.stamp_ns, message.frame)};
   dds.pose_.pose_ = ToDds(message.pose);
-  std::copy(message.covariance.begin(), message.covariance.end(), dds.pose_.covariance_);
+  const auto covariance = message.covariance.reshaped();  // symmetric: rows are columns
+  std::copy(covariance.begin(), covariance.end(), dds.pose_.covariance_);
   return dds;
 }
 

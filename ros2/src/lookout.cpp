@@ -4,8 +4,6 @@
 #include <limits>
 #include <utility>
 
-#include "pose_covariance.hpp"
-
 namespace scanloc::ros2 {
 namespace {
 
@@ -74,7 +72,7 @@ void Lookout::TakeStaticTransform(const dataset::StampedPose& pose) {
 }
 
 std::optional<Pose> Lookout::MountOf(const std::string& frame) const {
-  if (options_.T_base_sensor) return options_.T_base_sensor;
+  if (options_.knows_base) return options_.mount.T_base_sensor;
   if (frame == options_.base_frame) return Pose::Identity();
   const auto chain = static_frames_.Connect(options_.base_frame, frame);
   return chain.ok() ? chain->At(0) : std::nullopt;
@@ -136,13 +134,13 @@ std::optional<Question> Lookout::NextQuestion(std::int64_t now_ns) {
   // Time began anew: a bag is played again.
   if (cloud.head.stamp_ns < last_stamp_ns_) begins_anew_ = true;
   if (begins_anew_) T_odom_last_.reset();
-  Question question{.scan = std::move(cloud.scan.points), .begins_anew = begins_anew_};
-  const std::optional<Pose> mount = MountOf(cloud.head.frame);
-  has_mount_ = mount.has_value();
-  T_base_sensor_ = mount.value_or(Pose::Identity());
+  Question question{
+      .scan = std::move(cloud.scan.points), .mount = options_.mount, .begins_anew = begins_anew_};
+  const std::optional<Pose> T_base_sensor = MountOf(cloud.head.frame);
+  has_mount_ = T_base_sensor.has_value();
+  question.mount.T_base_sensor = T_base_sensor.value_or(Pose::Identity());
   T_odom_asked_ = odometry_.At(cloud.head.stamp_ns);
   if (T_odom_asked_) {
-    T_odom_asked_ = *T_odom_asked_ * T_base_sensor_;
     if (T_odom_last_) question.T_last_scan = T_odom_last_->inverse() * *T_odom_asked_;
   } else if (odometry_.newest_ns()) {
     ++counts_.without_odometry;
@@ -179,7 +177,7 @@ Told Lookout::TakeReply(const absl::StatusOr<TrackedReply>& reply, std::int64_t 
   }
   told.candidates = PosesMessage{.stamp_ns = head.stamp_ns, .frame = options_.map_frame};
   for (const Candidate& candidate : answer.candidates) {
-    told.candidates->poses.push_back(candidate.T_map_query * T_base_sensor_.inverse());
+    told.candidates->poses.push_back(candidate.T_map_query);
   }
   return told;
 }
@@ -200,8 +198,8 @@ PoseMessage Lookout::TakeLocalized(const TrackedReply& reply, const dataset::Mes
   const Candidate& best = reply.reply.answer.candidates.front();
   PoseMessage pose{.stamp_ns = head.stamp_ns,
                    .frame = options_.map_frame,
-                   .pose = best.T_map_query * T_base_sensor_.inverse(),
-                   .covariance = CovarianceOf(best)};
+                   .pose = best.T_map_query,
+                   .covariance = best.covariance.value_or(PoseCovariance::Zero())};
   if (state_ != State::kLocalized || reply.is_relocated) is_announced_ = false;
   state_ = State::kLocalized;
   num_misses_in_row_ = 0;

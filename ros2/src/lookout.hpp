@@ -11,6 +11,7 @@
 #include "odometry.hpp"
 #include "scanloc/core/scan/point_cloud.hpp"
 #include "scanloc/core/scan/pose.hpp"
+#include "scanloc/core/scan/sensor_mount.hpp"
 #include "scanloc/dataset/frame_tree.hpp"
 #include "scanloc/dataset/ros_messages.hpp"
 #include "scanloc/proto/messages.hpp"
@@ -32,7 +33,8 @@ struct LookoutOptions {
   std::string map_frame = "map";
   std::string odom_frame;                ///< empty: as the odometry says
   std::string base_frame = "base_link";  ///< of the robot, whose pose is told
-  std::optional<Pose> T_base_sensor;     ///< none: as static transforms say
+  SensorMount mount;                     ///< how the sensor sits on it, and what is not seen
+  bool knows_base = false;               ///< else T_base_sensor is as static transforms say
   double interval_s = 1.0;       ///< from one question to the next while localized, in [0, 3600]
   int num_misses_to_lost = 3;    ///< answers in a row that do not find the robot, in [1, 1000]
   double odometry_wait_s = 0.1;  ///< longest that a scan waits for odometry of its time, in [0, 10]
@@ -41,6 +43,7 @@ struct LookoutOptions {
 /// A scan to ask about.
 struct Question {
   PointCloud scan;
+  SensorMount mount = {};           ///< of the sensor; of another one the scans begin anew
   bool begins_anew = false;         ///< the scans before it are of no use
   std::optional<Pose> T_last_scan;  ///< as in client::RobotStream::Locate
 };
@@ -111,7 +114,7 @@ class Lookout {
   void BeginAnew();
   [[nodiscard]] bool WantsScan() const;
   [[nodiscard]] bool AwaitsOdometry(std::int64_t now_ns) const;
-  /// T_base_sensor for clouds of a frame; none if it is not known.
+  /// T_base_sensor of clouds of a frame; none if it is not known.
   [[nodiscard]] std::optional<Pose> MountOf(const std::string& frame) const;
   [[nodiscard]] bool AwaitsMount(std::int64_t now_ns) const;
   /// Looks into the scan that waits.
@@ -137,11 +140,10 @@ class Lookout {
   std::optional<dataset::CloudMessage> decoded_;  // is asked about next
   std::int64_t decoded_at_ns_ = 0;
   std::int64_t first_decoded_at_ns_ = 0;       // 0: none yet
-  Pose T_base_sensor_ = Pose::Identity();      // of the question under way
   bool has_mount_ = true;                      // else it is not known
   std::optional<dataset::MessageHead> asked_;  // the question under way
   std::int64_t asked_at_ns_ = 0;
-  std::optional<Pose> T_odom_asked_;  // of the sensor, where it is known
+  std::optional<Pose> T_odom_asked_;  // of the base, where it is known
   std::optional<Pose> T_odom_last_;   // of the scan answered last
   std::int64_t last_stamp_ns_ = 0;
   bool begins_anew_ = true;

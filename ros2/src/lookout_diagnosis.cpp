@@ -31,7 +31,7 @@ void AddAnswer(const LocalizeReply& reply, DiagnosticMessage& diagnosis) {
   if (best.confidence) {
     diagnosis.values.emplace_back("confidence", absl::StrFormat("%.4f", *best.confidence));
   }
-  diagnosis.values.emplace_back("sensor_in_map",
+  diagnosis.values.emplace_back("robot_in_map",
                                 absl::StrFormat("x %.2f m, y %.2f m, z %.2f m, heading %.1f deg",
                                                 position_m.x(), position_m.y(), position_m.z(),
                                                 Yaw(best.T_map_query) * 180.0 / std::numbers::pi));

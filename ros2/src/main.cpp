@@ -115,7 +115,7 @@ class Reporter {
     if (quiet_ && diagnosis.level != DiagnosticMessage::Level::kError) return;
     std::string where;
     for (const auto& [key, value] : diagnosis.values) {
-      if (key == "sensor_in_map" && diagnosis.level == DiagnosticMessage::Level::kOk) {
+      if (key == "robot_in_map" && diagnosis.level == DiagnosticMessage::Level::kOk) {
         where = ": " + value;
       }
     }

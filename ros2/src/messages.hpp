@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -9,6 +8,7 @@
 #include <vector>
 
 #include "scanloc/core/scan/pose.hpp"
+#include "scanloc/core/scan/pose_covariance.hpp"
 
 /// The messages of ROS that scanloc-ros2 takes and publishes, without DDS.
 namespace scanloc::ros2 {
@@ -19,16 +19,12 @@ struct ReceivedBytes {
   std::shared_ptr<const void> owner;  ///< keeps the bytes
 };
 
-/// 6×6, by rows: x, y, z [m], then the turns about the fixed axes x, y, z [rad], all of the frame
-/// that the pose is told in.
-using Covariance = std::array<double, 36>;
-
 /// geometry_msgs/PoseWithCovarianceStamped.
 struct PoseMessage {
   std::int64_t stamp_ns = 0;
   std::string frame;
   Pose pose = Pose::Identity();
-  Covariance covariance{};
+  PoseCovariance covariance = PoseCovariance::Zero();  ///< zeros: not known
 };
 
 /// geometry_msgs/PoseArray.

@@ -2,7 +2,6 @@
 
 #include <chrono>
 #include <cstdint>
-#include <numbers>
 
 #include "cli/command.hpp"
 #include "scanloc/core/limits.hpp"
@@ -11,23 +10,12 @@ namespace scanloc::ros2 {
 
 using cli::InRange;
 
-namespace {
-
-Pose MountOf(const std::vector<double>& mount) {
-  const auto turn = [&](std::size_t i, const Eigen::Vector3d& axis) {
-    return Eigen::AngleAxisd(mount[i] * std::numbers::pi / 180.0, axis);
-  };
-  return Eigen::Translation3d(mount[0], mount[1], mount[2]) * turn(5, Eigen::Vector3d::UnitZ()) *
-         turn(4, Eigen::Vector3d::UnitY()) * turn(3, Eigen::Vector3d::UnitX());
-}
-
-}  // namespace
-
 void Options::Declare(CLI::App& app) {
   DeclareAnswers(app);
   DeclareModes(app);
   DeclareTopics(app);
   DeclareFrames(app);
+  mount_.Declare(app);
   app.add_flag("--quiet", quiet, "Tell errors only, not how things stand");
   app.footer(
       "Topics that do not begin with / are in the namespace. CYCLONEDDS_URI configures DDS, as "
@@ -146,15 +134,6 @@ void Options::DeclareFrames(CLI::App& app) {
       ->type_name("NAME")
       ->capture_default_str()
       ->group(group);
-  app.add_option(
-         "--T-base-sensor", T_base_sensor_,
-         "Where the sensor sits on the base: x,y,z [m] and its turns roll,pitch,yaw [deg], as "
-         "in URDF [as --tf-static says]")
-      ->delimiter(',')
-      ->expected(6)
-      ->check(InRange(-360, 360))
-      ->type_name("X,Y,Z,ROLL,PITCH,YAW")
-      ->group(group);
   app.add_option("--odom-frame", lookout.odom_frame,
                  "Name of the odometry's frame [as its messages say]")
       ->type_name("NAME")
@@ -177,7 +156,8 @@ absl::Status Options::Finish() {
   if (publish_tf_ && node.odom.empty()) {
     return absl::InvalidArgumentError("--publish-tf needs --odom");
   }
-  if (!T_base_sensor_.empty()) lookout.T_base_sensor = MountOf(T_base_sensor_);
+  lookout.mount = mount_.mount();
+  lookout.knows_base = mount_.has_base();
   if (once_) lookout.mode = Mode::kOnce;
   if (always_) lookout.mode = Mode::kAlways;
   lookout.asks_at_start = node.trigger.empty() || once_ || until_localized_ || always_;

@@ -2,10 +2,10 @@
 
 #include <CLI/CLI.hpp>
 #include <string>
-#include <vector>
 
 #include "absl/status/status.h"
 #include "cli/connection_options.hpp"
+#include "cli/mount_options.hpp"
 #include "lookout.hpp"
 #include "node.hpp"
 #include "scanloc/client/robot_stream.hpp"
@@ -38,7 +38,7 @@ class Options {
   bool until_localized_ = false;
   bool always_ = false;
   bool publish_tf_ = false;
-  std::vector<double> T_base_sensor_;  // empty: not given
+  cli::MountOptions mount_;
   std::string tf_topic_ = "tf";
   std::string reliability_ = "best_effort";
   double deadline_s_ = 5.0;

@@ -77,6 +77,19 @@ TEST(Asker, KeepsOneStreamUntilAQuestionBeginsAnew) {
   EXPECT_EQ(client->asked[2].stream, 2);
 }
 
+TEST(Asker, OpensAnotherStreamForAnotherMount) {
+  const auto client = std::make_shared<ScriptedClient>(std::vector{absl::OkStatus()});
+  Asker asker(client, {});
+  ASSERT_TRUE(asker.Ask(OneQuestion(true)).ok());
+  Question moved = OneQuestion(false);
+  moved.mount.min_range_m = 1.0;
+  ASSERT_TRUE(asker.Ask(moved).ok());
+  ASSERT_TRUE(asker.Ask(moved).ok());
+  EXPECT_EQ(client->asked[1].stream, 2);
+  EXPECT_FALSE(client->asked[1].has_odometry);
+  EXPECT_EQ(client->asked[2].stream, 2);
+}
+
 TEST(Asker, OpensAStreamThatIsOverOnceMore) {
   const auto client = std::make_shared<ScriptedClient>(
       std::vector{absl::OkStatus(), absl::UnavailableError("idle"), absl::OkStatus()});

@@ -1,0 +1,144 @@
+// How a moving robot is followed: mounts, odometry and transforms.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "ros2/lookout_fixture.hpp"
+
+namespace scanloc::ros2 {
+namespace {
+
+using ::testing::HasSubstr;
+
+TEST_F(LookoutTest, TellsHowFarTheRobotWentSinceTheScanAnsweredLast) {
+  const Pose T_base_sensor = At(1, 0, 0.5);
+  Begin({.mode = Mode::kAlways,
+         .mount = {.T_base_sensor = T_base_sensor, .min_range_m = 1.5},
+         .knows_base = true,
+         .interval_s = 0.0});
+  (void)Odom(0, At(0));
+  (void)Odom(1, At(10, 0, 0.2));
+  (void)Odom(2, At(20, 4, 0.4));
+  Cloud(1);
+  const auto first = Next();
+  ASSERT_TRUE(first.has_value());
+  EXPECT_FALSE(first->T_last_scan.has_value());
+  EXPECT_TRUE(first->mount.T_base_sensor.isApprox(T_base_sensor));
+  EXPECT_EQ(first->mount.min_range_m, 1.5);
+  const Told told = Answer(Localized(At(100)));
+  EXPECT_TRUE(told.pose->pose.isApprox(At(100), 1e-9));
+  EXPECT_TRUE(told.candidates->poses.at(0).isApprox(At(100), 1e-9));
+  Cloud(2);
+  const auto second = Next();
+  ASSERT_TRUE(second.has_value());
+  ASSERT_TRUE(second->T_last_scan.has_value());
+  const Pose moved = At(10, 0, 0.2).inverse() * At(20, 4, 0.4);
+  EXPECT_TRUE(second->T_last_scan->isApprox(moved, 1e-9)) << "the base has";
+}
+
+TEST_F(LookoutTest, LearnsTheMountFromStaticTransforms) {
+  Begin({.mode = Mode::kOnce});
+  cloud_frame = "lidar";
+  Cloud(1);
+  EXPECT_FALSE(Next().has_value()) << "it waits for them";
+  EXPECT_EQ(lookout->NextChange_ns(), now_ns + Lookout::kMountWait_ns);
+  lookout->TakeStaticTransform({.parent = "base_link", .child = "mast", .T_parent_child = At(1)});
+  lookout->TakeStaticTransform({.parent = "mast", .child = "lidar", .T_parent_child = At(0, 2)});
+  const auto question = Next();
+  ASSERT_TRUE(question.has_value());
+  EXPECT_TRUE(question->mount.T_base_sensor.isApprox(At(1, 2), 1e-9));
+}
+
+TEST_F(LookoutTest, TellsOfTheSensorWhereNoMountIsKnown) {
+  Begin({.mode = Mode::kOnce});
+  cloud_frame = "lidar";
+  lookout->TakeStaticTransform({.parent = "lidar", .child = "lidar", .T_parent_child = At(1)});
+  Cloud(1);
+  EXPECT_FALSE(Next().has_value());
+  now_ns += Lookout::kMountWait_ns;
+  ASSERT_TRUE(Next().has_value());
+  EXPECT_TRUE(Answer(Localized(At(7))).pose->pose.isApprox(At(7), 1e-9));
+  (void)lookout->TakeListeners(1, now_ns);
+  EXPECT_THAT(lookout->Diagnose().message, HasSubstr("no mount is known"));
+}
+
+TEST_F(LookoutTest, TakesOdometryOfAnotherFrameOfTheRobot) {
+  Begin({.mode = Mode::kAlways, .publishes_tf = true});
+  lookout->TakeStaticTransform({.parent = "base_link", .child = "imu", .T_parent_child = At(2)});
+  (void)lookout->TakeOdometry({kStart_ns, "odom", "imu", At(10)});
+  Cloud(0);
+  ASSERT_TRUE(Next().has_value());
+  (void)Answer(Localized(At(108)));  // base_link is at 8 in odom
+  const Told told = lookout->TakeOdometry({kStart_ns + kSecond, "odom", "imu", At(11)});
+  EXPECT_TRUE(told.map_odom->T_parent_child.isApprox(At(100), 1e-9));
+}
+
+TEST_F(LookoutTest, WaitsALittleForOdometryOfTheScansTime) {
+  Begin({.mode = Mode::kAlways, .interval_s = 0.0, .odometry_wait_s = 0.1});
+  (void)Odom(0.9, At(0));
+  Cloud(1);
+  EXPECT_FALSE(Next().has_value());
+  EXPECT_EQ(lookout->NextChange_ns(), now_ns + 100 * kMs);
+  (void)Odom(1.1, At(1));
+  EXPECT_TRUE(Next().has_value());
+  (void)Answer(Localized());
+  Cloud(2);
+  EXPECT_FALSE(Next().has_value());
+  now_ns += 100 * kMs;
+  const auto question = Next();
+  ASSERT_TRUE(question.has_value()) << "without odometry rather than not at all";
+  EXPECT_FALSE(question->T_last_scan.has_value());
+  EXPECT_EQ(Value("clouds_without_odometry"), "1");
+}
+
+TEST_F(LookoutTest, BeginsAnewWhenTimeDoes) {
+  Begin({.mode = Mode::kAlways, .interval_s = 0.0});
+  (void)Odom(0, At(0));
+  (void)Odom(9, At(1));
+  Cloud(8);
+  ASSERT_TRUE(Next().has_value());
+  (void)Answer(Localized());
+  (void)Odom(0, At(0));
+  (void)Odom(9, At(1));
+  Cloud(2);
+  const auto question = Next();
+  ASSERT_TRUE(question.has_value());
+  EXPECT_TRUE(question->begins_anew);
+  EXPECT_FALSE(question->T_last_scan.has_value());
+}
+
+TEST_F(LookoutTest, PublishesMapToOdomWhileLocalizedAndIsSilentWhenLost) {
+  Begin({.mode = Mode::kAlways,
+         .stays = true,
+         .publishes_tf = true,
+         .interval_s = 0.0,
+         .num_misses_to_lost = 1});
+  EXPECT_FALSE(Odom(0, At(0)).map_odom.has_value());
+  (void)Odom(1, At(10));
+  Cloud(1);
+  ASSERT_TRUE(Next().has_value());
+  (void)Answer(Localized(At(110)));
+  const Told told = Odom(2, At(20));
+  ASSERT_TRUE(told.map_odom.has_value());
+  EXPECT_EQ(told.map_odom->parent, "map");
+  EXPECT_EQ(told.map_odom->child, "odom");
+  EXPECT_EQ(told.map_odom->stamp_ns, kStart_ns + 2 * kSecond);
+  EXPECT_TRUE(told.map_odom->T_parent_child.isApprox(At(100), 1e-9));
+  Cloud(2);
+  ASSERT_TRUE(Next().has_value());
+  (void)Answer(Missed());
+  EXPECT_FALSE(Odom(3, At(30)).map_odom.has_value());
+}
+
+TEST(Odometry, KeepsTheLastSecondsOnly) {
+  Odometry odometry;
+  for (int i = 0; i < 100'000; ++i) {
+    odometry.Add({.stamp_ns = kStart_ns + i * 10 * kMs, .T_parent_child = At(i)});
+  }
+  EXPECT_FALSE(odometry.At(kStart_ns + 900 * kSecond).has_value());
+  EXPECT_TRUE(odometry.At(kStart_ns + 995 * kSecond)->isApprox(At(99'500)));
+  odometry.Add({.stamp_ns = kStart_ns, .T_parent_child = At(1)});
+  EXPECT_FALSE(odometry.At(kStart_ns + 995 * kSecond).has_value()) << "time began anew";
+}
+
+}  // namespace
+}  // namespace scanloc::ros2
