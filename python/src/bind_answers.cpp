@@ -7,11 +7,16 @@
 #include "absl/strings/str_cat.h"
 #include "arrays.hpp"
 #include "bindings.hpp"
-#include "scanloc/core/answer.hpp"
+#include "scanloc/proto/messages.hpp"
 
 namespace nb = nanobind;
 
 namespace scanloc::python {
+namespace {
+
+using Matrix6 = nb::ndarray<nb::numpy, double, nb::shape<6, 6>, nb::c_contig>;
+
+}  // namespace
 
 void BindAnswers(nb::module_& m) {
   nb::enum_<Outcome>(m, "Outcome", "What is said of a scan.")
@@ -24,6 +29,7 @@ void BindAnswers(nb::module_& m) {
       .def_ro("place", &Candidate::place, "Index in the map, from 0.")
       .def_ro("session", &Candidate::session, "Index of the place's session.")
       .def_ro("session_name", &Candidate::session_name)
+      .def_ro("map", &Candidate::map, "Name of its map where several were asked, else ''.")
       .def_ro("distance", &Candidate::distance, "In [0, 1]; smaller is more alike.")
       .def_ro("confidence", &Candidate::confidence,
               "Probability that T_map_query is right; None but with the method auto.")
@@ -36,27 +42,50 @@ void BindAnswers(nb::module_& m) {
       .def_prop_ro(
           "T_map_query", [](const Candidate& c) { return ArrayOf(c.T_map_query); },
           nb::rv_policy::move,
-          "4x4 float64, metres: points in the query's sensor frame to the map frame.")
+          "4x4 float64, metres: points in the query's sensor frame to the map frame; with a mount, "
+          "in that of the robot's base.")
+      .def_prop_ro(
+          "covariance",
+          [](const Candidate& c) -> std::optional<Matrix6> {
+            if (!c.covariance) return std::nullopt;
+            const PoseCovariance& matrix = *c.covariance;  // symmetric
+            return ArrayOf<double, Matrix6>({matrix.data(), matrix.data() + 36}, {6, 6});
+          },
+          nb::rv_policy::move,
+          "6x6 float64, of T_map_query if it is right: x y z in the map [m^2], then the rotations "
+          "about the map's axes, roll pitch yaw [rad^2]; None but with the method auto.")
       .def("__repr__", [](const Candidate& c) {
         return absl::StrCat("<Candidate place ", c.place, ", distance ", c.distance, ">");
       });
 
-  nb::class_<Answer>(m, "Answer", "What is said to one query.")
-      .def_ro("outcome", &Answer::outcome)
-      .def_ro("reason", &Answer::reason, "Why this outcome, for a person.")
-      .def_ro("candidates", &Answer::candidates, "Best first.")
-      .def_ro("content_id", &Answer::content_id, "Of the map that gave the answer.")
-      .def_prop_ro("localized", [](const Answer& a) { return a.outcome == Outcome::kLocalized; })
+  using Reply = LocalizeReply;
+  nb::class_<Reply>(m, "Answer", "What is said to one query.")
+      .def_prop_ro("outcome", [](const Reply& r) { return r.answer.outcome; })
+      .def_prop_ro(
+          "reason", [](const Reply& r) { return r.answer.reason; },
+          "Why this outcome, for a person.")
+      .def_prop_ro(
+          "candidates", [](const Reply& r) { return r.answer.candidates; }, "Best first.")
+      .def_prop_ro(
+          "content_id", [](const Reply& r) { return r.answer.content_id; },
+          "Of the map that gave the answer.")
+      .def_ro("map", &Reply::map, "Name of the map that gave the answer.")
+      .def_prop_ro(
+          "stamp_ns", [](const Reply& r) { return r.header.stamp_ns; }, "As the query had it.")
+      .def_prop_ro(
+          "frame_id", [](const Reply& r) { return r.header.frame_id; }, "As the query had it.")
+      .def_prop_ro("localized",
+                   [](const Reply& r) { return r.answer.outcome == Outcome::kLocalized; })
       .def_prop_ro(
           "T_map_query",
-          [](const Answer& a) -> std::optional<Matrix> {
-            if (a.outcome != Outcome::kLocalized) return std::nullopt;
-            return ArrayOf(a.candidates.front().T_map_query);
+          [](const Reply& r) -> std::optional<Matrix> {
+            if (r.answer.outcome != Outcome::kLocalized) return std::nullopt;
+            return ArrayOf(r.answer.candidates.front().T_map_query);
           },
           nb::rv_policy::move,
           "Of the best candidate where the outcome is LOCALIZED, else None. 4x4 float64, metres.")
-      .def("__repr__", [](const Answer& a) {
-        return absl::StrCat("<Answer ", OutcomeName(a.outcome), ": ", a.reason, ">");
+      .def("__repr__", [](const Reply& r) {
+        return absl::StrCat("<Answer ", OutcomeName(r.answer.outcome), ": ", r.answer.reason, ">");
       });
 }
 

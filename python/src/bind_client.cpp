@@ -9,8 +9,10 @@
 
 #include "absl/strings/str_cat.h"
 #include "arrays.hpp"
+#include "asking.hpp"
 #include "bindings.hpp"
-#include "query_options.hpp"
+#include "errors.hpp"
+#include "keywords.hpp"
 #include "scanloc/client/client.hpp"
 
 namespace nb = nanobind;
@@ -106,31 +108,33 @@ void BindClient(nb::module_& m) {
       .def(
           "localize",
           [](const PythonClient& self, nb::handle points, const std::string& map, bool send_scan,
-             const std::optional<std::string>& method, std::optional<int> num_candidates,
-             std::optional<double> threshold, std::optional<double> min_confidence,
-             int max_answers) {
-            const Scan scan(points);
-            const client::RequestOptions options{
-                .map = map,
-                .query = QueryOf(method, num_candidates, threshold, min_confidence, max_answers)};
-            return Unlocked([&]() -> absl::StatusOr<Answer> {
-              const client::Client& client = self.get();
-              absl::StatusOr<LocalizeReply> reply =
-                  send_scan ? client.LocalizeScan(scan.points(), options)
-                            : client.LocalizeByDescriptor(scan.points(), options);
-              if (!reply.ok()) return reply.status();
-              return std::move(reply->answer);
-            });
+             const nb::kwargs& options) {
+            Keywords keywords(options);
+            client::RequestOptions request = TakeRequest(keywords);
+            keywords.CheckAllTaken();
+            request.map = map;
+            return Ask(self.get(), points, request, send_scan);
           },
           nb::arg("points").none(), nb::arg("map") = "", nb::arg("send_scan") = false,
-          SCANLOC_QUERY_ARGS,
-          nb::sig("def localize(self, points: numpy.typing.ArrayLike, map: str = '', send_scan: "
-                  "bool = False, *, method: str | None = None, num_candidates: int | None = None, "
-                  "threshold: float | None = None, min_confidence: float | None = None, "
-                  "max_answers: int = 1) -> Answer"),
-          "Where a scan was taken. points: as for Describer.describe. map: '' stands for the only "
-          "one. The scan is described here and some kilobytes are sent, or, with send_scan, 12 "
-          "bytes a point; the answer is the same.")
+          nb::arg("options"),
+          nb::sig("def localize(self, points: numpy.typing.ArrayLike | ScanDescriptor, map: str = "
+                  "'', send_scan: bool = False, *, " SCANLOC_REQUEST_KEYWORDS ") -> Answer"),
+          "Where a scan was taken. points: as for Describer.describe, or what that gave. map: '' "
+          "asks all that the server has, and the candidates say which. The scan is described here "
+          "and some kilobytes are sent, or, with send_scan or several maps, 12 bytes a point; the "
+          "answer is the same.")
+      .def(
+          "stream",
+          [](const PythonClient& self, const std::string& map, const nb::kwargs& options) {
+            Keywords keywords(options);
+            client::StreamOptions stream = TakeStream(keywords);
+            keywords.CheckAllTaken();
+            stream.map = map;
+            return OpenStream(self.get(), stream);
+          },
+          nb::arg("map") = "", nb::arg("options"),
+          nb::sig("def stream(self, map: str = '', *, " SCANLOC_STREAM_KEYWORDS ") -> RobotStream"),
+          "As Localizer.stream; map: '' stands for the only one.")
       .def("list_maps",
            [](const PythonClient& self) { return Unlocked([&] { return self.get().ListMaps(); }); })
       .def(

@@ -2,10 +2,12 @@
 #include <mutex>
 
 #include "arrays.hpp"
+#include "asking.hpp"
 #include "bindings.hpp"
+#include "errors.hpp"
+#include "keywords.hpp"
 #include "python_map.hpp"
-#include "query_options.hpp"
-#include "scanloc/core/localizer.hpp"
+#include "scanloc/client/offline_client.hpp"
 #include "scanloc/core/scan/descriptor.hpp"
 
 namespace nb = nanobind;
@@ -15,24 +17,24 @@ namespace {
 
 /// A describer is for one thread at a time.
 struct SharedDescriber {
-  explicit SharedDescriber(const Params& params) : describer(OrThrow(Describer::Create(params))) {}
+  explicit SharedDescriber(const Params& params)
+      : signature(DescriptorSignature(params)), describer(OrThrow(Describer::Create(params))) {}
 
-  absl::StatusOr<ScanDescriptor> Describe(const Scan& scan) {
+  absl::StatusOr<SignedDescriptor> Describe(const Scan& scan) {
     const std::lock_guard<std::mutex> lock(mutex);
-    return describer.Describe(scan.points());
+    return SignedDescriptor{signature, describer.Describe(scan.points())};
   }
 
+  const std::string signature;
   std::mutex mutex;
   Describer describer;
 };
 
 struct PythonLocalizer {
   explicit PythonLocalizer(const PythonMap& map)
-      : localizer(Unlocked([&] { return Localizer::Create(map.map); })),
-        describer(map.map->params) {}
+      : client(Unlocked([&] { return client::OfflineClient::Create(map.map); })) {}
 
-  std::shared_ptr<const Localizer> localizer;
-  SharedDescriber describer;
+  std::shared_ptr<const client::OfflineClient> client;
 };
 
 nb::object ContextArray(const Context& context) {
@@ -46,26 +48,29 @@ nb::object ContextArray(const Context& context) {
   return nb::cast(ArrayOf(std::move(cells), {rows, cols}));
 }
 
-nb::object PostArray(const ScanDescriptor& descriptor) {
+nb::object PostArray(const SignedDescriptor& of) {
+  const std::vector<Post>& posts = of.descriptor.structure.posts;
   std::vector<float> posts_m;
-  for (const Post& post : descriptor.structure.posts) {
+  for (const Post& post : posts) {
     posts_m.push_back(static_cast<float>(post.x_cm) * 0.01F);
     posts_m.push_back(static_cast<float>(post.y_cm) * 0.01F);
   }
-  const std::size_t num_posts = descriptor.structure.posts.size();
-  return nb::cast(ArrayOf(std::move(posts_m), {num_posts, 2}));
+  return nb::cast(ArrayOf(std::move(posts_m), {posts.size(), 2}));
 }
 
 }  // namespace
 
 void BindLocalizer(nb::module_& m) {
-  nb::class_<ScanDescriptor>(m, "ScanDescriptor", "What a query needs of one scan.")
-      .def_ro("num_voxels", &ScanDescriptor::num_voxels, "Occupied voxels in range.")
+  nb::class_<SignedDescriptor>(m, "ScanDescriptor",
+                               "What a query needs of one scan; for maps of the same parameters.")
       .def_prop_ro(
-          "polar", [](const ScanDescriptor& d) { return ContextArray(d.polar); },
+          "num_voxels", [](const SignedDescriptor& d) { return d.descriptor.num_voxels; },
+          "Occupied voxels in range.")
+      .def_prop_ro(
+          "polar", [](const SignedDescriptor& d) { return ContextArray(d.descriptor.polar); },
           "Polar context: rings x sectors, uint16, heights above ground [cm]; None if disabled.")
       .def_prop_ro(
-          "cart", [](const ScanDescriptor& d) { return ContextArray(d.cart); },
+          "cart", [](const SignedDescriptor& d) { return ContextArray(d.descriptor.cart); },
           "Cart context: rows along x times columns along y, uint16 [cm]; None if disabled.")
       .def_prop_ro("posts", &PostArray,
                    "Upright things seen from above: N x 2 float32, x y in the levelled frame [m].");
@@ -89,28 +94,30 @@ void BindLocalizer(nb::module_& m) {
       .def(nb::init<const PythonMap&>(), nb::arg("map"), "Builds the search trees.")
       .def(
           "localize",
-          [](PythonLocalizer& self, nb::handle points, const std::optional<std::string>& method,
-             std::optional<int> num_candidates, std::optional<double> threshold,
-             std::optional<double> min_confidence, int max_answers) {
-            const Query query =
-                QueryOf(method, num_candidates, threshold, min_confidence, max_answers);
-            if (nb::isinstance<ScanDescriptor>(points)) {
-              const auto& descriptor = nb::cast<const ScanDescriptor&>(points);
-              return Unlocked([&] { return self.localizer->Localize(descriptor, query); });
-            }
-            const Scan scan(points);
-            return Unlocked([&]() -> absl::StatusOr<Answer> {
-              const absl::StatusOr<ScanDescriptor> descriptor = self.describer.Describe(scan);
-              if (!descriptor.ok()) return descriptor.status();
-              return self.localizer->Localize(*descriptor, query);
-            });
+          [](const PythonLocalizer& self, nb::handle points, const nb::kwargs& options) {
+            Keywords keywords(options);
+            const client::RequestOptions request = TakeRequest(keywords);
+            keywords.CheckAllTaken();
+            return Ask(*self.client, points, request);
           },
-          nb::arg("points").none(), SCANLOC_QUERY_ARGS,
-          nb::sig("def localize(self, points: numpy.typing.ArrayLike | ScanDescriptor, *, method: "
-                  "str | None = None, num_candidates: int | None = None, threshold: float | None = "
-                  "None, min_confidence: float | None = None, max_answers: int = 1) -> Answer"),
+          nb::arg("points").none(), nb::arg("options"),
+          nb::sig("def localize(self, points: numpy.typing.ArrayLike | ScanDescriptor, "
+                  "*, " SCANLOC_REQUEST_KEYWORDS ") -> Answer"),
           "Where a scan was taken. points: as for Describer.describe, or what that gave. What is "
-          "None is as the map has it; method: 'auto', 'pc', 'cc', 'a-pc' or 'a-cc'.");
+          "None is as the map has it; method: 'auto', 'pc', 'cc', 'a-pc' or 'a-cc'. stamp_ns and "
+          "frame_id come back with the answer.")
+      .def(
+          "stream",
+          [](const PythonLocalizer& self, const nb::kwargs& options) {
+            Keywords keywords(options);
+            const client::StreamOptions stream = TakeStream(keywords);
+            keywords.CheckAllTaken();
+            return OpenStream(*self.client, stream);
+          },
+          nb::arg("options"),
+          nb::sig("def stream(self, *, " SCANLOC_STREAM_KEYWORDS ") -> RobotStream"),
+          "For one robot that keeps moving. max_step_m: without odometry, farthest it goes between "
+          "two scans.");
 }
 
 }  // namespace scanloc::python

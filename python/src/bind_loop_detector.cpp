@@ -7,8 +7,10 @@
 #include "absl/strings/str_cat.h"
 #include "arrays.hpp"
 #include "bindings.hpp"
-#include "query_options.hpp"
+#include "errors.hpp"
+#include "keywords.hpp"
 #include "scanloc/core/loop_detector.hpp"
+#include "scanloc/proto/messages.hpp"
 
 namespace nb = nanobind;
 
@@ -59,25 +61,28 @@ void BindLoopDetector(nb::module_& m) {
            [](const Loop& loop) { return absl::StrCat("<Loop with place ", loop.place, ">"); });
 
   nb::class_<LoopAnswer>(m, "LoopAnswer", "What is said of a scan.")
-      .def_ro("answer", &LoopAnswer::answer, "As a Localizer over the places outside the window.")
+      .def_prop_ro(
+          "answer", [](const LoopAnswer& said) { return LocalizeReply{.answer = said.answer}; },
+          "As a Localizer over the places outside the window.")
       .def_ro("loop", &LoopAnswer::loop, "None unless the answer is LOCALIZED.");
 
   nb::class_<SharedLoopDetector>(m, "LoopDetector",
                                  "Loop closure inside one's own SLAM: a map that grows as it is "
                                  "driven. Threads take turns.")
       .def(nb::new_([](const Params& params, double window_s, int window_places,
-                       const std::optional<std::string>& method, std::optional<int> num_candidates,
-                       std::optional<double> threshold, std::optional<double> min_confidence,
-                       int max_answers) {
-             return new SharedLoopDetector(
-                 {.params = params,
-                  .query = QueryOf(method, num_candidates, threshold, min_confidence, max_answers),
-                  .window_s = window_s,
-                  .window_places = window_places});
+                       const nb::kwargs& options) {
+             Keywords keywords(options);
+             const Query query = TakeQuery(keywords);
+             keywords.CheckAllTaken();
+             return new SharedLoopDetector({.params = params,
+                                            .query = query,
+                                            .window_s = window_s,
+                                            .window_places = window_places});
            }),
            nb::arg("params").sig("Params()") = Params{}, nb::arg("window_s") = 30.0,
-           nb::arg("window_places") = 0, SCANLOC_QUERY_ARGS,
-           "Places less than window_s before a scan, and the last window_places, are left out.")
+           nb::arg("window_places") = 0, nb::arg("options"),
+           "Places less than window_s before a scan, and the last window_places, are left out. "
+           "options: method, num_candidates ... as for Localizer.localize.")
       .def(
           "add",
           [](SharedLoopDetector& self, nb::handle points, std::int64_t stamp_ns,

@@ -10,6 +10,7 @@
 #include "bindings.hpp"
 #include "python_map.hpp"
 #include "python_scans.hpp"
+#include "scanloc/core/scan/sensor_mount.hpp"
 #include "scanloc/mapdb/build_map.hpp"
 #include "scanloc/mapdb/calibrate_map.hpp"
 #include "scanloc/mapdb/check_session.hpp"
@@ -28,7 +29,8 @@ absl::StatusOr<PythonMap> Open(const std::string& path) {
 
 mapdb::SessionPlan PlanOf(const std::string& session, nb::handle T_map_scan,
                           const std::optional<std::vector<std::int64_t>>& stamps_ns,
-                          const std::optional<std::vector<std::string>>& names) {
+                          const std::optional<std::vector<std::string>>& names,
+                          const SensorMount& mount) {
   const std::vector<Pose> poses = PosesOf(T_map_scan, "T_map_scan");
   const auto check = [&](const char* name, std::size_t size) {
     if (size == poses.size()) return;
@@ -40,19 +42,24 @@ mapdb::SessionPlan PlanOf(const std::string& session, nb::handle T_map_scan,
   mapdb::SessionPlan plan{.name = session};
   for (std::size_t i = 0; i < poses.size(); ++i) {
     plan.scans.push_back({names ? (*names)[i] : absl::StrCat("scan-", i),
-                          stamps_ns ? (*stamps_ns)[i] : 0, poses[i]});
+                          stamps_ns ? (*stamps_ns)[i] : 0,
+                          TurnedOfSensor(mount, poses[i] * mount.T_base_sensor)});
   }
   return plan;
 }
 
 PythonMap Build(mapdb::BuildOptions options, nb::object given, const mapdb::SessionPlan& plan,
-                bool check, bool calibrate) {
+                const SensorMount& mount, bool check, bool calibrate) {
   if (nb::hasattr(given, "__len__") && nb::len(given) != plan.scans.size()) {
     throw StatusError(absl::InvalidArgumentError(absl::StrCat(
         "there are ", nb::len(given), " scans; T_map_scan has ", plan.scans.size(), " poses")));
   }
   PythonScans scans(std::move(given));
-  const auto load = [&](std::size_t i) { return scans(i); };
+  const auto load = [&](std::size_t i) {
+    absl::StatusOr<PointCloud> scan = scans(i);
+    if (scan.ok()) (void)ApplyMount(mount, *scan);
+    return scan;
+  };
   return UnlockedReading(scans, [&]() -> absl::StatusOr<PythonMap> {
     if (options.mode == mapdb::BuildMode::kAppend) {
       const absl::StatusOr<mapdb::MapInfo> info = mapdb::ReadInfo(options.path);
@@ -79,7 +86,8 @@ PythonMap Build(mapdb::BuildOptions options, nb::object given, const mapdb::Sess
 constexpr char kBuildDoc[] =
     "scans: a sequence of N arrays (see Describer.describe), or a function of the scan's number "
     "that gives one; threads of scanloc call it one at a time. T_map_scan: N x 4 x 4 or N x 3 x 4, "
-    "sensor to map frame [m]. stamps_ns: N int. check: refuse poses that contradict the scans "
+    "sensor to map frame [m]; with a mount, base to map frame. stamps_ns: N int. check: refuse "
+    "poses that contradict the scans "
     "before anything is written. calibrate: find the map's look-alikes. num_threads 0: one a "
     "processor.";
 
@@ -95,31 +103,37 @@ void BindMap(nb::module_& m) {
           [](const std::string& path, nb::object scans, nb::handle T_map_scan,
              const std::optional<std::vector<std::int64_t>>& stamps_ns,
              const std::optional<std::vector<std::string>>& names, const std::string& session,
-             const Params& params, bool check, bool calibrate, int num_threads) {
-            return Build({.path = path, .params = params, .num_threads = num_threads},
-                         std::move(scans), PlanOf(session, T_map_scan, stamps_ns, names), check,
-                         calibrate);
+             const Params& params, const SensorMount& mount, bool check, bool calibrate,
+             int num_threads, bool resume) {
+            const auto mode = resume ? mapdb::BuildMode::kResume : mapdb::BuildMode::kCreate;
+            return Build({.path = path, .mode = mode, .params = params, .num_threads = num_threads},
+                         std::move(scans), PlanOf(session, T_map_scan, stamps_ns, names, mount),
+                         mount, check, calibrate);
           },
           nb::arg("path"), nb::arg("scans"), nb::arg("T_map_scan").none(), nb::kw_only(),
           nb::arg("stamps_ns") = nb::none(), nb::arg("names") = nb::none(),
           nb::arg("session") = "drive", nb::arg("params").sig("Params()") = Params{},
-          nb::arg("check") = true, nb::arg("calibrate") = true, nb::arg("num_threads") = 0,
-          absl::StrCat("Writes a new map file and opens it. AlreadyExists if there is one. ",
+          nb::arg("mount").sig("SensorMount()") = SensorMount{}, nb::arg("check") = true,
+          nb::arg("calibrate") = true, nb::arg("num_threads") = 0, nb::arg("resume") = false,
+          absl::StrCat("Writes a new map file and opens it. AlreadyExists if there is one. resume: "
+                       "goes on with a build of the same arguments that was killed. ",
                        kBuildDoc)
               .c_str())
       .def_static(
           "append",
           [](const std::string& path, nb::object scans, nb::handle T_map_scan,
              const std::string& session, const std::optional<std::vector<std::int64_t>>& stamps_ns,
-             const std::optional<std::vector<std::string>>& names, bool check, bool calibrate,
-             int num_threads) {
+             const std::optional<std::vector<std::string>>& names, const SensorMount& mount,
+             bool check, bool calibrate, int num_threads) {
             return Build(
                 {.path = path, .mode = mapdb::BuildMode::kAppend, .num_threads = num_threads},
-                std::move(scans), PlanOf(session, T_map_scan, stamps_ns, names), check, calibrate);
+                std::move(scans), PlanOf(session, T_map_scan, stamps_ns, names, mount), mount,
+                check, calibrate);
           },
           nb::arg("path"), nb::arg("scans"), nb::arg("T_map_scan").none(), nb::arg("session"),
           nb::kw_only(), nb::arg("stamps_ns") = nb::none(), nb::arg("names") = nb::none(),
-          nb::arg("check") = true, nb::arg("calibrate") = true, nb::arg("num_threads") = 0,
+          nb::arg("mount").sig("SensorMount()") = SensorMount{}, nb::arg("check") = true,
+          nb::arg("calibrate") = true, nb::arg("num_threads") = 0,
           absl::StrCat("Adds a session to the file and opens it anew; maps opened before stay as "
                        "they were. ",
                        kBuildDoc)

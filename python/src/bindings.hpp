@@ -7,6 +7,8 @@ namespace scanloc::python {
 
 void BindParams(nanobind::module_& m);
 void BindAnswers(nanobind::module_& m);
+void BindQueries(nanobind::module_& m);
+void BindStreams(nanobind::module_& m);
 void BindMap(nanobind::module_& m);
 void BindLocalizer(nanobind::module_& m);
 void BindLoopDetector(nanobind::module_& m);

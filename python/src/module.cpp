@@ -5,7 +5,9 @@ NB_MODULE(_scanloc, m) {
   m.doc() = "scanloc: where a LiDAR scan was taken.";
   scanloc::python::TranslateErrors();
   scanloc::python::BindParams(m);
+  scanloc::python::BindQueries(m);
   scanloc::python::BindAnswers(m);
+  scanloc::python::BindStreams(m);
   scanloc::python::BindMap(m);
   scanloc::python::BindLocalizer(m);
   scanloc::python::BindLoopDetector(m);

@@ -1,5 +1,6 @@
 """Made scans: posts in the plane, seen from where a robot stands."""
 
+import contextlib
 import os
 import pathlib
 import select
@@ -59,17 +60,29 @@ def town(tmp_path_factory, scans, poses):
 
 
 @pytest.fixture(scope="session")
-def server(town):
-    """HOST:PORT of a scanlocd that serves the town, and a token that it wants."""
+def scanlocd():
+    """Serves maps, NAME=PATH each, while its context lasts; gives HOST:PORT."""
     binary = pathlib.Path(os.environ.get("SCANLOC_BIN_DIR", ".")) / "scanlocd"
     if not binary.exists():
         pytest.skip(f"there is no {binary}: build scanlocd, and set SCANLOC_BIN_DIR")
-    process = subprocess.Popen(
-        [str(binary), "--map", f"town={town.path}", "--listen", "127.0.0.1:0"],
-        stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
-    try:
-        assert select.select([process.stdout], [], [], 60)[0], "scanlocd is not ready"
-        yield process.stdout.readline().split()[-1]
-    finally:
-        process.terminate()
-        process.wait(30)
+
+    @contextlib.contextmanager
+    def serve(**maps):
+        named = [option for name, path in maps.items() for option in ("--map", f"{name}={path}")]
+        process = subprocess.Popen([str(binary), *named, "--listen", "127.0.0.1:0"],
+                                   stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
+        try:
+            assert select.select([process.stdout], [], [], 60)[0], "scanlocd is not ready"
+            yield process.stdout.readline().split()[-1]
+        finally:
+            process.terminate()
+            process.wait(30)
+
+    return serve
+
+
+@pytest.fixture(scope="session")
+def server(scanlocd, town):
+    """HOST:PORT of a scanlocd that serves the town."""
+    with scanlocd(town=town.path) as address:
+        yield address

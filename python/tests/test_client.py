@@ -18,8 +18,7 @@ def test_answers_as_the_map_does(server, town):
         answer = client.localize(query, "town", send_scan=send_scan)
         assert answer.outcome == scanloc.Outcome.LOCALIZED
         assert answer.content_id == town.content_id
-        # The wire has quaternions: rounded to the last bits.
-        np.testing.assert_allclose(answer.T_map_query, expected.T_map_query, rtol=0, atol=1e-9)
+        np.testing.assert_array_equal(answer.T_map_query, expected.T_map_query)
 
 
 def test_tells_of_the_maps(server, town):
@@ -30,6 +29,19 @@ def test_tells_of_the_maps(server, town):
         client.localize(scene(1), "nowhere")
     with pytest.raises(scanloc.InvalidArgument):
         client.localize(scene(1).astype(np.float64))
+
+
+def test_asks_all_maps_without_a_name(scanlocd, town, tmp_path, poses):
+    other = scanloc.Map.build(str(tmp_path / "other.scanloc"), [scene(50 + i) for i in range(12)],
+                              poses)
+    with scanlocd(town=town.path, other=other.path) as address:
+        client = scanloc.Client(address)
+        answer = client.localize(scene(53, pose(0.5, 1.0, 2.0)))
+        assert answer.localized and answer.map == "other" and answer.content_id == other.content_id
+        assert [c.map for c in answer.candidates] == ["other"]
+        assert client.localize(scene(5), "town").candidates[0].map == ""
+        with pytest.raises(scanloc.NotFound, match="other, town"):
+            client.stream()
 
 
 def test_threads_share_a_client(server):

@@ -89,7 +89,7 @@ def test_describes_once_and_asks_often(localizer, town):
     for method in ("auto", "a-pc"):
         assert localizer.localize(descriptor, method=method).candidates[0].place == 4
     other = scanloc.Describer(scanloc.Params({"polar.num_rings": 10})).describe(scene(4))
-    with pytest.raises(scanloc.InvalidArgument):
+    with pytest.raises(scanloc.FailedPrecondition):
         localizer.localize(other)
 
 

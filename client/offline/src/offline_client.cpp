@@ -150,6 +150,11 @@ absl::StatusOr<std::shared_ptr<const OfflineClient>> OfflineClient::Open(
     const std::string& map_file, const std::string& name) {
   auto map = mapdb::LoadMap(map_file);
   if (!map.ok()) return map.status();
+  return Create(std::make_shared<const Map>(*std::move(map)), name);
+}
+
+absl::StatusOr<std::shared_ptr<const OfflineClient>> OfflineClient::Create(
+    std::shared_ptr<const Map> map, const std::string& name) {
   auto state = std::make_shared<State>();
   state->info = InfoOf(name, *map);
   state->info.generation = 1;
@@ -157,7 +162,7 @@ absl::StatusOr<std::shared_ptr<const OfflineClient>> OfflineClient::Open(
   auto describer = Describer::Create(map->params);
   if (!describer.ok()) return describer.status();
   state->idle.push_back(*std::move(describer));
-  auto localizer = Localizer::Create(std::make_shared<const Map>(*std::move(map)));
+  auto localizer = Localizer::Create(std::move(map));
   if (!localizer.ok()) return localizer.status();
   state->localizer = *std::move(localizer);
   return std::shared_ptr<const OfflineClient>(new OfflineClient(std::move(state)));

@@ -17,6 +17,10 @@ class OfflineClient : public LocalizationClient {
   [[nodiscard]] static absl::StatusOr<std::shared_ptr<const OfflineClient>> Open(
       const std::string& map_file, const std::string& name = "map");
 
+  /// The same of a map in memory. Errors as of Localizer::Create.
+  [[nodiscard]] static absl::StatusOr<std::shared_ptr<const OfflineClient>> Create(
+      std::shared_ptr<const Map> map, const std::string& name = "map");
+
   ~OfflineClient() override;
   OfflineClient(const OfflineClient&) = delete;
   OfflineClient& operator=(const OfflineClient&) = delete;
