@@ -13,6 +13,6 @@ namespace scanloc::python {
 
 /// A RobotStream of Python.
 [[nodiscard]] nanobind::object OpenStream(const client::LocalizationClient& client,
-                                       const client::StreamOptions& options);
+                                          const client::StreamOptions& options);
 
 }  // namespace scanloc::python

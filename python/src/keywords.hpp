@@ -51,13 +51,13 @@ class Keywords {
   "method: str | None = None, num_candidates: int | None = None, "        \
   "threshold: float | None = None, min_confidence: float | None = None, " \
   "max_answers: int = 1, prior: Prior | None = None"
-#define SCANLOC_REQUEST_KEYWORDS             \
-  SCANLOC_QUERY_KEYWORDS                     \
-      ", mount: SensorMount | None = None, " \
-      "stamp_ns: int = 0, frame_id: str = ''"
-#define SCANLOC_STREAM_KEYWORDS              \
-  SCANLOC_QUERY_KEYWORDS                     \
-      ", mount: SensorMount | None = None, " \
-      "max_step_m: float = 20.0"
+#define SCANLOC_REQUEST_KEYWORDS         \
+  SCANLOC_QUERY_KEYWORDS                 \
+  ", mount: SensorMount | None = None, " \
+  "stamp_ns: int = 0, frame_id: str = ''"
+#define SCANLOC_STREAM_KEYWORDS          \
+  SCANLOC_QUERY_KEYWORDS                 \
+  ", mount: SensorMount | None = None, " \
+  "max_step_m: float = 20.0"
 
 }  // namespace scanloc::python

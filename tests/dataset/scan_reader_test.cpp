@@ -61,10 +61,9 @@ TEST(ScanReader, TellsTheFormatOfAStreamByItsBeginning) {
 }
 
 TEST(ScanReader, RefusesAStreamThatHoldsNoScan) {
-  for (const auto& [bytes, why] :
-       {std::pair<std::string, const char*>("", "is empty"),
-        {"1234567", "7 bytes"},
-        {"ply\nnonsense", "PLY"}}) {
+  for (const auto& [bytes, why] : {std::pair<std::string, const char*>("", "is empty"),
+                                   {"1234567", "7 bytes"},
+                                   {"ply\nnonsense", "PLY"}}) {
     const absl::Status status = ReadFromStream(bytes).status();
     EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument);
     EXPECT_THAT(std::string(status.message()), AllOf(HasSubstr("standard input"), HasSubstr(why)));

@@ -63,8 +63,8 @@ struct ScanFile {
 /// ResourceExhausted: out of memory. Any number of threads may read at once.
 [[nodiscard]] absl::StatusOr<Scan> ReadScan(const std::string& path);
 
-/// Reads one scan from a stream to its end: .pcd, .ply and .npy by how they begin, else KITTI's .bin.
-/// Errors as above, with the name in place of a path.
+/// Reads one scan from a stream to its end: .pcd, .ply and .npy by how they begin, else KITTI's
+/// .bin. Errors as above, with the name in place of a path.
 [[nodiscard]] absl::StatusOr<Scan> ReadScan(std::FILE* stream, const std::string& name);
 
 /// Likewise, by its layout:

@@ -84,9 +84,9 @@ struct ScanHeader {
 /// What a server says to one query.
 struct LocalizeReply {
   Answer answer;
-  std::string map;                        ///< name of the map that gave the answer; of several, the best
-  std::int64_t queue_ns = 0;              ///< waited for a free thread
-  std::int64_t decode_ns = 0;             ///< unpacking and checking the request
+  std::string map;             ///< name of the map that gave the answer; of several, the best
+  std::int64_t queue_ns = 0;   ///< waited for a free thread
+  std::int64_t decode_ns = 0;  ///< unpacking and checking the request
   std::optional<ScanCounts> scan_counts;  ///< if the query was a scan
   ScanHeader header = {};                 ///< as the query had it
 };
