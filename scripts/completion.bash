@@ -12,7 +12,7 @@ _scanloc() {
     mapfile -t COMPREPLY < <(compgen -W "$(grep -oE '^  (-h,)?--[A-Za-z0-9-]+' <<<"$help" |
       sed 's/.*--/--/')" -- "$word")
   elif [[ ${COMP_WORDS[0]##*/} == scanloc && $COMP_CWORD -eq 1 ]]; then
-    mapfile -t COMPREPLY < <(compgen -W "$(sed -n '/^Subcommands:/,$s/^  \([a-z]\+\) .*/\1/p' \
+    mapfile -t COMPREPLY < <(compgen -W "$(sed -n '/^Subcommands:/,/^$/s/^  \([a-z]\+\) .*/\1/p' \
       <<<"$help")" -- "$word")
   else
     mapfile -t COMPREPLY < <(compgen -f -- "$word")
