@@ -46,7 +46,7 @@ TEST(BagOnTheCommandLine, BuildsLocatesAndEvaluates) {
       ParseCsv(MustScanloc({"locate", map, "--bag", BagPath("zstd.mcap"), "--poses-from", "/odom",
                             "--bag-truth", "--csv", "-", "--quiet"}));
   ASSERT_EQ(judged.num_rows(), 7U);
-  EXPECT_NE(judged.Text(0, "error_m"), "");
+  EXPECT_NE(judged.Text(0, "true_x"), "");
   const json eval =
       json::parse(MustScanloc({"eval", map, "--bag", BagPath("zstd.mcap"), "--poses-from",
                                "tf:odom", "--method", "pc", "--json", "--quiet"}));
