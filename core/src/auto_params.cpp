@@ -39,14 +39,14 @@ AutoParams AutoParamsAtScale(double scale) {
        {&params.posts.cell_m, &params.posts.reach_m, &params.posts.min_extent_m,
         &params.ground.reach_m, &params.ground.cell_m, &params.ground.wide_m,
         &params.ground.narrow_m, &params.shortlist.bearing_ring_m, &params.verify.cutoff_m,
-        &params.verify.coarse_cell_m, &params.verify.fine_cell_m, &params.verify.overlap_m,
-        &params.verify.horizon_margin_m}) {
+        &params.verify.coarse_cell_m, &params.verify.fine_cell_m, &params.verify.met_m,
+        &params.verify.overlap_m, &params.verify.horizon_margin_m}) {
     *length_m *= scale;
   }
   Scale(scale, params.verify.first.steps);
   Scale(scale, params.verify.second.steps);
   Scale(scale, params.verify.at_once.steps);
-  Scale(scale, params.verify.fine);
+  Scale(scale, params.verify.fine.steps);
   if (scale < 1.0) params.evidence = IndoorEvidence();
   return params;
 }

@@ -67,6 +67,11 @@ bool ParseField(std::string_view text, std::vector<double>& values) {
   return true;
 }
 
+/// What of `auto` maps of version 3 do not hold.
+constexpr std::string_view kSinceVersion4[] = {"auto.verify.fine.num_posts",
+                                               "auto.verify.hopeless_by", "auto.verify.met_m",
+                                               "auto.verify.met_rad"};
+
 }  // namespace
 
 ParamTexts EncodeParams(const Params& params) {
@@ -84,10 +89,16 @@ absl::StatusOr<Params> DecodeParams(const ParamTexts& texts, int schema_version)
     text_of["structure.enabled"] = FieldText(false);
     text_of["search.min_confidence"] = FieldText(SearchParams{}.min_confidence);
   }
-  if (schema_version < 3) {
-    const AutoParams defaults;
-    VisitAutoFields(defaults, [&](const char* name, auto field, auto /*least*/, auto /*most*/) {
-      text_of[name] = FieldText(field);
+  if (schema_version < 4) {
+    double scale = AutoParams{}.scale;
+    if (const auto text = text_of.find("auto.scale"); text != text_of.end()) {
+      ParseField(text->second, scale);
+    }
+    const AutoParams usual = AutoParamsAtScale(scale);
+    VisitAutoFields(usual, [&](const char* name, auto field, auto /*least*/, auto /*most*/) {
+      const bool is_new = std::find(std::begin(kSinceVersion4), std::end(kSinceVersion4),
+                                    std::string_view(name)) != std::end(kSinceVersion4);
+      if (schema_version < 3 || is_new) text_of.try_emplace(name, FieldText(field));
     });
   }
   Params params;

@@ -117,8 +117,8 @@ TEST(VisitFields, NamesEveryFieldOnce) {
     names.insert(name);
     ++count;
   });
-  EXPECT_EQ(count, 22 + 77);
-  EXPECT_EQ(names.size(), 22U + 77U);
+  EXPECT_EQ(count, 22 + 81);
+  EXPECT_EQ(names.size(), 22U + 81U);
 }
 
 TEST(Method, NamesAreReadBack) {

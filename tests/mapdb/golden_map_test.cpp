@@ -16,6 +16,7 @@ namespace {
 struct Golden {
   int version;
   const char* content_id;
+  int compatible_version = version;
 
   [[nodiscard]] std::string Path() const {
     return test::SourceDir() + "/tests/data/golden_map_v" + std::to_string(version) + ".scanloc";
@@ -30,7 +31,8 @@ struct Golden {
 
 constexpr Golden kGoldens[] = {{1, "cfb06ece459fc7898dd2e31ec0f8b41b"},
                                {2, "fdba44550c143156202ea809d68c04e8"},
-                               {3, "c1e3c145e98f1c3f29e929981272aaea"}};
+                               {3, "c1e3c145e98f1c3f29e929981272aaea"},
+                               {4, "94d186b8448cc438c3e5d4e73314e275", 3}};
 
 class GoldenMap : public testing::TestWithParam<Golden> {};
 
@@ -44,7 +46,7 @@ TEST_P(GoldenMap, TellsWhatItHolds) {
   const auto info = ReadInfo(GetParam().Path());
   ASSERT_TRUE(info.ok()) << info.status();
   EXPECT_EQ(info->schema_version, GetParam().version);
-  EXPECT_EQ(info->compatible_version, GetParam().version);
+  EXPECT_EQ(info->compatible_version, GetParam().compatible_version);
   EXPECT_EQ(info->built_by, "scanloc 0.1.0");
   EXPECT_EQ(info->content_id, GetParam().content_id);
   EXPECT_FALSE(info->complete);

@@ -38,7 +38,7 @@ inline Context GoldenContext(int num_rows, int num_cols, int seed) {
 }
 
 /// Of every schema: numbers of auto came with schema 3, and those of older maps are the defaults.
-/// Those of schema 3 are none that a fit may change.
+/// Those of later schemas are none that a fit may change.
 inline Params GoldenParams(int version) {
   Params params = SmallParams();
   params.structure.enabled = version >= 2;
@@ -48,6 +48,13 @@ inline Params GoldenParams(int version) {
   });
   params.automatic.posts.reach_m = 61.25;
   params.automatic.ground.reach_m = 20.5;
+  if (version > 3) return params;
+  // What version 4 brought.
+  const VerificationParams usual = AutoParamsAtScale(params.automatic.scale).verify;
+  params.automatic.verify.hopeless_by = usual.hopeless_by;
+  params.automatic.verify.met_m = usual.met_m;
+  params.automatic.verify.met_rad = usual.met_rad;
+  params.automatic.verify.fine.num_posts = usual.fine.num_posts;
   return params;
 }
 
@@ -74,7 +81,7 @@ inline PlaceDescriptor GoldenDescriptor(int seed) {
 /// Makes a map of two sessions: `morning` of 3 scans, the second one empty, and an unfinished
 /// `evening` of which 1 of 2 scans is done. Gives its content id.
 inline absl::Status MakeGoldenMap(const std::string& path) {
-  auto morning = mapdb::MapBuilder::Create(path, GoldenParams(3), GoldenPlan("morning", 3));
+  auto morning = mapdb::MapBuilder::Create(path, GoldenParams(4), GoldenPlan("morning", 3));
   if (!morning.ok()) return morning.status();
   if (absl::Status status = morning->Add(GoldenDescriptor(0)); !status.ok()) return status;
   if (absl::Status status = morning->Skip(mapdb::SkipReason::kEmpty); !status.ok()) return status;

@@ -4,8 +4,10 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <span>
 #include <utility>
 
+#include "absl/container/inlined_vector.h"
 #include "scan/simd.hpp"
 
 namespace scanloc {
@@ -91,33 +93,26 @@ SCANLOC_SIMD void AddRun(const ContextView& query, const ContextView& place, con
   }
 }
 
-SCANLOC_SIMD std::int64_t SquaredDifference(const std::int32_t* query, const std::int32_t* place,
-                                            int count) {
-  std::int64_t total = 0;
-  for (int j = 0; j < count; ++j) {
-    const std::int64_t difference = place[j] - query[j];
-    total += difference * difference;
+/// The shift of first ... last with the least squared difference of the keys, the first of equal
+/// ones. The query's key goes on to both sides by as many columns as it is shifted.
+SCANLOC_SIMD int BestKeyShift(const std::int32_t* query, const std::int32_t* place, int num_cols,
+                              int first, int last) {
+  int best_shift = first;
+  std::int64_t best = std::numeric_limits<std::int64_t>::max();
+  for (int shift = first; shift <= last; ++shift) {
+    const std::int32_t* shifted = query - shift;
+    std::int64_t total = 0;
+    for (int j = 0; j < num_cols; ++j) {
+      // Keys are not negative, so that their difference has as many bits.
+      const std::int32_t difference = place[j] - shifted[j];
+      total += std::int64_t{difference} * difference;
+    }
+    if (total < best) {
+      best = total;
+      best_shift = shift;
+    }
   }
-  return total;
-}
-
-/// Squared L2 distance between the aligning keys; a map column that no query column lies on is
-/// compared with 0.
-std::int64_t KeyDistance(const ContextView& query, const ContextView& place, int shift,
-                         ShiftMode mode) {
-  std::int64_t total = 0;
-  const Runs shifted = ShiftedRuns(place.num_cols, shift, mode);
-  for (const Run& run : shifted.runs) {
-    total += SquaredDifference(query.aligning_cm.data() + run.first + run.query_offset,
-                               place.aligning_cm.data() + run.first, run.last - run.first);
-  }
-  if (mode == ShiftMode::kCircular) return total;
-  for (int j = 0; j < place.num_cols; ++j) {
-    if (j == shifted.runs[0].first) j = shifted.runs[0].last;
-    if (j >= place.num_cols) break;
-    total += std::int64_t{place.aligning_cm[j]} * place.aligning_cm[j];
-  }
-  return total;
+  return best_shift;
 }
 
 /// First and last shift that the options allow.
@@ -166,16 +161,17 @@ double ShiftedDistance(const ContextView& query, const ContextView& place, int s
 
 int PreAlign(const ContextView& query, const ContextView& place, const AlignOptions& options) {
   const auto [first, last] = ShiftRange(place, options);
-  int best_shift = first;
-  std::int64_t best = std::numeric_limits<std::int64_t>::max();
-  for (int shift = first; shift <= last; ++shift) {
-    const std::int64_t distance = KeyDistance(query, place, shift, options.shift_mode);
-    if (distance < best) {
-      best = distance;
-      best_shift = shift;
-    }
+  // Round in a circle, or bare ground on either side: what no query column lies on is compared
+  // with 0.
+  const std::span<const std::int32_t> key = query.aligning_cm;
+  absl::InlinedVector<std::int32_t, 192> endless(3 * key.size(), 0);
+  for (const std::size_t turn : {0, 1, 2}) {
+    if (turn != 1 && options.shift_mode == ShiftMode::kBounded) continue;
+    std::copy(key.begin(), key.end(),
+              endless.begin() + static_cast<std::ptrdiff_t>(turn * key.size()));
   }
-  return best_shift;
+  return BestKeyShift(endless.data() + key.size(), place.aligning_cm.data(), place.num_cols, first,
+                      last);
 }
 
 Match AlignByKey(const ContextView& query, const ContextView& place, const AlignOptions& options) {

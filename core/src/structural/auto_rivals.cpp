@@ -70,15 +70,19 @@ std::vector<Hypothesis> AutoSearch::VerifyRivals(QueryMatch& match, const Struct
                                                  const SearchControl& control) const {
   const std::span<const Post> place = map_.structures[static_cast<std::size_t>(best.place)].posts;
   const RivalParams& params = match.params().rivals;
-  const CoarseStageParams& stage = match.params().verify.at_once;
+  const StageParams& stage = match.params().verify.at_once;
   const PlanarPoints coarse(place, static_cast<std::size_t>(stage.num_posts));
   std::vector<Hypothesis> rivals;
   match.SetPlace(place);
+  Hypothesis again = best;
+  match.LayCoarsely(coarse, stage.steps, again);
   for (const PlanarPose& guess : TurnedGuesses(place, best.T_place_query)) {
-    Hypothesis& rival = rivals.emplace_back(Hypothesis{best.place, guess});
+    Hypothesis rival{best.place, guess};
     match.LayCoarsely(coarse, stage.steps, rival);
+    if (rival.score < again.score - match.params().verify.hopeless_by) continue;
     rival.T_place_query = match.Settle(rival.T_place_query);
     rival.score = match.Score(rival.T_place_query);
+    rivals.push_back(rival);
   }
   for (const PlanarPose& guess : ShiftedGuesses(best.T_place_query, params)) {
     Hypothesis& rival = rivals.emplace_back(Hypothesis{best.place, match.Settle(guess)});

@@ -17,10 +17,13 @@ namespace {
 /// Collects hypotheses grouped by place, places in the order in which they were first proposed.
 class Proposals {
  public:
+  /// Of one place's, those are left out that would meet a known one at once.
+  explicit Proposals(const VerificationParams& params) : params_(params) {}
+
   void Add(std::int32_t place, double lateral_m, double yaw_rad) {
     const auto [it, is_new] = slots_.try_emplace(place, groups_.size());
     if (is_new) groups_.emplace_back();
-    groups_[it->second].push_back({place, {0.0, lateral_m, yaw_rad}, 0.0});
+    AddTo(groups_[it->second], {place, {0.0, lateral_m, yaw_rad}, 0.0});
   }
 
   /// As a place's groups have them, further headings.
@@ -29,7 +32,7 @@ class Proposals {
     for (std::vector<Hypothesis>& group : groups_) {
       const std::int32_t place = group.front().place;
       for (const double yaw_rad : headings_of(place)) {
-        group.push_back({place, {0.0, 0.0, yaw_rad}, 0.0});
+        AddTo(group, {place, {0.0, 0.0, yaw_rad}, 0.0});
       }
     }
   }
@@ -43,6 +46,11 @@ class Proposals {
   }
 
  private:
+  void AddTo(std::vector<Hypothesis>& group, const Hypothesis& hypothesis) const {
+    if (!HasMet(hypothesis, group, params_)) group.push_back(hypothesis);
+  }
+
+  const VerificationParams& params_;
   std::map<std::int32_t, std::size_t> slots_;
   std::vector<std::vector<Hypothesis>> groups_;
 };
@@ -156,7 +164,8 @@ std::array<std::vector<Hypothesis>, 2> AutoSearch::Propose(const ScanDescriptor&
   const std::int64_t retrieved_ns = control.Now_ns();
 
   // In turns, so that the best of both kinds are verified first should time run out.
-  std::array<Proposals, 2> proposals;
+  const VerificationParams& verify = map_.params.automatic.verify;
+  std::array<Proposals, 2> proposals = {Proposals(verify), Proposals(verify)};
   for (std::size_t i = 0; i < std::max(polar_found.size(), cart_found.size()); ++i) {
     Proposals& part = proposals[i < static_cast<std::size_t>(params.num_places) ? 0 : 1];
     if (i < polar_found.size()) {

@@ -7,6 +7,7 @@
 
 #include "scan/simd.hpp"
 #include "scanloc/core/scan/pose.hpp"
+#include "structural/bearing.hpp"
 
 namespace scanloc {
 namespace {
@@ -22,9 +23,7 @@ BearingGrid::BearingGrid(std::span<const Post> posts, double ring_m) {
     const float y_m = static_cast<float>(post.y_cm) * 0.01F;
     const auto index = static_cast<std::size_t>(std::sqrt(x_m * x_m + y_m * y_m) / ring);
     if (index >= rings_.size()) continue;
-    const double turns = std::atan2(y_m, x_m) / kSector_rad;
-    const auto sector = static_cast<unsigned>(static_cast<int>(std::floor(turns)) & 63);
-    rings_[index] |= std::uint64_t{1} << sector;
+    rings_[index] |= std::uint64_t{1} << SectorFromRear(x_m, y_m, kNumSectors);
   }
 }
 

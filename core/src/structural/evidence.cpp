@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "scanloc/core/scan/pose_difference.hpp"
+#include "structural/bearing.hpp"
 #include "structural/bearing_grid.hpp"
 
 namespace scanloc {
@@ -57,14 +58,19 @@ double MirrorScore(QueryMatch& match, std::span<const Post> query, std::span<con
     guesses.push_back({0.0, 0.0, yaw_rad});
   }
   match.SetPlace(mirrored);
-  const CoarseStageParams& stage = match.params().verify.at_once;
+  const StageParams& stage = match.params().verify.at_once;
   const PlanarPoints coarse(mirrored, static_cast<std::size_t>(stage.num_posts));
   double best = 0.0;
+  double best_coarse = 0.0;
+  std::vector<Hypothesis> laid;
   for (const PlanarPose& guess : guesses) {
-    Hypothesis hypothesis{.T_place_query = guess};
-    match.LayCoarsely(coarse, stage.steps, hypothesis);
-    best =
-        std::max({best, match.Score(guess), match.Score(match.Settle(hypothesis.T_place_query))});
+    best = std::max(best, match.Score(guess));
+    match.LayCoarsely(coarse, stage.steps, laid.emplace_back(Hypothesis{.T_place_query = guess}));
+    best_coarse = std::max(best_coarse, laid.back().score);
+  }
+  for (const Hypothesis& hypothesis : laid) {
+    if (hypothesis.score < best_coarse - match.params().verify.hopeless_by) continue;
+    best = std::max(best, match.Score(match.Settle(hypothesis.T_place_query)));
   }
   match.SetPlace(place);
   return best;
@@ -117,8 +123,7 @@ class FreeSpace {
   static constexpr std::size_t kNumSectors = 180;
 
   static std::size_t SectorOf(float x_m, float y_m) {
-    const float turns = std::atan2(y_m, x_m) / (2.0F * std::numbers::pi_v<float>)+0.5F;
-    return static_cast<std::size_t>(turns * static_cast<float>(kNumSectors)) % kNumSectors;
+    return static_cast<std::size_t>(SectorFromRear(x_m, y_m, static_cast<int>(kNumSectors)));
   }
 
   float clear_m_, clear_share_;

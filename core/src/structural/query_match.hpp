@@ -23,7 +23,7 @@ class QueryMatch {
   void LayCoarsely(const PlanarPoints& place, const RegistrationParams& steps,
                    Hypothesis& hypothesis) const;
 
-  /// The place that the following speak of; its posts must stay.
+  /// The place that the following speak of.
   void SetPlace(std::span<const Post> posts);
   /// T_place_query where the query lies best on the place, from a guess within the first width,
   /// registered until it moves no more.
@@ -41,11 +41,12 @@ class QueryMatch {
  private:
   AutoParams params_;
   PlanarPoints query_;
+  PlanarPoints few_;  // of these
   Horizon horizon_;
   DistanceField coarse_;
   DistanceField fine_;
   DistanceField place_field_;
-  std::span<const Post> place_;
+  PlanarPoints place_;
 };
 
 }  // namespace scanloc

@@ -6,13 +6,16 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
+#include <cstring>
 
 #include "scan/simd.hpp"
+#include "structural/horizon.hpp"
 
 namespace scanloc {
 namespace {
 
 constexpr std::size_t kBlock = PlanarPoints::kBlock;
+constexpr bool kIsLittleEndian = std::endian::native == std::endian::little;
 
 /// Points that fill up a block: out of reach of every field, so that they add nothing.
 constexpr float kFarPoint_m = 1.0e6F;
@@ -20,8 +23,9 @@ constexpr float kFarPoint_m = 1.0e6F;
 /// A field and where points lie in it under a pose; lengths in cells.
 struct Placed {
   Placed(const DistanceField& field, const PlanarPose& pose)
-      : distances_m(field.distances_m().data()),
+      : cells(field.cells().data()),
         side(field.side()),
+        unit_m(field.unit_m()),
         cell_m(field.cell_m()),
         cells_per_m(1.0F / field.cell_m()),
         cosine(static_cast<float>(std::cos(pose.yaw_rad)) * cells_per_m),
@@ -32,12 +36,12 @@ struct Placed {
                  0.5F),
         last(static_cast<float>(side) - 1.001F) {}
 
-  const float* __restrict distances_m;
+  const std::uint16_t* __restrict cells;
   int side;
-  float cell_m, cells_per_m, cosine, sine, origin_u, origin_v, last;
+  float unit_m, cell_m, cells_per_m, cosine, sine, origin_u, origin_v, last;
 };
 
-/// The four cells around a point and how far it lies between them.
+/// The four cells around a point and how far it lies between them; distances in the field's unit.
 struct Sample {
   Sample(const Placed& field, float turned_u, float turned_v) {
     // The outermost cells are at the cut-off: what lies beyond may as well lie on them.
@@ -48,10 +52,12 @@ struct Sample {
     between_columns = u - static_cast<float>(column);
     between_rows = v - static_cast<float>(row);
     const int cell = row * field.side + column;
-    low = field.distances_m[cell];
-    low_step = field.distances_m[cell + 1] - low;
-    high = field.distances_m[cell + field.side];
-    high_step = field.distances_m[cell + field.side + 1] - high;
+    const std::uint32_t lower = NeighborsAt(field.cells, cell);
+    const std::uint32_t upper = NeighborsAt(field.cells, cell + field.side);
+    low = First(lower);
+    low_step = Second(lower) - low;
+    high = First(upper);
+    high_step = Second(upper) - high;
   }
   [[nodiscard]] float along_row(float start, float step) const {
     return start + step * between_columns;
@@ -64,11 +70,27 @@ struct Sample {
   [[nodiscard]] float slope_u() const {
     return low_step * (1.0F - between_rows) + high_step * between_rows;
   }
-  [[nodiscard]] float distance_m() const {
+  [[nodiscard]] float distance() const {
     return along_row(low, low_step) + slope_v() * between_rows;
   }
 
   float between_columns, between_rows, low, low_step, high, high_step;
+
+ private:
+  /// Two cells of a row by one load.
+  static std::uint32_t NeighborsAt(const std::uint16_t* cells, int cell) {
+    std::uint32_t pair;
+    std::memcpy(&pair, cells + cell, sizeof(pair));
+    return pair;
+  }
+  static float First(std::uint32_t pair) {
+    return static_cast<float>(
+        static_cast<std::int32_t>(kIsLittleEndian ? pair & 0xffffU : pair >> 16U));
+  }
+  static float Second(std::uint32_t pair) {
+    return static_cast<float>(
+        static_cast<std::int32_t>(kIsLittleEndian ? pair >> 16U : pair & 0xffffU));
+  }
 };
 
 /// What the normal equations are made of: the six different elements of Σ w·J·Jᵀ, and Σ w·d·J.
@@ -81,6 +103,7 @@ SCANLOC_SIMD void AddUp(const Placed& placed, float width_m, const float* __rest
   const Placed field = placed;
   float lanes[kNumSums][kBlock] = {};
   const float inverse_width = 1.0F / width_m;
+  const float slope_unit = field.unit_m * field.cells_per_m;
   for (std::size_t begin = 0; begin < num_points; begin += kBlock) {
     for (std::size_t lane = 0; lane < kBlock; ++lane) {
       const float x = x_m[begin + lane];
@@ -88,22 +111,25 @@ SCANLOC_SIMD void AddUp(const Placed& placed, float width_m, const float* __rest
       const float turned_u = field.cosine * x - field.sine * y;
       const float turned_v = field.sine * x + field.cosine * y;
       const Sample sample(field, turned_u, turned_v);
-      const float distance = sample.distance_m();
-      const float gradient_x = sample.slope_u() * field.cells_per_m;
-      const float gradient_y = sample.slope_v() * field.cells_per_m;
+      const float distance = sample.distance() * field.unit_m;
+      const float gradient_x = sample.slope_u() * slope_unit;
+      const float gradient_y = sample.slope_v() * slope_unit;
       const float gradient_yaw = (gradient_y * turned_u - gradient_x * turned_v) * field.cell_m;
       const float scaled = distance * inverse_width;
       const float root = 1.0F / (1.0F + scaled * scaled);
       const float weight = root * root;
-      lanes[0][lane] += weight * gradient_x * gradient_x;
-      lanes[1][lane] += weight * gradient_x * gradient_y;
-      lanes[2][lane] += weight * gradient_x * gradient_yaw;
-      lanes[3][lane] += weight * gradient_y * gradient_y;
-      lanes[4][lane] += weight * gradient_y * gradient_yaw;
-      lanes[5][lane] += weight * gradient_yaw * gradient_yaw;
-      lanes[6][lane] += weight * distance * gradient_x;
-      lanes[7][lane] += weight * distance * gradient_y;
-      lanes[8][lane] += weight * distance * gradient_yaw;
+      const float weighted_x = weight * gradient_x;
+      const float weighted_y = weight * gradient_y;
+      const float weighted_yaw = weight * gradient_yaw;
+      lanes[0][lane] += weighted_x * gradient_x;
+      lanes[1][lane] += weighted_x * gradient_y;
+      lanes[2][lane] += weighted_x * gradient_yaw;
+      lanes[3][lane] += weighted_y * gradient_y;
+      lanes[4][lane] += weighted_y * gradient_yaw;
+      lanes[5][lane] += weighted_yaw * gradient_yaw;
+      lanes[6][lane] += weighted_x * distance;
+      lanes[7][lane] += weighted_y * distance;
+      lanes[8][lane] += weighted_yaw * distance;
     }
   }
   for (std::size_t i = 0; i < kNumSums; ++i) {
@@ -142,24 +168,71 @@ inline float ExpOfMinus(float x) {
   return power * std::bit_cast<float>((whole + 127) << 23);
 }
 
-/// Σ exp(-½ (d / overlap_m)²) over all points, one lane a point of a block.
-SCANLOC_SIMD float SumOverlap(const Placed& placed, float overlap_m, const float* __restrict x_m,
+/// exp(-½ (distance / overlap_m)²) of a point.
+inline float OverlapAt(const Placed& field, float turned_u, float turned_v, float precision) {
+  const float distance = Sample(field, turned_u, turned_v).distance();
+  return ExpOfMinus(precision * distance * distance);
+}
+
+/// Times a distance in the field's unit, squared, the exponent of the overlap.
+float PrecisionOf(const Placed& field, double overlap_m) {
+  const auto units = static_cast<float>(overlap_m) / field.unit_m;
+  return 0.5F / (units * units);
+}
+
+/// Σ over all points, one lane a point of a block.
+SCANLOC_SIMD float SumOverlap(const Placed& placed, float precision, const float* __restrict x_m,
                               const float* __restrict y_m, std::size_t num_points) {
   const Placed field = placed;
-  const float half_precision = 0.5F / (overlap_m * overlap_m);
   float lanes[kBlock] = {};
   for (std::size_t begin = 0; begin < num_points; begin += kBlock) {
     for (std::size_t lane = 0; lane < kBlock; ++lane) {
       const float x = x_m[begin + lane];
       const float y = y_m[begin + lane];
-      const float distance =
-          Sample(field, field.cosine * x - field.sine * y, field.sine * x + field.cosine * y)
-              .distance_m();
-      lanes[lane] += ExpOfMinus(half_precision * distance * distance);
+      lanes[lane] += OverlapAt(field, field.cosine * x - field.sine * y,
+                               field.sine * x + field.cosine * y, precision);
     }
   }
   float sum = 0.0F;
   for (const float lane : lanes) sum += lane;
+  return sum;
+}
+
+struct InSight {
+  float overlap = 0.0F;
+  int num_points = 0;
+};
+
+/// The same over the points within a horizon about the field's origin; and how many these are.
+SCANLOC_SIMD InSight SumOverlapWithin(const Placed& placed, const float* __restrict reach_squared_m,
+                                      float precision, const float* __restrict x_m,
+                                      const float* __restrict y_m, std::size_t num_points) {
+  const Placed field = placed;
+  const float middle = static_cast<float>(field.side) / 2.0F - 0.5F;
+  const float from_middle_u = field.origin_u - middle;
+  const float from_middle_v = field.origin_v - middle;
+  const float cell_squared_m = field.cell_m * field.cell_m;
+  float lanes[kBlock] = {};
+  int counts[kBlock] = {};
+  for (std::size_t begin = 0; begin < num_points; begin += kBlock) {
+    for (std::size_t lane = 0; lane < kBlock; ++lane) {
+      const float x = x_m[begin + lane];
+      const float y = y_m[begin + lane];
+      const float turned_u = field.cosine * x - field.sine * y;
+      const float turned_v = field.sine * x + field.cosine * y;
+      const float u = turned_u + from_middle_u;
+      const float v = turned_v + from_middle_v;
+      const int is_seen =
+          (u * u + v * v) * cell_squared_m < reach_squared_m[Horizon::SectorOf(u, v)] ? 1 : 0;
+      lanes[lane] += static_cast<float>(is_seen) * OverlapAt(field, turned_u, turned_v, precision);
+      counts[lane] += is_seen;
+    }
+  }
+  InSight sum;
+  for (std::size_t lane = 0; lane < kBlock; ++lane) {
+    sum.overlap += lanes[lane];
+    sum.num_points += counts[lane];
+  }
   return sum;
 }
 
@@ -177,51 +250,107 @@ PlanarPoints::PlanarPoints(std::span<const Post> posts, std::size_t max_points)
   const std::size_t num_padded = (size_ + kBlock - 1) / kBlock * kBlock;
   x_m_.assign(num_padded, kFarPoint_m);
   y_m_.assign(num_padded, kFarPoint_m);
+  if (size_ == 0) return;
+  // The i-th is post i · posts / points, without a division for each.
+  const std::size_t stride = posts.size() / size_;
+  const std::size_t rest = posts.size() % size_;
+  std::size_t post = 0;
+  std::size_t gathered = 0;
   for (std::size_t i = 0; i < size_; ++i) {
-    const Post& post = posts[i * posts.size() / size_];
-    x_m_[i] = static_cast<float>(post.x_cm) * 0.01F;
-    y_m_[i] = static_cast<float>(post.y_cm) * 0.01F;
+    x_m_[i] = static_cast<float>(posts[post].x_cm) * 0.01F;
+    y_m_[i] = static_cast<float>(posts[post].y_cm) * 0.01F;
+    post += stride;
+    gathered += rest;
+    if (gathered >= size_) {
+      gathered -= size_;
+      ++post;
+    }
   }
 }
 
 DistanceField::DistanceField(double cell_m, double reach_m, double cutoff_m)
     : cell_m_(static_cast<float>(cell_m)),
-      cutoff_m_(static_cast<float>(cutoff_m)),
+      unit_m_(static_cast<float>(cutoff_m) / kCutoff),
       reach_m_(static_cast<float>(reach_m)),
       side_(static_cast<int>(2.0 * (reach_m + cutoff_m) / cell_m) + 4),
-      distance_m_(static_cast<std::size_t>(side_) * static_cast<std::size_t>(side_) + kBlock) {}
+      radius_(static_cast<int>(cutoff_m / cell_m)),
+      stamp_row_(static_cast<std::size_t>(2 * radius_ + 1 + kStampBlock - 1) / kStampBlock *
+                 kStampBlock),
+      stamps_(static_cast<std::size_t>(kPhases * kPhases * (2 * radius_ + 1)) * stamp_row_),
+      cells_(static_cast<std::size_t>(side_) * static_cast<std::size_t>(side_) + stamp_row_) {
+  MakeStamps();
+}
 
-SCANLOC_SIMD void DistanceField::Fill(const PlanarPoints& posts) {
-  // Squared distances first: every post stamps the cells around it, block by block. What of a block
-  // lies beyond the cut-off, or in the next row, changes nothing.
-  std::fill(distance_m_.begin(), distance_m_.end(), cutoff_m_ * cutoff_m_);
-  const float cell_m = cell_m_;
-  const int radius = static_cast<int>(cutoff_m_ / cell_m);
-  const float centre = static_cast<float>(side_) / 2.0F;
-  for (std::size_t i = 0; i < posts.size(); ++i) {
-    if (std::abs(posts.x_m()[i]) > reach_m_ || std::abs(posts.y_m()[i]) > reach_m_) continue;
-    const float u = posts.x_m()[i] / cell_m + centre;
-    const float v = posts.y_m()[i] / cell_m + centre;
-    const int column = static_cast<int>(u) - radius;
-    const int row = static_cast<int>(v) - radius;
-    for (int begin = column; begin <= column + 2 * radius; begin += static_cast<int>(kBlock)) {
-      float dx_squared[kBlock];
-      for (std::size_t lane = 0; lane < kBlock; ++lane) {
-        const float dx = (static_cast<float>(begin + static_cast<int>(lane)) + 0.5F - u) * cell_m;
-        dx_squared[lane] = dx * dx;
-      }
-      float* cells = distance_m_.data() + static_cast<std::ptrdiff_t>(row) * side_ + begin;
-      for (int r = row; r <= row + 2 * radius; ++r, cells += side_) {
-        const float dy = (static_cast<float>(r) + 0.5F - v) * cell_m;
-        const float dy_squared = dy * dy;
-        for (std::size_t lane = 0; lane < kBlock; ++lane) {
-          const float squared = dx_squared[lane] + dy_squared;
-          cells[lane] = squared < cells[lane] ? squared : cells[lane];
+SCANLOC_SIMD void DistanceField::MakeStamps() {
+  const float units_per_cell = cell_m_ / unit_m_;
+  const auto from_centre = [&](int cell, int phase) {
+    return (static_cast<float>(cell - radius_) + 0.5F -
+            (static_cast<float>(phase) + 0.5F) / kPhases) *
+           units_per_cell;
+  };
+  std::uint16_t* __restrict stamp = stamps_.data();
+  for (int phase_v = 0; phase_v < kPhases; ++phase_v) {
+    for (int phase_u = 0; phase_u < kPhases; ++phase_u) {
+      for (int row = 0; row <= 2 * radius_; ++row, stamp += stamp_row_) {
+        const float dy = from_centre(row, phase_v);
+        for (std::size_t column = 0; column < stamp_row_; ++column) {
+          const float dx = from_centre(static_cast<int>(column), phase_u);
+          const float distance = __builtin_sqrtf(dx * dx + dy * dy) + 0.5F;
+          stamp[column] = static_cast<std::uint16_t>(
+              static_cast<std::int32_t>(distance < kCutoff ? distance : kCutoff));
         }
       }
     }
   }
-  for (float& cell : distance_m_) cell = __builtin_sqrtf(cell);
+}
+
+namespace {
+
+using StampBlock = std::uint16_t __attribute__((vector_size(2 * DistanceField::kStampBlock)));
+
+}  // namespace
+
+SCANLOC_SIMD void DistanceField::Fill(const PlanarPoints& posts) {
+  static_assert(kCutoff == 0xffffU);
+  std::memset(cells_.data(), 0xff, sizeof(cells_[0]) * cells_.size());
+  // As locals: the cells written could be any of the members for all the compiler knows.
+  const int side = side_;
+  const int radius = radius_;
+  const std::size_t stamp_row = stamp_row_;
+  const std::size_t stamp_size = static_cast<std::size_t>(2 * radius + 1) * stamp_row;
+  const std::uint16_t* const stamps = stamps_.data();
+  std::uint16_t* const cells = cells_.data();
+  const float reach_m = reach_m_;
+  const float cells_per_m = 1.0F / cell_m_;
+  const float centre = static_cast<float>(side) / 2.0F;
+  for (std::size_t i = 0; i < posts.size(); ++i) {
+    const float x_m = posts.x_m()[i];
+    const float y_m = posts.y_m()[i];
+    if (std::abs(x_m) > reach_m || std::abs(y_m) > reach_m) continue;
+    const float u = x_m * cells_per_m + centre;
+    const float v = y_m * cells_per_m + centre;
+    const int column = static_cast<int>(u);
+    const int row = static_cast<int>(v);
+    const int phase_u = static_cast<int>((u - static_cast<float>(column)) * kPhases);
+    const int phase_v = static_cast<int>((v - static_cast<float>(row)) * kPhases);
+    const std::uint16_t* stamp =
+        stamps + static_cast<std::size_t>(phase_v * kPhases + phase_u) * stamp_size;
+    std::uint16_t* corner =
+        cells + static_cast<std::ptrdiff_t>(row - radius) * side + (column - radius);
+    // What of a block lies beyond the stamp, or in the next row, is at the cut-off.
+    for (std::size_t begin = 0; begin < stamp_row; begin += kStampBlock) {
+      for (int r = 0; r <= 2 * radius; ++r) {
+        StampBlock nearer;
+        StampBlock known;
+        std::uint16_t* const block = corner + std::ptrdiff_t{r} * side + begin;
+        std::memcpy(&nearer, stamp + static_cast<std::size_t>(r) * stamp_row + begin,
+                    sizeof(nearer));
+        std::memcpy(&known, block, sizeof(known));
+        known = nearer < known ? nearer : known;
+        std::memcpy(block, &known, sizeof(known));
+      }
+    }
+  }
 }
 
 PlanarPose Register(const DistanceField& field, const PlanarPoints& points, const PlanarPose& guess,
@@ -233,12 +362,19 @@ PlanarPose Register(const DistanceField& field, const PlanarPoints& points, cons
   const double step_m = params.num_iterations < 2
                             ? 0.0
                             : (params.narrow_m - params.wide_m) / (params.num_iterations - 1);
+  Eigen::Vector3d last = Eigen::Vector3d::Zero();
+  double share = 1.0;
   for (int i = 0; i < params.num_iterations + params.max_settling; ++i) {
     const double width_m = i < params.num_iterations ? params.wide_m + step_m * i : params.narrow_m;
     Sums sums;
     AddUp(Placed(field, pose), static_cast<float>(width_m), points.x_m().data(),
           points.y_m().data(), points.x_m().size(), sums);
-    const Eigen::Vector3d step = Step(sums);
+    Eigen::Vector3d step = Step(sums);
+    // Within a cell of a post the field is flatter than it should be, and steps go twice too far:
+    // without this they would go to and fro for ever.
+    if (step.head<2>().dot(last.head<2>()) < 0.0) share *= 0.5;
+    step *= share;
+    last = step;
     pose.x_m -= step.x();
     pose.y_m -= step.y();
     pose.yaw_rad -= step.z();
@@ -262,9 +398,20 @@ Eigen::Matrix3d Information(const DistanceField& field, const PlanarPoints& poin
 double Overlap(const DistanceField& field, const PlanarPoints& points,
                const PlanarPose& T_field_points, double overlap_m) {
   if (points.empty()) return 0.0;
-  const float sum = SumOverlap(Placed(field, T_field_points), static_cast<float>(overlap_m),
-                               points.x_m().data(), points.y_m().data(), points.x_m().size());
+  const Placed placed(field, T_field_points);
+  const float sum = SumOverlap(placed, PrecisionOf(placed, overlap_m), points.x_m().data(),
+                               points.y_m().data(), points.x_m().size());
   return static_cast<double>(sum) / static_cast<double>(points.size());
+}
+
+double OverlapWithin(const Horizon& horizon, const DistanceField& field, const PlanarPoints& points,
+                     const PlanarPose& T_field_points, double overlap_m) {
+  const Placed placed(field, T_field_points);
+  const InSight sum =
+      SumOverlapWithin(placed, horizon.reach_squared_m().data(), PrecisionOf(placed, overlap_m),
+                       points.x_m().data(), points.y_m().data(), points.x_m().size());
+  if (sum.num_points == 0) return 0.0;
+  return static_cast<double>(sum.overlap) / sum.num_points;
 }
 
 }  // namespace scanloc

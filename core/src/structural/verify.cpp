@@ -15,7 +15,7 @@ bool Better(const Hypothesis& a, const Hypothesis& b) {
 }
 
 /// Registers each place's posts, at most so many, on the query's, and scores by their overlap.
-void Lay(const QueryMatch& query, PlaceStructures& places, const CoarseStageParams& stage,
+void Lay(const QueryMatch& query, PlaceStructures& places, const StageParams& stage,
          const SearchControl& control, std::vector<Hypothesis>& hypotheses) {
   PlanarPoints place;
   for (std::size_t i = 0; i < hypotheses.size(); ++i) {
@@ -33,18 +33,31 @@ void Lay(const QueryMatch& query, PlaceStructures& places, const CoarseStagePara
   std::stable_sort(hypotheses.begin(), hypotheses.end(), Better);
 }
 
+/// Of hypotheses, best first, those that have not met a better one of their place.
+std::vector<Hypothesis> Separate(const std::vector<Hypothesis>& hypotheses,
+                                 std::size_t max_hypotheses, const VerificationParams& params) {
+  std::vector<Hypothesis> separate;
+  for (const Hypothesis& hypothesis : hypotheses) {
+    if (separate.size() >= max_hypotheses) break;
+    if (!HasMet(hypothesis, separate, params)) separate.push_back(hypothesis);
+  }
+  return separate;
+}
+
 /// Lays all places on the query, so that one field does for all: first a few posts of each and few
 /// steps, which most hypotheses do not survive.
 void CoarsePass(const QueryMatch& query, PlaceStructures& places, const SearchControl& control,
                 std::vector<Hypothesis>& hypotheses) {
   const VerificationParams& params = query.params().verify;
-  const auto num_survivors = static_cast<std::size_t>(params.num_survivors);
   Lay(query, places, params.first, control, hypotheses);
-  if (hypotheses.size() > num_survivors) hypotheses.resize(num_survivors);
+  hypotheses = Separate(hypotheses, static_cast<std::size_t>(params.num_survivors), params);
   std::vector<Hypothesis> survivors = hypotheses;
   Lay(query, places, params.second, control, survivors);
   // Late before the second round began: the first round's word stands.
-  if (!survivors.empty()) hypotheses = std::move(survivors);
+  if (survivors.empty()) return;
+  std::erase_if(survivors, [least = survivors.front().score - params.hopeless_by](
+                               const Hypothesis& survivor) { return survivor.score < least; });
+  hypotheses = Separate(survivors, survivors.size(), params);
 }
 
 bool AreOfOneSpot(const UprightPose& a, const UprightPose& b, const SelectionParams& params) {
@@ -72,6 +85,17 @@ std::vector<Hypothesis> Select(const std::vector<Hypothesis>& hypotheses, PlaceS
 }
 
 }  // namespace
+
+bool HasMet(const Hypothesis& hypothesis, std::span<const Hypothesis> others,
+            const VerificationParams& params) {
+  return std::any_of(others.begin(), others.end(), [&](const Hypothesis& other) {
+    if (hypothesis.place != other.place) return false;
+    const PlanarPose& a = hypothesis.T_place_query;
+    const PlanarPose& b = other.T_place_query;
+    return Eigen::Vector2d(a.x_m - b.x_m, a.y_m - b.y_m).norm() < params.met_m &&
+           std::abs(WrapAngle(a.yaw_rad - b.yaw_rad)) < params.met_rad;
+  });
+}
 
 std::vector<Hypothesis> Verify(QueryMatch& query, std::vector<Hypothesis> hypotheses,
                                PlaceStructures& places, const SearchControl& control,

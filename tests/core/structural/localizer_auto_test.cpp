@@ -148,11 +148,12 @@ std::int64_t g_now_ns = 0;
 std::int64_t SecondsPassAtEveryLook() { return g_now_ns += 1'000'000'000; }
 
 TEST(LocalizerAuto, AnswersWithTheBestSoFarWhenItsBudgetIsSpent) {
-  const PostWorld world({1, 2, 3, 4, 5, 6});
+  const PostWorld world({3, 3, 3, 3, 3, 3});
   const ScanDescriptor query = world.Seen(3, Offset(0.3, 0.5, 0.0, 0.1));
-  const Answer answer = world.Ask(query, {}, TimedBy(&SecondsPassAtEveryLook, 8'000'000'000));
+  const Query several{.max_answers = 10};
+  const Answer answer = world.Ask(query, several, TimedBy(&SecondsPassAtEveryLook, 8'000'000'000));
   ASSERT_FALSE(answer.candidates.empty());
-  const Answer whole = world.Ask(query, {.max_answers = 10});
+  const Answer whole = world.Ask(query, several);
   EXPECT_LT(answer.candidates.size(), whole.candidates.size());
   // Spent before it began: an answer all the same.
   EXPECT_NE(world.Ask(query, {}, TimedBy(&SecondsPassAtEveryLook, 1)).outcome,

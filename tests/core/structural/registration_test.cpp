@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 #include <random>
 #include <vector>
 
@@ -60,6 +61,18 @@ TEST(Register, RecoversADisplacementAndATurn) {
   }
 }
 
+TEST(Register, SettlesWhereThePostsAreWhateverTheCell) {
+  for (const std::uint64_t seed : {11, 12, 13, 14, 15}) {
+    const std::vector<Post> posts = RandomPosts(seed, 200);
+    for (const float cell_m : {0.25F, 0.5F, 1.0F}) {
+      const PlanarPose found = Register(FieldOf(posts, cell_m), PlanarPoints(posts),
+                                        {0.6, -0.7, 0.02}, {10, 1.5, 0.7, 20});
+      EXPECT_LT(std::hypot(found.x_m, found.y_m), 0.1 * cell_m) << seed;
+      EXPECT_LT(std::abs(found.yaw_rad), 0.002);
+    }
+  }
+}
+
 TEST(Register, HoldsOutAgainstPostsThatAreGoneAndNew) {
   std::vector<Post> query = RandomPosts(2, 120);
   const PlanarPose truth{0.5, 0.5, 0.02};
@@ -108,10 +121,12 @@ TEST(DistanceField, HoldsTheDistanceToTheNearestColumn) {
               nearest, std::hypot(metres(column) - c.x_cm * 0.01, metres(row) - c.y_cm * 0.01));
         }
         const double told =
-            field.distances_m()[static_cast<std::size_t>(row * field.side() + column)];
-        // A cell that a post's stamp just misses is at the cut-off already.
-        EXPECT_TRUE(std::abs(told - std::min<double>(nearest, kCutoff_m)) < 1e-3 ||
-                    (told == kCutoff_m && nearest > kCutoff_m - cell_m))
+            field.unit_m() * field.cells()[static_cast<std::size_t>(row * field.side() + column)];
+        // Posts count as a sixteenth of a cell off, along x and y. A cell that a post's stamp just
+        // misses is at the cut-off already.
+        const double off_m = 1e-3 + std::numbers::sqrt2 / 16.0 * cell_m;
+        EXPECT_TRUE(std::abs(told - std::min<double>(nearest, kCutoff_m)) < off_m ||
+                    (told > kCutoff_m - 1e-6 && nearest > kCutoff_m - cell_m))
             << cell_m << ": " << told << " for " << nearest;
       }
     }
@@ -135,15 +150,30 @@ TEST(Inverse, UndoesAPose) {
   EXPECT_NEAR(twice.yaw_rad, pose.yaw_rad, 1e-12);
 }
 
-TEST(Horizon, LeavesOutWhatLiesBehindOrWhereNothingWasSeen) {
+TEST(OverlapWithin, LeavesOutWhatLiesBehindOrWhereNothingWasSeen) {
   // A wall 10 m ahead; nothing behind.
   std::vector<Post> wall;
   for (std::int16_t y_cm = -500; y_cm <= 500; y_cm += 50) wall.push_back({1000, y_cm});
+  const DistanceField field = FieldOf(wall, 0.25F);
+  const auto overlap = [&](const Horizon& horizon, const std::vector<Post>& posts, double yaw_rad) {
+    return OverlapWithin(horizon, field, PlanarPoints(posts), {0.0, 0.0, yaw_rad}, 0.5);
+  };
   const Horizon horizon(wall, 2.0);
-  const std::vector<Post> others = {{900, 0}, {1100, 0}, {1500, 0}, {-300, 0}};
-  EXPECT_EQ(horizon.Within(others, {}), (std::vector<Post>{{900, 0}, {1100, 0}}));
-  EXPECT_EQ(horizon.Within(others, {0.0, 0.0, M_PI}), (std::vector<Post>{{-300, 0}}));
-  EXPECT_TRUE(Horizon({}, 2.0).Within(others, {}).empty());
+  EXPECT_GT(overlap(horizon, {{1000, 0}}, 0.0), 0.9);
+  EXPECT_GT(overlap(horizon, {{1000, 0}, {1500, 0}, {-300, 0}}, 0.0), 0.9);
+  EXPECT_NEAR(overlap(horizon, {{1000, 0}, {800, 0}}, 0.0), 0.5, 0.05);
+  EXPECT_EQ(overlap(horizon, {{1000, 0}}, std::numbers::pi), 0.0);
+  EXPECT_EQ(overlap(Horizon({}, 2.0), {{1000, 0}}, 0.0), 0.0);
+}
+
+TEST(SectorFromRear, IsThatOfTheAzimuth) {
+  for (int i = 0; i < 3600; ++i) {
+    const double azimuth_rad = -std::numbers::pi + (i + 0.5) * 2.0 * std::numbers::pi / 3600;
+    EXPECT_EQ(SectorFromRear(static_cast<float>(3.0 * std::cos(azimuth_rad)),
+                             static_cast<float>(3.0 * std::sin(azimuth_rad)), 72),
+              i / 50);
+  }
+  EXPECT_EQ(SectorFromRear(0.0F, 0.0F, 72), 36);
 }
 
 }  // namespace

@@ -49,12 +49,12 @@ struct RegistrationParams {
   friend bool operator==(const RegistrationParams&, const RegistrationParams&) = default;
 };
 
-/// A first look at hypotheses: some posts of a place, evenly taken, and few steps.
-struct CoarseStageParams {
+/// A look at hypotheses: some posts, evenly taken, and how they are registered.
+struct StageParams {
   int num_posts;
   RegistrationParams steps;
 
-  friend bool operator==(const CoarseStageParams&, const CoarseStageParams&) = default;
+  friend bool operator==(const StageParams&, const StageParams&) = default;
 };
 
 /// Which hypotheses the fine stage looks at: of those nearer to each other than a spot's bounds,
@@ -75,12 +75,15 @@ struct VerificationParams {
   double cutoff_m = 3.0;       ///< distances of fields end here: as far as a hypothesis is drawn
   double coarse_cell_m = 1.0;  ///< of the distance field of the coarse stages
   double fine_cell_m = 0.5;    ///< of those of the fine one
-  CoarseStageParams first = {80, {3, 3.0, 2.4}};     ///< sees all hypotheses
-  int num_survivors = 160;                           ///< of the first stage
-  CoarseStageParams second = {250, {4, 2.2, 1.5}};   ///< sees those
-  CoarseStageParams at_once = {250, {6, 3.0, 1.5}};  ///< for a hypothesis that is not one of many
-  SelectionParams selection;                         ///< of the second stage, for the fine one
-  RegistrationParams fine = {10, 1.5, 0.7, 20};      ///< all posts of the best
+  StageParams first = {80, {3, 3.0, 2.4}};     ///< sees all hypotheses
+  int num_survivors = 160;                     ///< of the first stage
+  StageParams second = {250, {4, 2.2, 1.5}};   ///< sees those
+  StageParams at_once = {250, {6, 3.0, 1.5}};  ///< for a hypothesis that is not one of many
+  double hopeless_by = 0.2;   ///< with a score worse than the best by so much it is no rival
+  double met_m = 0.5;         ///< as near to a better one of its place it is the same ...
+  double met_rad = 0.1;       ///< ... if turned as it is, too
+  SelectionParams selection;  ///< of the second stage, for the fine one
+  StageParams fine = {300, {6, 1.5, 0.7, 12}};  ///< the query's posts; at last, all of them
   /// How well a post lies on another, exp(-½ (distance / this)²): noise, cells, other view.
   double overlap_m = 0.5;
   double horizon_margin_m = 2.0;  ///< beyond the farthest post in a direction still in sight
@@ -206,10 +209,14 @@ void VisitAutoFields(P& params, Visitor&& visit) {
   visit("auto.verify.at_once.num_iterations", params.verify.at_once.steps.num_iterations, 1, 100);
   visit("auto.verify.at_once.wide_m", params.verify.at_once.steps.wide_m, 0.01, 50.0);
   visit("auto.verify.at_once.narrow_m", params.verify.at_once.steps.narrow_m, 0.01, 50.0);
-  visit("auto.verify.fine.num_iterations", params.verify.fine.num_iterations, 1, 100);
-  visit("auto.verify.fine.wide_m", params.verify.fine.wide_m, 0.01, 50.0);
-  visit("auto.verify.fine.narrow_m", params.verify.fine.narrow_m, 0.01, 50.0);
-  visit("auto.verify.fine.max_settling", params.verify.fine.max_settling, 0, 100);
+  visit("auto.verify.hopeless_by", params.verify.hopeless_by, 0.0, 1.0);
+  visit("auto.verify.met_m", params.verify.met_m, 0.0, 50.0);
+  visit("auto.verify.met_rad", params.verify.met_rad, 0.0, 3.2);
+  visit("auto.verify.fine.num_posts", params.verify.fine.num_posts, 1, 8192);
+  visit("auto.verify.fine.num_iterations", params.verify.fine.steps.num_iterations, 1, 100);
+  visit("auto.verify.fine.wide_m", params.verify.fine.steps.wide_m, 0.01, 50.0);
+  visit("auto.verify.fine.narrow_m", params.verify.fine.steps.narrow_m, 0.01, 50.0);
+  visit("auto.verify.fine.max_settling", params.verify.fine.steps.max_settling, 0, 100);
   visit("auto.verify.selection.num_hypotheses", params.verify.selection.num_hypotheses, 1, 1000);
   visit("auto.verify.selection.max_per_spot", params.verify.selection.max_per_spot, 1, 1000);
   visit("auto.verify.selection.spot_radius_m", params.verify.selection.spot_radius_m, 0.1, 100.0);

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <cstddef>
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -46,26 +47,42 @@ class PlanarPoints {
 /// cutoff_m; between cells by bilinear interpolation, which evens out how walls were sampled.
 class DistanceField {
  public:
+  static constexpr std::size_t kStampBlock = 16;
+
   /// Of posts within ±reach_m; others are left out.
   DistanceField(double cell_m, double reach_m, double cutoff_m);
 
-  /// Replaces the posts. O(posts · (cutoff_m / cell_m)² + cells).
+  /// Replaces the posts; they count as if they stood where one of eight times eight to a cell is.
+  /// O(posts · (cutoff_m / cell_m)² + cells).
   void Fill(const PlanarPoints& posts);
 
   [[nodiscard]] float cell_m() const { return cell_m_; }
   [[nodiscard]] int side() const { return side_; }
+  /// What a distance of one in cells() is.
+  [[nodiscard]] float unit_m() const { return unit_m_; }
   /// side × side, row after row along y. The outermost cells are at the cut-off, as all beyond is.
-  [[nodiscard]] std::span<const float> distances_m() const {
-    return {distance_m_.data(), static_cast<std::size_t>(side_) * static_cast<std::size_t>(side_)};
+  [[nodiscard]] std::span<const std::uint16_t> cells() const {
+    return {cells_.data(), static_cast<std::size_t>(side_) * static_cast<std::size_t>(side_)};
   }
 
  private:
+  static constexpr float kCutoff = 65535.0F;  // in units
+  static constexpr int kPhases = 8;
+
+  void MakeStamps();
+
   float cell_m_;
-  float cutoff_m_;
+  float unit_m_;
   float reach_m_;
   int side_;
-  std::vector<float> distance_m_;  // and room for a block behind
+  int radius_;             // of a stamp [cells]
+  std::size_t stamp_row_;  // whole blocks
+  // The distances around a post, by where it stands in its cell: rows, columns, v, u.
+  std::vector<std::uint16_t> stamps_;
+  std::vector<std::uint16_t> cells_;  // and room for a block behind
 };
+
+class Horizon;
 
 /// T_field_points that lays the points on the field's posts, from a guess.
 [[nodiscard]] PlanarPose Register(const DistanceField& field, const PlanarPoints& points,
@@ -80,5 +97,10 @@ class DistanceField {
 /// points.
 [[nodiscard]] double Overlap(const DistanceField& field, const PlanarPoints& points,
                              const PlanarPose& T_field_points, double overlap_m);
+
+/// The same over those of the points that lie within the horizon of the field's scan; 0 without.
+[[nodiscard]] double OverlapWithin(const Horizon& horizon, const DistanceField& field,
+                                   const PlanarPoints& points, const PlanarPose& T_field_points,
+                                   double overlap_m);
 
 }  // namespace scanloc

@@ -37,6 +37,10 @@ class PlaceStructures {
                                             const PlanarPose& T_place_query) = 0;
 };
 
+/// Whether a hypothesis stands where another one of its place does.
+[[nodiscard]] bool HasMet(const Hypothesis& hypothesis, std::span<const Hypothesis> others,
+                          const VerificationParams& params);
+
 class QueryMatch;
 
 /// Lays the query on each hypothesis' place, coarsely for all, finely for the best; gives the
