@@ -114,13 +114,17 @@ absl::StatusOr<LocalizeReply> Client::LocalizeByDescriptor(PointView scan,
 
   absl::StatusOr<std::shared_ptr<CachedMap>> map = state_->cache.Find(options.map);
   if (*map == nullptr) map = fetch();
-  // Several maps may want several descriptors.
-  if (options.map.empty() && absl::IsNotFound(map.status())) return LocalizeScan(scan, options);
+  const auto are_several = [&](const absl::Status& status) {
+    return options.map.empty() && absl::IsNotFound(status);
+  };
+  // They may want several descriptors.
+  if (are_several(map.status())) return LocalizeScan(scan, options);
   if (!map.ok()) return map.status();
   auto reply = state_->LocalizeWith(**map, scan, options, *terms);
   if (absl::IsFailedPrecondition(reply.status())) {
     // Either the map has got other parameters, or the query asks for what it does not serve.
     const auto newer = fetch();
+    if (are_several(newer.status())) return LocalizeScan(scan, options);
     if (!newer.ok()) return newer.status();
     if ((*newer)->signature() == (*map)->signature()) return reply;
     map = newer;

@@ -105,6 +105,24 @@ TEST_F(ClientTest, DescribesAnewWhenTheMapGetsOtherParameters) {
       test::LocalizerOf(other)->Localize(Describer::Create(coarse)->Describe(scan)).value());
 }
 
+TEST_F(ClientTest, SendsTheScanWhereSeveralMapsWantDescriptors) {
+  Connect({{"town", test::SmallMap(1, kNumPlaces)}});
+  const PointCloud scan = test::QueryScan(1, 3);
+  ASSERT_TRUE(client_->LocalizeByDescriptor(scan).ok());
+  Params coarse;
+  coarse.polar.num_sectors = 40;
+  server_->maps().Add("village");
+  ASSERT_TRUE(server_->maps().Serve("village", "file", test::SmallMap(2, 4, coarse)).ok());
+  for (int i = 0; i < 2; ++i) {  // with the only map's parameters at hand, and without
+    const auto reply = client_->LocalizeByDescriptor(scan);
+    ASSERT_TRUE(reply.ok()) << reply.status();
+    EXPECT_EQ(reply->map, "town");
+    EXPECT_EQ(reply->answer.candidates.at(0).map, "town");
+    EXPECT_EQ(reply->answer.candidates.at(0).place, 3);
+    client_.emplace(*Client::Connect({.address = server_->address()}));
+  }
+}
+
 TEST_F(ClientTest, GoesOnWhenTheMapGetsOtherContent) {
   Connect({{"town", test::SmallMap(1, kNumPlaces)}});
   ASSERT_TRUE(client_->LocalizeByDescriptor(test::QueryScan(1, 3)).ok());
