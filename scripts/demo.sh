@@ -100,3 +100,4 @@ server_pid=""
 echo "stopped"
 printf '\nmap      %s\nanswers  %s\npicture  %s\n' \
   "$out/town.scanloc" "$out/answers.csv" "$out/answers.svg"
+[[ ! -d "$out/report" ]] || echo "report   $out/report"
