@@ -48,6 +48,19 @@ for of in core:close_loops offline:where_am_i_offline client:where_am_i; do
 done
 
 PATH=$work/prefix/bin:$PATH
+"$source_dir/scripts/man_pages.sh" "$work/man" "$work/prefix/bin/scanloc" "$work/prefix/bin/scanlocd"
+zgrep -q 'prior\\-heights' "$work/man/scanloc/scanloc-locate.1.gz"
+zgrep -q 'tls\\-cert' "$work/man/scanlocd/scanlocd.1.gz"
+completed=$(
+  . "$work/prefix/share/bash-completion/completions/scanloc"
+  COMP_WORDS=(scanloc locate --pri) COMP_CWORD=2
+  _scanloc
+  echo "${COMPREPLY[*]}"
+)
+[[ "$completed" == "--prior --prior-heights --prior-session" ]] || {
+  echo "completion offers: $completed" >&2
+  exit 1
+}
 scanloc simulate "$work/drive" --town-seed 1 --session-seed 1 --length-m 30 --quiet >/dev/null
 scanloc build "$work/town.scanloc" --scans "$work/drive" --poses "$work/drive/poses.txt" --quiet \
   >/dev/null
