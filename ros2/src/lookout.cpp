@@ -4,6 +4,8 @@
 #include <limits>
 #include <utility>
 
+#include "scanloc/dataset/deskew.hpp"
+
 namespace scanloc::ros2 {
 namespace {
 
@@ -107,7 +109,7 @@ bool Lookout::WantsScan() const {
 
 void Lookout::Decode(std::int64_t now_ns) {
   const ReceivedBytes cloud = *std::exchange(waiting_, std::nullopt);
-  auto decoded = dataset::DecodeCloud(dataset::WireFormat::kCdr, cloud.bytes, false);
+  auto decoded = dataset::DecodeCloud(dataset::WireFormat::kCdr, cloud.bytes, options_.deskews);
   if (!decoded.ok()) {
     ++counts_.refused;
     cloud_problem_ = std::string(decoded.status().message());
@@ -116,13 +118,29 @@ void Lookout::Decode(std::int64_t now_ns) {
   cloud_problem_.clear();
   decoded_ = *std::move(decoded);
   decoded_at_ns_ = now_ns;
+  sweep_end_ns_ = decoded_->head.stamp_ns;
+  for (const float offset_s : decoded_->offsets_s) {
+    sweep_end_ns_ = std::max(sweep_end_ns_, decoded_->head.stamp_ns + Ns(offset_s));
+  }
   if (first_decoded_at_ns_ == 0) first_decoded_at_ns_ = now_ns;
 }
 
 bool Lookout::AwaitsOdometry(std::int64_t now_ns) const {
   const std::optional<std::int64_t> newest_ns = odometry_.newest_ns();
-  return newest_ns && *newest_ns < decoded_->head.stamp_ns &&
+  return newest_ns && *newest_ns < sweep_end_ns_ &&
          now_ns < decoded_at_ns_ + Ns(options_.odometry_wait_s);
+}
+
+void Lookout::TakeMotionOut(const Pose& T_base_sensor, dataset::CloudMessage& cloud) {
+  if (cloud.offsets_s.empty() || cloud.offsets_s.size() != cloud.scan.points.size()) return;
+  const auto sensor_at = [&](std::int64_t stamp_ns) {
+    std::optional<Pose> T_odom_sensor = odometry_.At(stamp_ns);
+    if (T_odom_sensor) *T_odom_sensor = *T_odom_sensor * T_base_sensor;
+    return T_odom_sensor;
+  };
+  if (dataset::Deskew(sensor_at, cloud.head.stamp_ns, cloud.offsets_s, cloud.scan.points)) {
+    ++counts_.deskewed;
+  }
 }
 
 std::optional<Question> Lookout::NextQuestion(std::int64_t now_ns) {
@@ -134,11 +152,12 @@ std::optional<Question> Lookout::NextQuestion(std::int64_t now_ns) {
   // Time began anew: a bag is played again.
   if (cloud.head.stamp_ns < last_stamp_ns_) begins_anew_ = true;
   if (begins_anew_) T_odom_last_.reset();
-  Question question{
-      .scan = std::move(cloud.scan.points), .mount = options_.mount, .begins_anew = begins_anew_};
+  Question question{.mount = options_.mount, .begins_anew = begins_anew_};
   const std::optional<Pose> T_base_sensor = MountOf(cloud.head.frame);
   has_mount_ = T_base_sensor.has_value();
   question.mount.T_base_sensor = T_base_sensor.value_or(Pose::Identity());
+  TakeMotionOut(question.mount.T_base_sensor, cloud);
+  question.scan = std::move(cloud.scan.points);
   T_odom_asked_ = odometry_.At(cloud.head.stamp_ns);
   if (T_odom_asked_) {
     if (T_odom_last_) question.T_last_scan = T_odom_last_->inverse() * *T_odom_asked_;

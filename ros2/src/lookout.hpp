@@ -35,8 +35,9 @@ struct LookoutOptions {
   std::string base_frame = "base_link";  ///< of the robot, whose pose is told
   SensorMount mount;                     ///< how the sensor sits on it, and what is not seen
   bool knows_base = false;               ///< else T_base_sensor is as static transforms say
-  double interval_s = 1.0;       ///< from one question to the next while localized, in [0, 3600]
-  int num_misses_to_lost = 3;    ///< answers in a row that do not find the robot, in [1, 1000]
+  bool deskews = true;         ///< takes motion out of sweeps whose points have times, by odometry
+  double interval_s = 1.0;     ///< from one question to the next while localized, in [0, 3600]
+  int num_misses_to_lost = 3;  ///< answers in a row that do not find the robot, in [1, 1000]
   double odometry_wait_s = 0.1;  ///< longest that a scan waits for odometry of its time, in [0, 10]
 };
 
@@ -108,6 +109,7 @@ class Lookout {
     std::uint64_t passed_over = 0;
     std::uint64_t refused = 0;
     std::uint64_t without_odometry = 0;
+    std::uint64_t deskewed = 0;
     std::uint64_t errors = 0;
   };
 
@@ -117,6 +119,8 @@ class Lookout {
   /// T_base_sensor of clouds of a frame; none if it is not known.
   [[nodiscard]] std::optional<Pose> MountOf(const std::string& frame) const;
   [[nodiscard]] bool AwaitsMount(std::int64_t now_ns) const;
+  /// Takes the motion of the sensor out of the cloud, if it is known.
+  void TakeMotionOut(const Pose& T_base_sensor, dataset::CloudMessage& cloud);
   /// Looks into the scan that waits.
   void Decode(std::int64_t now_ns);
   void TakeError(const absl::Status& error, std::int64_t now_ns);
@@ -139,6 +143,7 @@ class Lookout {
   std::optional<ReceivedBytes> waiting_;          // the newest, not looked into
   std::optional<dataset::CloudMessage> decoded_;  // is asked about next
   std::int64_t decoded_at_ns_ = 0;
+  std::int64_t sweep_end_ns_ = 0;              // of what was decoded, by its stamps
   std::int64_t first_decoded_at_ns_ = 0;       // 0: none yet
   bool has_mount_ = true;                      // else it is not known
   std::optional<dataset::MessageHead> asked_;  // the question under way

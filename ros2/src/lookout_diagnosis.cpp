@@ -81,6 +81,7 @@ DiagnosticMessage Lookout::Diagnose() const {
   diagnosis.values.emplace_back("clouds_passed_over", absl::StrCat(counts_.passed_over));
   diagnosis.values.emplace_back("clouds_refused", absl::StrCat(counts_.refused));
   diagnosis.values.emplace_back("clouds_without_odometry", absl::StrCat(counts_.without_odometry));
+  diagnosis.values.emplace_back("clouds_deskewed", absl::StrCat(counts_.deskewed));
   diagnosis.values.emplace_back("errors", absl::StrCat(counts_.errors));
   if (last_reply_) AddAnswer(*last_reply_, diagnosis);
   return diagnosis;

@@ -142,6 +142,11 @@ void Options::DeclareFrames(CLI::App& app) {
                "Publish map -> odom, at every message of odometry while localized; the program "
                "then stays")
       ->group(group);
+  app.add_flag(
+         "--deskew,!--no-deskew", lookout.deskews,
+         "Take the robot's motion during a sweep out of it, where points have times and there "
+         "is odometry of that time [yes]")
+      ->group(group);
   app.add_option("--odom-wait", lookout.odometry_wait_s,
                  "Longest that a scan waits for odometry of its time [s]")
       ->check(InRange(0, 10))

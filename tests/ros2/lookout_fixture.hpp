@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "lookout.hpp"
 #include "ros2/ros_wire.hpp"
@@ -37,10 +38,11 @@ class LookoutTest : public ::testing::Test {
   void Begin(const LookoutOptions& options) { lookout.emplace(options); }
 
   /// A cloud of one point whose x is the stamp, in seconds since the start.
-  void Cloud(double at_s) {
-    auto bytes = std::make_shared<const std::string>(
-        test::CloudBytes({{static_cast<float>(at_s), 0, 0}},
-                         kStart_ns + static_cast<std::int64_t>(at_s * 1e9), cloud_frame));
+  void Cloud(double at_s) { Cloud(at_s, {{static_cast<float>(at_s), 0, 0}}, {}); }
+  /// Of points that were seen so long after the stamp.
+  void Cloud(double at_s, const PointCloud& points, const std::vector<float>& times_s) {
+    auto bytes = std::make_shared<const std::string>(test::CloudBytes(
+        points, kStart_ns + static_cast<std::int64_t>(at_s * 1e9), cloud_frame, times_s));
     const std::string_view view = *bytes;
     lookout->TakeCloud({.bytes = view, .owner = std::move(bytes)});
   }

@@ -90,6 +90,38 @@ TEST_F(LookoutTest, WaitsALittleForOdometryOfTheScansTime) {
   EXPECT_EQ(Value("clouds_without_odometry"), "1");
 }
 
+TEST_F(LookoutTest, TakesMotionOutOfASweepOnceItsEndIsKnown) {
+  const PointCloud wall = {{10, 0, 0}, {9.5F, 0, 0}, {9, 0, 0}};  // 10 m/s towards it
+  const std::vector<float> times_s = {0.0F, 0.05F, 0.1F};
+  for (const bool deskews : {true, false}) {
+    Begin({.mode = Mode::kOnce, .deskews = deskews});
+    (void)Odom(0.9, At(0));
+    (void)Odom(1.05, At(1.5));
+    Cloud(1, wall, times_s);
+    EXPECT_EQ(Next().has_value(), !deskews) << "it waits for odometry of the last point";
+    if (!deskews) continue;
+    (void)Odom(1.2, At(3));
+    const auto question = Next();
+    ASSERT_TRUE(question.has_value());
+    for (const Point& point : question->scan) EXPECT_NEAR(point.x, 10.0F, 0.01F);
+    EXPECT_EQ(Value("clouds_deskewed"), "1");
+  }
+}
+
+TEST_F(LookoutTest, AsksAboutASweepAsItIsWhereItsMotionIsNotKnown) {
+  Begin({.mode = Mode::kOnce});
+  (void)Odom(0.9, At(0));
+  (void)Odom(1.05, At(1.5));
+  const PointCloud wall = {{10, 0, 0}, {9, 0, 0}};
+  Cloud(1, wall, {0.0F, 0.1F});
+  EXPECT_FALSE(Next().has_value());
+  now_ns += 100 * kMs;
+  const auto question = Next();
+  ASSERT_TRUE(question.has_value());
+  EXPECT_EQ(question->scan, wall);
+  EXPECT_EQ(Value("clouds_deskewed"), "0");
+}
+
 TEST_F(LookoutTest, BeginsAnewWhenTimeDoes) {
   Begin({.mode = Mode::kAlways, .interval_s = 0.0});
   (void)Odom(0, At(0));

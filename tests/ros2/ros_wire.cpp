@@ -71,7 +71,7 @@ class Reader {
 };
 
 std::string Cloud(const CloudLies& lies, std::int64_t stamp_ns, const std::string& frame,
-                  const std::vector<std::uint8_t>& data) {
+                  const std::vector<std::uint8_t>& data, const char* fourth = "intensity") {
   Writer out;
   out.Head(stamp_ns, frame) << lies.height << lies.width << std::uint32_t{4};
   const auto field = [&](const char* name, std::uint32_t offset, std::uint8_t type) {
@@ -80,19 +80,22 @@ std::string Cloud(const CloudLies& lies, std::int64_t stamp_ns, const std::strin
   field("x", 0, 7);
   field("y", 4, 7);
   field("z", lies.z_offset, lies.z_type);
-  field("intensity", 12, 7);
+  field(fourth, 12, 7);
   out << false << lies.point_step << lies.point_step * lies.width << data << true;
   return out.bytes();
 }
 
 }  // namespace
 
-std::string CloudBytes(const PointCloud& points, std::int64_t stamp_ns, const std::string& frame) {
+std::string CloudBytes(const PointCloud& points, std::int64_t stamp_ns, const std::string& frame,
+                       const std::vector<float>& times_s) {
   std::vector<std::uint8_t> data(16 * points.size());
   for (std::size_t i = 0; i < points.size(); ++i) {
     std::memcpy(data.data() + 16 * i, &points[i], sizeof(Point));
+    if (!times_s.empty()) std::memcpy(data.data() + 16 * i + 12, &times_s[i], sizeof(float));
   }
-  return Cloud({.width = static_cast<std::uint32_t>(points.size())}, stamp_ns, frame, data);
+  return Cloud({.width = static_cast<std::uint32_t>(points.size())}, stamp_ns, frame, data,
+               times_s.empty() ? "intensity" : "time");
 }
 
 std::string LyingCloudBytes(const CloudLies& lies) {

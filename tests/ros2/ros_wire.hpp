@@ -13,9 +13,11 @@
 /// that is not ours, and what it hears was written by such.
 namespace scanloc::test {
 
-/// A sensor_msgs/PointCloud2 with x, y, z of FLOAT32 and an intensity.
+/// A sensor_msgs/PointCloud2 with x, y, z of FLOAT32 and an intensity, or the times given [s after
+/// the stamp].
 std::string CloudBytes(const PointCloud& points, std::int64_t stamp_ns,
-                       const std::string& frame = "base_link");
+                       const std::string& frame = "base_link",
+                       const std::vector<float>& times_s = {});
 
 /// How a cloud may lie about itself.
 struct CloudLies {
