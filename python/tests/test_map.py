@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 import scanloc
-from conftest import NUM_PLACES, place_pose, scene
+from conftest import NUM_PLACES, place_pose, pose, scene
 
 
 def test_tells_its_places_as_arrays(town, poses):
@@ -102,3 +102,25 @@ def test_evaluates(town, scans, poses):
         scanloc.evaluate(town, scans, poses, methods=["none"])
     with pytest.raises(scanloc.InvalidArgument):
         scanloc.evaluate(town, scans, poses[:3])
+
+
+def test_builds_with_a_mount(tmp_path, town, scans, poses):
+    """A sensor upside down, 1 m ahead of the base: the map is that of one which stands upright."""
+    T_base_sensor = np.diag([1.0, -1.0, -1.0, 1.0])
+    T_base_sensor[0, 3] = 1.0
+    hanging = [scan * np.float32([1, -1, -1]) for scan in scans]
+    built = scanloc.Map.build(str(tmp_path / "m.scanloc"), hanging, poses @ pose(-1.0, 0.0, 0.0),
+                              mount=scanloc.SensorMount(T_base_sensor=T_base_sensor))
+    np.testing.assert_allclose(built.T_map_place, town.T_map_place, atol=1e-9)
+    assert scanloc.Localizer(built).localize(scene(5)).candidates[0].place == 5
+
+
+def test_goes_on_with_a_build_of_the_same_scans_only(tmp_path, scans, poses):
+    path = str(tmp_path / "m.scanloc")
+    built = scanloc.Map.build(path, scans, poses, calibrate=False)
+    with pytest.raises(scanloc.AlreadyExists):
+        scanloc.Map.build(path, scans, poses)
+    again = scanloc.Map.build(path, scans, poses, calibrate=False, resume=True)
+    assert again.content_id == built.content_id
+    with pytest.raises(scanloc.FailedPrecondition):
+        scanloc.Map.build(path, scans, poses[::-1], check=False, resume=True)
