@@ -36,6 +36,17 @@ absl::Status RenameFile(const std::string& from, const std::string& to) {
   return SyncFolderOf(to);
 }
 
+absl::Status RenameNew(const std::string& from, const std::string& to) {
+  int error =
+      renameat2(AT_FDCWD, from.c_str(), AT_FDCWD, to.c_str(), RENAME_NOREPLACE) == 0 ? 0 : errno;
+  // Some file systems know no such rename: there the new name comes first, and the old one goes.
+  if (error == EINVAL || error == ENOSYS) {
+    error = link(from.c_str(), to.c_str()) == 0 && unlink(from.c_str()) == 0 ? 0 : errno;
+  }
+  if (error != 0) return ErrnoError(error, "make", to);
+  return SyncFolderOf(to);
+}
+
 absl::Status RemoveFile(const std::string& path) {
   if (unlink(path.c_str()) != 0) return ErrnoError(errno, "remove", path);
   return SyncFolderOf(path);

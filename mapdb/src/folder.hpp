@@ -11,6 +11,8 @@ namespace scanloc::mapdb {
 [[nodiscard]] absl::Status SyncFolderOf(const std::string& path);
 /// Renames a file, over another if there is one.
 [[nodiscard]] absl::Status RenameFile(const std::string& from, const std::string& to);
+/// Renames a file unless there is one of that name: AlreadyExists.
+[[nodiscard]] absl::Status RenameNew(const std::string& from, const std::string& to);
 [[nodiscard]] absl::Status RemoveFile(const std::string& path);
 
 }  // namespace scanloc::mapdb

@@ -121,6 +121,7 @@ absl::StatusOr<MapInfo> ReadInfo(const std::string& path) {
   info.schema_version = file->head.schema_version;
   info.compatible_version = file->head.compatible_version;
   info.built_by = file->head.built_by;
+  info.history = file->head.history;
   info.content_id = file->head.content_id;
   info.complete = file->head.complete();
   info.params = file->head.params;

@@ -136,6 +136,11 @@ absl::Status ReadVersions(Connection& connection, const std::vector<SchemaRow>& 
   head.compatible_version = *compatible;
   head.built_by = meta->at(schema::kBuiltByKey);
   head.content_id = meta->at(schema::kContentIdKey);
+  if (const auto entry = meta->find(schema::kHistoryKey); entry != meta->end()) {
+    absl::StatusOr<std::vector<HistoryEntry>> history = DecodeHistory(entry->second);
+    if (!history.ok()) return DamagedError(path, history.status().message());
+    head.history = *std::move(history);
+  }
   return absl::OkStatus();
 }
 

@@ -9,6 +9,7 @@
 #include "checksum.hpp"
 #include "encoding.hpp"
 #include "scanloc/core/params.hpp"
+#include "scanloc/mapdb/history.hpp"
 #include "sqlite.hpp"
 
 namespace scanloc::mapdb {
@@ -19,6 +20,7 @@ struct MapHead {
   int compatible_version = 0;
   std::string built_by;
   std::string content_id;
+  std::vector<HistoryEntry> history;
   ParamTexts param_texts;
   Params params;
   std::vector<SessionRow> sessions;

@@ -313,6 +313,14 @@ absl::Status MapWriter::Commit() {
   return TakeLock();
 }
 
+absl::Status MapWriter::WriteHistory(const std::string& history) {
+  absl::Status status =
+      InsertPairs(schema::kInsertMeta, {{schema::kHistoryKey, history}}, MetaChecksum);
+  if (!status.ok()) return status;
+  has_changes_ = true;
+  return Commit();
+}
+
 absl::Status MapWriter::ReplaceCalibration(const StoredCalibration& calibration) {
   if (absl::Status status = WriteCalibration(calibration, head_.content_id, connection_);
       !status.ok()) {

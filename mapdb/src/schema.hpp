@@ -78,6 +78,7 @@ inline constexpr const char* kVersionKey = "version";
 inline constexpr const char* kCompatibleVersionKey = "compatible_version";
 inline constexpr const char* kBuiltByKey = "built_by";
 inline constexpr const char* kContentIdKey = "content_id";
+inline constexpr const char* kHistoryKey = "history";  ///< only of maps made of others
 
 inline constexpr const char* kConfigureReader =
     "PRAGMA cell_size_check = ON; PRAGMA mmap_size = 0; PRAGMA temp_store = MEMORY";

@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -10,6 +11,8 @@
 #include "absl/status/statusor.h"
 #include "scanloc/core/map/map.hpp"
 #include "scanloc/core/params.hpp"
+#include "scanloc/core/scan/descriptor.hpp"
+#include "scanloc/mapdb/history.hpp"
 
 /// The map file (docs/map_format.md): one SQLite database, by convention named *.scanloc.
 ///
@@ -65,6 +68,7 @@ struct MapInfo {
   std::optional<Calibration> calibration;  ///< none: not calibrated since it last grew
   std::vector<ConfusablePair> confusable;  ///< worst first; empty where it is not calibrated
   std::string calibration_id;              ///< as in Map
+  std::vector<HistoryEntry> history;       ///< oldest first; empty: built from scans alone
 };
 
 /// One place as the file holds it, without its contexts.
@@ -83,6 +87,12 @@ struct PlaceRecord {
 
 /// All places in the order built; does not read the contexts.
 [[nodiscard]] absl::StatusOr<std::vector<PlaceRecord>> ReadPlaces(const std::string& path);
+
+/// Gives visit(place, descriptor) each place in the order built, each checked, until it returns an
+/// error. Holds one descriptor at a time.
+[[nodiscard]] absl::Status VisitDescriptors(
+    const std::string& path,
+    const std::function<absl::Status(std::size_t place, const PlaceDescriptor&)>& visit);
 
 /// Most lines that Verify gives.
 inline constexpr std::size_t kMaxProblems = 100;

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "scanloc/mapdb/history.hpp"
 
 namespace scanloc::mapdb {
 
@@ -14,10 +15,11 @@ namespace scanloc::mapdb {
 /// rename_sessions, the later gets the first free of NAME-2, NAME-3, ... AlreadyExists if there is
 /// a file at `out`; FailedPrecondition if an input is incomplete, parameters differ (names the
 /// first difference) or two sessions have one name; InvalidArgument without an input or a place;
-/// else the errors of map_file.hpp and MapBuilder, naming the input. On failure there is no file at
-/// `out`.
+/// else the errors of map_file.hpp and MapBuilder, naming the input. The file appears whole and on
+/// disk, or not at all. The history of the inputs and made_by, if it has a command, become its own.
 [[nodiscard]] absl::StatusOr<std::string> MergeMaps(const std::string& out,
                                                     const std::vector<std::string>& inputs,
-                                                    bool rename_sessions = false);
+                                                    bool rename_sessions = false,
+                                                    HistoryEntry made_by = {});
 
 }  // namespace scanloc::mapdb

@@ -1,0 +1,234 @@
+#include "copy_places.hpp"
+
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <optional>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "folder.hpp"
+#include "map_rows.hpp"
+#include "map_writer.hpp"
+#include "open_map.hpp"
+#include "scanloc/mapdb/map_builder.hpp"
+
+namespace scanloc::mapdb {
+namespace {
+
+constexpr std::size_t kCommitInterval = 1000;
+
+using Copies = std::vector<CopiedPlace>::const_iterator;
+
+void AddContext(const ContextShape& shape, const ContextValues& values,
+                PlaceDescriptor& descriptor) {
+  Context context{shape.num_rows, shape.num_cols, values.cells_cm};
+  if (shape.kind == DescriptorKind::kPolar) {
+    descriptor.polar.push_back(std::move(context));
+  } else {
+    descriptor.cart = std::move(context);
+  }
+}
+
+/// Writes the parts into a file, a session behind the other.
+class Copier {
+ public:
+  explicit Copier(std::string output) : output_(std::move(output)) {}
+
+  absl::Status Copy(const CopyPart& part) {
+    const absl::Status visited = VisitDescriptors(
+        part.source->path, [&](std::size_t place, const PlaceDescriptor& descriptor) {
+          if (next_ == part.places.size() ||
+              part.places[next_].place != static_cast<std::int64_t>(place)) {
+            return absl::OkStatus();
+          }
+          return Add(part, descriptor);
+        });
+    if (!visited.ok()) return visited;
+    if (next_ != part.places.size()) {
+      return absl::UnavailableError(
+          absl::StrCat("map '", part.source->path, "' was written meanwhile; try again"));
+    }
+    next_ = 0;
+    return absl::OkStatus();
+  }
+
+  absl::StatusOr<std::string> Finish() {
+    if (absl::Status status = EndSession(); !status.ok()) return status;
+    return content_id_;
+  }
+
+ private:
+  absl::Status Add(const CopyPart& part, const PlaceDescriptor& descriptor) {
+    const std::string& session = part.places[next_].session;
+    if (!builder_ || builder_->plan().name != session || num_added_ == num_planned_) {
+      if (absl::Status status = StartSession(part); !status.ok()) return status;
+    }
+    absl::Status status = builder_->Add(descriptor);
+    ++next_;
+    if (status.ok() && ++num_added_ % kCommitInterval == 0) status = builder_->Commit();
+    return status;
+  }
+
+  /// All that follow with the same name are of the session.
+  absl::Status StartSession(const CopyPart& part) {
+    if (absl::Status status = EndSession(); !status.ok()) return status;
+    SessionPlan plan{.name = part.places[next_].session, .scans = {}};
+    for (std::size_t i = next_; i < part.places.size() && part.places[i].session == plan.name;
+         ++i) {
+      const PlaceRecord& record =
+          part.source->places[static_cast<std::size_t>(part.places[i].place)];
+      plan.scans.push_back({record.scan, record.place.stamp_ns, part.places[i].T_map_place});
+    }
+    num_planned_ = plan.scans.size();
+    num_added_ = 0;
+    absl::StatusOr<MapBuilder> builder =
+        content_id_.empty() ? MapBuilder::Create(output_, part.source->info.params, std::move(plan))
+                            : MapBuilder::Append(output_, std::move(plan));
+    if (!builder.ok()) return builder.status();
+    builder_ = *std::move(builder);
+    return absl::OkStatus();
+  }
+
+  absl::Status EndSession() {
+    if (!builder_) return absl::OkStatus();
+    absl::StatusOr<std::string> id = builder_->Finish();
+    builder_.reset();
+    if (!id.ok()) return id.status();
+    content_id_ = *std::move(id);
+    return absl::OkStatus();
+  }
+
+  std::string output_;
+  std::optional<MapBuilder> builder_;
+  std::size_t num_planned_ = 0;  // of the session
+  std::size_t num_added_ = 0;
+  std::size_t next_ = 0;  // of the part's places
+  std::string content_id_;
+};
+
+std::vector<HistoryEntry> HistoryOf(const std::vector<CopyPart>& parts, HistoryEntry made_by) {
+  std::vector<HistoryEntry> history;
+  for (const CopyPart& part : parts) {
+    const std::vector<HistoryEntry>& inherited = part.source->info.history;
+    history.insert(history.end(), inherited.begin(), inherited.end());
+    made_by.parents.push_back(part.source->info.content_id);
+  }
+  if (!made_by.command.empty()) history.push_back(std::move(made_by));
+  return history;
+}
+
+absl::StatusOr<std::string> WriteParts(const std::string& path, const std::vector<CopyPart>& parts,
+                                       const std::vector<HistoryEntry>& history) {
+  Copier copier(path);
+  for (const CopyPart& part : parts) {
+    if (absl::Status status = copier.Copy(part); !status.ok()) return status;
+  }
+  absl::StatusOr<std::string> content_id = copier.Finish();
+  if (!content_id.ok() || history.empty()) return content_id;
+  absl::StatusOr<MapWriter> writer = MapWriter::Open(path);
+  if (!writer.ok()) return writer.status();
+  if (absl::Status s = writer->WriteHistory(EncodeHistory(history)); !s.ok()) return s;
+  if (absl::Status s = writer->Release(); !s.ok()) return s;
+  return content_id;
+}
+
+}  // namespace
+
+absl::Status VisitDescriptors(
+    const std::string& path,
+    const std::function<absl::Status(std::size_t place, const PlaceDescriptor&)>& visit) {
+  absl::StatusOr<Connection> connection = OpenForReading(path);
+  if (!connection.ok()) return connection.status();
+  const absl::StatusOr<MapHead> head = ReadHead(*connection);
+  if (!head.ok()) return head.status();
+  std::vector<PlaceRow> places;
+  const absl::StatusOr<ContentHasher> content =
+      VisitPlaces(*connection, *head, [&](const PlaceRow& row) {
+        places.push_back(row);
+        return absl::OkStatus();
+      });
+  if (!content.ok()) return content.status();
+  absl::StatusOr<DescriptorReader> descriptors = DescriptorReader::Open(*connection, *head);
+  if (!descriptors.ok()) return descriptors.status();
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    PlaceDescriptor descriptor;
+    descriptor.num_voxels = static_cast<std::uint32_t>(places[i].num_voxels);
+    absl::Status status =
+        descriptors->Read(places[i], [&](const ContextShape& shape, const ContextValues& values) {
+          AddContext(shape, values, descriptor);
+        });
+    if (!status.ok()) return status;
+    if (descriptors->has_structures()) descriptor.structure = descriptors->structure();
+    if (status = visit(i, descriptor); !status.ok()) return status;
+  }
+  return absl::OkStatus();
+}
+
+std::string FreeName(const std::string& name, const std::set<std::string>& taken) {
+  std::string free = name;
+  for (int i = 2; taken.contains(free); ++i) free = absl::StrCat(name, "-", i);
+  return free;
+}
+
+absl::Status CheckIsNew(const std::string& path) {
+  struct stat info = {};
+  if (lstat(path.c_str(), &info) != 0) return absl::OkStatus();
+  return absl::AlreadyExistsError(
+      absl::StrCat("there is a file '", path, "' already; remove it or choose another name"));
+}
+
+absl::StatusOr<CopySource> ReadSource(const std::string& path) {
+  CopySource source{.path = path};
+  absl::StatusOr<MapInfo> info = ReadInfo(path);
+  if (!info.ok()) return info.status();
+  source.info = *std::move(info);
+  if (!source.info.complete) {
+    return absl::FailedPreconditionError(
+        absl::StrCat("map '", path, "' is incomplete; finish its build with --resume first"));
+  }
+  absl::StatusOr<std::vector<PlaceRecord>> places = ReadPlaces(path);
+  if (!places.ok()) return places.status();
+  source.places = *std::move(places);
+  return source;
+}
+
+std::vector<CopiedPlace> AllPlaces(const CopySource& source) {
+  std::vector<CopiedPlace> copied;
+  copied.reserve(source.places.size());
+  for (std::size_t i = 0; i < source.places.size(); ++i) {
+    const Place& place = source.places[i].place;
+    copied.push_back({static_cast<std::int64_t>(i),
+                      source.info.sessions[static_cast<std::size_t>(place.session)].name,
+                      place.T_map_place});
+  }
+  return copied;
+}
+
+absl::StatusOr<std::string> WriteCopy(const std::string& out, const std::vector<CopyPart>& parts,
+                                      HistoryEntry made_by) {
+  if (absl::Status status = CheckIsNew(out); !status.ok()) return status;
+  bool is_empty = true;
+  for (const CopyPart& part : parts) {
+    is_empty = is_empty && part.places.empty();
+    const CopySource& first = *parts.front().source;
+    if (const std::string difference =
+            DescribeDifference(part.source->info.params, first.info.params);
+        !difference.empty()) {
+      return absl::FailedPreconditionError(
+          absl::StrCat("map '", part.source->path, "' has other parameters than '", first.path,
+                       "': ", difference, "; build one of them again"));
+    }
+  }
+  if (is_empty) return absl::InvalidArgumentError("the new map would have no place");
+  const std::string partial = absl::StrCat(out, ".partial-", getpid());
+  absl::StatusOr<std::string> content_id =
+      WriteParts(partial, parts, HistoryOf(parts, std::move(made_by)));
+  if (content_id.ok()) {
+    if (absl::Status status = RenameNew(partial, out); !status.ok()) content_id = status;
+  }
+  if (!content_id.ok()) unlink(partial.c_str());
+  return content_id;
+}
+
+}  // namespace scanloc::mapdb

@@ -1,0 +1,59 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "scanloc/core/params.hpp"
+#include "scanloc/core/scan/pose.hpp"
+#include "scanloc/mapdb/history.hpp"
+#include "scanloc/mapdb/map_file.hpp"
+
+/// New maps made of places of others: what merge, edit and refresh share.
+namespace scanloc::mapdb {
+
+/// What a map is to be made of.
+struct CopySource {
+  std::string path;
+  MapInfo info;
+  std::vector<PlaceRecord> places;  ///< of the file, all
+};
+/// FailedPrecondition: it is incomplete. Else the errors of map_file.hpp.
+[[nodiscard]] absl::StatusOr<CopySource> ReadSource(const std::string& path);
+
+/// A place of a source as the new map is to have it.
+struct CopiedPlace {
+  std::int64_t place = 0;  ///< in its source
+  std::string session;     ///< neighbours of one name become one session
+  Pose T_map_place = Pose::Identity();
+};
+/// All of a source, as they are.
+[[nodiscard]] std::vector<CopiedPlace> AllPlaces(const CopySource& source);
+
+/// Some places of one source, ascending.
+struct CopyPart {
+  const CopySource* source = nullptr;
+  std::vector<CopiedPlace> places;
+};
+
+/// Writes a new map of all parts, in their order, and gives its content id. Its history is that of
+/// the sources and made_by, with their content ids as parents, unless made_by has no command.
+///
+/// The file appears under its name in one step, whole and on disk, and only if there is none of
+/// that name: AlreadyExists. What a killed process leaves is named `OUT.partial-PID`.
+/// FailedPrecondition: sources of other parameters. InvalidArgument: no place at all.
+[[nodiscard]] absl::StatusOr<std::string> WriteCopy(const std::string& out,
+                                                    const std::vector<CopyPart>& parts,
+                                                    HistoryEntry made_by);
+
+/// The name, or the first of NAME-2, NAME-3, ... that is not taken.
+[[nodiscard]] std::string FreeName(const std::string& name, const std::set<std::string>& taken);
+
+/// AlreadyExists if there is a file of that name.
+[[nodiscard]] absl::Status CheckIsNew(const std::string& path);
+
+}  // namespace scanloc::mapdb
