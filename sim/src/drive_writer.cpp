@@ -1,9 +1,11 @@
 #include "scanloc/sim/drive_writer.hpp"
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <cerrno>
 #include <cstdio>
+#include <limits>
 #include <mutex>
 #include <string>
 #include <string_view>
@@ -72,6 +74,22 @@ std::string TimeRows(const SimulatedDrive& drive) {
   std::string text;
   for (std::size_t i = 0; i < drive.size(); ++i) {
     text += NumberText(static_cast<double>(drive.stamp_ns(i)) * 1e-9) + '\n';
+  }
+  return text;
+}
+
+/// How far each scan was taken from the nearest street that was rebuilt [m].
+std::string RebuiltRows(const SimulatedDrive& drive) {
+  std::string text;
+  for (std::size_t i = 0; i < drive.size(); ++i) {
+    const Eigen::Vector2d at = drive.T_map_sensor(i).translation().head<2>();
+    double nearest_m = std::numeric_limits<double>::infinity();
+    for (const Path& street : drive.town().rebuilt) {
+      for (const Eigen::Vector2d& point : street.points()) {
+        nearest_m = std::min(nearest_m, (point - at).norm());
+      }
+    }
+    text += NumberText(nearest_m) + '\n';
   }
   return text;
 }
@@ -159,6 +177,9 @@ absl::Status WriteDrive(const SimulatedDrive& drive, const fs::path& out, int nu
     const std::vector<Pose> reckoned =
         Reckon(poses, session.odometry_noise_percent, session.session_seed);
     if (auto s = WriteFile(out / "odometry.txt", PoseRows(reckoned)); !s.ok()) return s;
+  }
+  if (!drive.town().rebuilt.empty()) {
+    if (auto s = WriteFile(out / "rebuilt.txt", RebuiltRows(drive)); !s.ok()) return s;
   }
   return WriteFile(out / "poses.txt", PoseRows(poses));
 }

@@ -12,9 +12,4 @@ namespace scanloc::sim {
 [[nodiscard]] std::vector<Pose> PosesAlong(const Town& town, const SessionOptions& options);
 [[nodiscard]] std::vector<Pose> PosesAlong(const Walk& walk, const SessionOptions& options);
 
-/// The same poses as a robot reckons them that began at the first: scale, heading and height drift,
-/// so that after some hundred metres about `percent` of the distance is wrong.
-[[nodiscard]] std::vector<Pose> Reckon(const std::vector<Pose>& T_map_sensor, double percent,
-                                       std::uint64_t seed);
-
 }  // namespace scanloc::sim

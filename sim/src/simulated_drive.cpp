@@ -88,6 +88,10 @@ std::string Describe(const SimulateOptions& options) {
   };
   add("town_seed", std::to_string(town.town_seed));
   add("length_m", NumberText(town.length_m));
+  if (town.rebuilt_share > 0.0) {
+    add("rebuilt_share", NumberText(town.rebuilt_share));
+    add("rebuilt_seed", std::to_string(town.rebuilt_seed));
+  }
   add("session_seed", std::to_string(session.session_seed));
   add("lane_shift_m", NumberText(session.lane_shift_m));
   add("reverse", session.reverse ? "true" : "false");

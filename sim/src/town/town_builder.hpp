@@ -31,6 +31,8 @@ class TownBuilder {
 
   /// Builds one side of a street. `random` decides everything, so that sides are independent.
   void BuildSide(const Roadside& roadside, StreetClass street_class, Random random);
+  /// Leaves the ground that the solid stands on to it.
+  void KeepClearOf(const Solid& solid) { site_.Take(solid); }
 
  private:
   /// Measures of a building that may be repeated along a street.

@@ -18,6 +18,8 @@ using DriveProgress = std::function<void(std::size_t num_done, std::size_t num_t
 ///   OUT/times.txt                seconds, a line per scan
 ///   OUT/simulation.txt           the options
 ///   OUT/odometry.txt             the same poses as reckoned on the way; if asked for
+///   OUT/rebuilt.txt              how far each scan was taken from the nearest street that was
+///                                rebuilt [m]; if any was
 ///   OUT/poses.txt                T_map_sensor, 12 numbers a line (3×4, row-major); written last
 ///
 /// num_threads in [1, 256]. AlreadyExists if `out` is a file or a folder that is not empty;

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
@@ -82,5 +83,10 @@ class SimulatedDrive {
   explicit SimulatedDrive(std::unique_ptr<const State> state);
   std::unique_ptr<const State> state_;
 };
+
+/// The same poses as a robot reckons them that began at the first: scale, heading and height drift,
+/// so that after some hundred metres about `percent` of the distance is wrong.
+[[nodiscard]] std::vector<Pose> Reckon(const std::vector<Pose>& T_map_sensor, double percent,
+                                       std::uint64_t seed);
 
 }  // namespace scanloc::sim

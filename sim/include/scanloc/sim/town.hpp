@@ -15,6 +15,10 @@ struct TownOptions {
   std::uint64_t town_seed = 1;
   /// Length of the route through the town [m], in [20, 100000]. Towns of different lengths differ.
   double length_m = 1000.0;
+  /// Share of the route along which, years later, everything beside the street was torn down and
+  /// built anew, in [0, 1]: whole streets; the others stay as they are.
+  double rebuilt_share = 0.0;
+  std::uint64_t rebuilt_seed = 1;  ///< another number, other streets and other houses
 };
 
 /// OK, or InvalidArgument that names the first bad field.
@@ -123,6 +127,7 @@ struct Town {
   std::vector<Solid> fixed;       ///< buildings, walls, trees, poles, signs
   std::vector<Solid> changeable;  ///< hedges, containers: gone in some sessions
   std::vector<ParkingSlot> parking;
+  std::vector<Path> rebuilt;  ///< centre lines of the streets that were
 };
 
 /// InvalidArgument if the options are bad. O(length).
