@@ -10,6 +10,7 @@ find_package(OpenSSL REQUIRED)               # libssl-dev
 find_package(CLI11 REQUIRED)                 # libcli11-dev
 find_package(gRPC CONFIG REQUIRED)           # libgrpc++-dev, protobuf-compiler-grpc
 find_package(prometheus-cpp CONFIG REQUIRED)  # prometheus-cpp-dev
+find_package(Ceres 2.1 REQUIRED)               # libceres-dev
 find_package(nanoflann REQUIRED)             # libnanoflann-dev
 find_package(nlohmann_json 3.11 REQUIRED)     # nlohmann-json3-dev
 pkg_check_modules(XXHASH REQUIRED IMPORTED_TARGET libxxhash)  # libxxhash-dev

@@ -15,7 +15,7 @@ forbid() {
   fi
 }
 
-forbid core 'scanloc/(mapdb|dataset|sim|eval|proto|server|client)/|cli/|report/|sqlite3|pcl/|grpc|google/|spdlog|thread|mutex|chrono|fstream|filesystem' \
+forbid core 'scanloc/(mapdb|dataset|sim|eval|slam|proto|server|client)/|cli/|report/|sqlite3|pcl/|grpc|google/|spdlog|thread|mutex|chrono|fstream|filesystem' \
   'core computes: no files, sockets, clock, threads, logging or other modules'
 forbid mapdb 'scanloc/(dataset|sim|eval|proto|server|client)/|pcl/|grpc|google/|spdlog' \
   'mapdb knows core only'
@@ -30,6 +30,10 @@ if [[ -n "$found" ]]; then
 fi
 forbid eval 'scanloc/(mapdb|dataset|sim|report|proto|server|client)/|sqlite3|pcl/|grpc|google/|spdlog' \
   'eval counts, measures and describes: it knows core only'
+forbid slam 'scanloc/(dataset|sim|eval|report|proto|server|client)/|cli/|sqlite3|pcl/|grpc|google/|spdlog' \
+  'slam knows core, mapdb and jobs only'
+forbid slam/include 'ceres/' 'Ceres stays in the sources of slam'
+forbid jobs 'scanloc/(core|mapdb|dataset|sim|eval|report|proto|server|client|slam)/' 'jobs know no work'
 forbid report 'scanloc/(mapdb|dataset|sim|proto|server|client)/|cli/|sqlite3|pcl/|grpc|google/|spdlog' \
   'report draws and writes: it knows core and eval only'
 forbid proto 'scanloc/(mapdb|dataset|sim|eval|server|client)/|sqlite3|pcl/' 'proto knows core only'

@@ -9,10 +9,10 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "jobs.hpp"
 #include "scanloc/eval/baseline.hpp"
 #include "scanloc/eval/ground_truth.hpp"
 #include "scanloc/eval/judging.hpp"
+#include "scanloc/jobs/jobs.hpp"
 #include "stage_times.hpp"
 
 namespace scanloc::eval {

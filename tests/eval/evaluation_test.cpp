@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "absl/strings/str_cat.h"
-#include "jobs.hpp"
+#include "scanloc/jobs/jobs.hpp"
 #include "support/small_evaluation.hpp"
 
 namespace scanloc::eval {

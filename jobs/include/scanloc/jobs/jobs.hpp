@@ -5,7 +5,7 @@
 
 #include "absl/status/status.h"
 
-namespace scanloc::eval {
+namespace scanloc {
 
 /// Threads for a number of them as given on the command line: 0 is one a processor.
 [[nodiscard]] std::size_t NumThreads(int asked);
@@ -20,4 +20,4 @@ using NumberedJob = std::function<absl::Status(std::size_t number, std::size_t w
                                    const NumberedJob& job,
                                    const std::function<void(std::size_t num_done)>& told);
 
-}  // namespace scanloc::eval
+}  // namespace scanloc

@@ -1,4 +1,4 @@
-#include "jobs.hpp"
+#include "scanloc/jobs/jobs.hpp"
 
 #include <algorithm>
 #include <atomic>
@@ -8,7 +8,7 @@
 #include <thread>
 #include <vector>
 
-namespace scanloc::eval {
+namespace scanloc {
 namespace {
 
 class JobRun {
@@ -81,4 +81,4 @@ absl::Status RunJobs(std::size_t num_threads, std::size_t num_jobs, const Number
   return JobRun(num_jobs, job).Run(num_threads, told);
 }
 
-}  // namespace scanloc::eval
+}  // namespace scanloc

@@ -1,0 +1,49 @@
+#include "scanloc/slam/close_loops.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "described_drive.hpp"
+
+namespace scanloc::slam {
+namespace {
+
+constexpr int kMaxPasses = 4;
+
+}  // namespace
+
+std::size_t ClosedDrive::num_on() const {
+  return static_cast<std::size_t>(std::count_if(constraints.begin(), constraints.end(),
+                                                [](const FoundConstraint& c) { return c.is_on; }));
+}
+
+absl::StatusOr<ClosedDrive> CloseLoops(const Params& params, const mapdb::SessionPlan& plan,
+                                       const mapdb::ScanLoader& load_scan,
+                                       const DriveOptions& options) {
+  if (absl::Status status = Validate(options); !status.ok()) return status;
+  if (absl::Status status = mapdb::Validate(plan); !status.ok()) return status;
+  if (absl::Status status = scanloc::Validate(options.query, params); !status.ok()) return status;
+  const absl::StatusOr<DescribedDrive> described = DescribeDrive(params, plan, load_scan, options);
+  if (!described.ok()) return described.status();
+
+  ClosedDrive drive;
+  drive.num_looked_at = described->size();
+  for (const mapdb::PlannedScan& scan : plan.scans) drive.T_map_scan.push_back(scan.T_map_place);
+  const std::vector<Constraint> ahead = LookAhead(params, *described, plan);
+  // A spot that was passed twice with contradicting poses is ambiguous for the third visit: each
+  // pass looks again with better poses, until no more loops hold.
+  while (drive.num_passes < kMaxPasses) {
+    absl::StatusOr<std::vector<FoundConstraint>> loops =
+        FindLoops(params, *described, drive.T_map_scan, options);
+    if (!loops.ok()) return loops.status();
+    ++drive.num_passes;
+    const std::size_t num_before = drive.num_on();
+    if (loops->empty()) break;
+    absl::Status status = OptimizeDrive(plan, ahead, options.graph, *std::move(loops), drive);
+    if (!status.ok()) return status;
+    if (drive.num_on() <= num_before) break;
+  }
+  return drive;
+}
+
+}  // namespace scanloc::slam

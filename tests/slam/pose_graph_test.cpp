@@ -1,0 +1,176 @@
+#include "scanloc/slam/pose_graph.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+#include <vector>
+
+#include "scanloc/eval/trajectory_error.hpp"
+
+namespace scanloc::slam {
+namespace {
+
+using Matrix6 = Eigen::Matrix<double, 6, 6>;
+using Vector6 = Eigen::Matrix<double, 6, 1>;
+
+Pose MakePose(const Eigen::Vector3d& at, const Eigen::Vector3d& turn) {
+  Pose pose = Pose::Identity();
+  pose.translation() = at;
+  if (turn.norm() > 0.0) {
+    pose.linear() = Eigen::AngleAxisd(turn.norm(), turn.normalized()).toRotationMatrix();
+  }
+  return pose;
+}
+
+/// Moved along, and turned about, its own axes.
+Pose Disturbed(const Pose& pose, const Vector6& by) {
+  return pose * MakePose(by.head<3>(), by.tail<3>());
+}
+
+/// 3 km round blocks of 200 m, up and down, each street driven three times.
+std::vector<Pose> Town() {
+  std::vector<Pose> poses;
+  double yaw = 0.0;
+  Eigen::Vector2d at(0.0, 0.0);
+  for (int i = 0; i < 2000; ++i) {
+    const double along = 1.5 * i;
+    poses.push_back(MakePose({at.x(), at.y(), 2.0 * std::sin(at.x() / 60.0)}, {0.0, 0.0, yaw}));
+    at += 1.5 * Eigen::Vector2d(std::cos(yaw), std::sin(yaw));
+    // Left at each corner, but at every fourth block on: an 8 of two blocks.
+    if (i % 133 == 132) yaw += (static_cast<int>(along / 200.0) % 8 < 4 ? 1 : -1) * M_PI / 2.0;
+  }
+  return poses;
+}
+
+class DriftingDrive {
+ public:
+  explicit DriftingDrive(unsigned seed) : random_(seed), truth_(Town()) {
+    const double scale = 1.0 + 0.01 * normal_(random_);
+    const double bend = 2e-4 * normal_(random_);
+    for (std::size_t i = 0; i < truth_.size(); ++i) {
+      if (i == 0) {
+        graph_.T_odom_scan.push_back(truth_[0]);
+        continue;
+      }
+      Pose step = truth_[i - 1].inverse() * truth_[i];
+      const double length = step.translation().norm();
+      step.translation() *= scale + 0.005 * normal_(random_);
+      step =
+          step * MakePose({0, 0, 0.003 * length}, {1e-4 * normal_(random_), 1e-4 * normal_(random_),
+                                                   bend * length + 2e-4 * normal_(random_)});
+      graph_.T_odom_scan.push_back(graph_.T_odom_scan.back() * step);
+    }
+    graph_.T_map_scan = graph_.T_odom_scan;
+  }
+
+  /// True loops at all revisits, as a registration would tell them.
+  void CloseLoops() {
+    for (std::size_t i = 0; i < truth_.size(); ++i) {
+      for (std::size_t j = 0; j + 60 < i; ++j) {
+        if ((truth_[i].translation() - truth_[j].translation()).norm() > 1.0) continue;
+        graph_.constraints.push_back(Loop(j, i, truth_[j].inverse() * truth_[i]));
+        break;
+      }
+    }
+  }
+
+  /// What scans say of the way: the scale is in no loop.
+  void LookAhead() {
+    for (std::size_t i = 4; i < truth_.size(); i += 4) {
+      Constraint ahead = Loop(i - 4, i, truth_[i - 4].inverse() * truth_[i]);
+      ahead.is_trusted = true;
+      graph_.constraints.push_back(ahead);
+    }
+  }
+
+  double Ate(const std::vector<Pose>& poses) const {
+    return eval::CompareTrajectories(truth_, poses)->ape_m.rmse;
+  }
+
+  PoseGraph& graph() { return graph_; }
+  const std::vector<Pose>& truth() const { return truth_; }
+
+ private:
+  Constraint Loop(std::size_t from, std::size_t to, const Pose& T_from_to) {
+    Vector6 sigma;
+    sigma << 0.05, 0.05, 0.02, 0.003, 0.003, 0.002;
+    Vector6 noise;
+    for (int i = 0; i < 6; ++i) noise(i) = sigma(i) * normal_(random_);
+    Constraint loop{.from = from, .to = to, .T_from_to = Disturbed(T_from_to, noise)};
+    loop.information = Matrix6(sigma.cwiseProduct(sigma).cwiseInverse().asDiagonal());
+    return loop;
+  }
+
+  std::mt19937_64 random_;
+  std::normal_distribution<double> normal_;
+  std::vector<Pose> truth_;
+  PoseGraph graph_;
+};
+
+class Optimized : public testing::TestWithParam<unsigned> {};
+INSTANTIATE_TEST_SUITE_P(Seeds, Optimized, testing::Values(1U, 2U, 3U));
+
+TEST_P(Optimized, TakesTheDriftOutOfThreeKilometres) {
+  DriftingDrive drive(GetParam());
+  drive.CloseLoops();
+  drive.LookAhead();
+  const auto optimized = Optimize(drive.graph());
+  ASSERT_TRUE(optimized.ok()) << optimized.status();
+  const double before_m = drive.Ate(drive.graph().T_odom_scan);
+  const double after_m = drive.Ate(optimized->T_map_scan);
+  EXPECT_LT(after_m, 0.5);
+  EXPECT_LT(5.0 * after_m, before_m);
+  EXPECT_EQ(optimized->num_on(), drive.graph().constraints.size());
+}
+
+TEST(Optimize, KeepsTheOdometryWhereThereAreNoLoops) {
+  DriftingDrive drive(4);
+  const auto optimized = Optimize(drive.graph());
+  ASSERT_TRUE(optimized.ok()) << optimized.status();
+  for (std::size_t i = 0; i < optimized->T_map_scan.size(); ++i) {
+    EXPECT_TRUE(optimized->T_map_scan[i].isApprox(drive.graph().T_odom_scan[i], 1e-9));
+  }
+}
+
+TEST(Optimize, GoesIntoTheFrameOfTheMapByConstraintsToIt) {
+  DriftingDrive drive(5);
+  const Pose T_map_world = MakePose({4.5e5, 5.4e6, 200.0}, {0.0, 0.0, 2.0});
+  for (std::size_t i = 300; i < drive.truth().size(); i += 20) {
+    Constraint in_map{.to = i, .T_from_to = T_map_world * drive.truth()[i]};
+    in_map.information *= 400.0;
+    drive.graph().constraints.push_back(in_map);
+  }
+  for (Pose& pose : drive.graph().T_map_scan) pose = T_map_world * pose;
+  const auto optimized = Optimize(drive.graph());
+  ASSERT_TRUE(optimized.ok()) << optimized.status();
+  for (std::size_t i = 300; i < drive.truth().size(); ++i) {
+    const Pose error = (T_map_world * drive.truth()[i]).inverse() * optimized->T_map_scan[i];
+    EXPECT_LT(error.translation().norm(), 0.3) << "scan " << i;
+  }
+  // The drift that was found serves before the map begins, too.
+  const Pose first = (T_map_world * drive.truth()[0]).inverse() * optimized->T_map_scan[0];
+  EXPECT_LT(first.translation().norm(), 1.0);
+}
+
+TEST(Optimize, RefusesGraphsThatAreNone) {
+  DriftingDrive drive(6);
+  const PoseGraph good = drive.graph();
+  const auto refused = [](const PoseGraph& graph) {
+    return absl::IsInvalidArgument(Optimize(graph).status());
+  };
+  PoseGraph bad = good;
+  bad.T_map_scan.pop_back();
+  EXPECT_TRUE(refused(bad));
+  EXPECT_TRUE(refused({}));
+  bad = good;
+  bad.constraints = {{.from = 0, .to = good.T_odom_scan.size()}};
+  EXPECT_TRUE(refused(bad));
+  bad.constraints = {{.from = 7, .to = 7}};
+  EXPECT_TRUE(refused(bad));
+  bad.constraints = {{.from = 0, .to = 7, .information = -Matrix6::Identity()}};
+  EXPECT_TRUE(refused(bad));
+}
+
+}  // namespace
+}  // namespace scanloc::slam
