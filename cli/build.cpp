@@ -3,6 +3,7 @@
 #include <atomic>
 #include <chrono>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -13,6 +14,7 @@
 #include "cli/calibrate.hpp"
 #include "cli/command.hpp"
 #include "cli/drive_options.hpp"
+#include "cli/drive_plan.hpp"
 #include "cli/interrupt.hpp"
 #include "cli/output.hpp"
 #include "cli/param_options.hpp"
@@ -23,6 +25,7 @@
 #include "scanloc/mapdb/check_session.hpp"
 #include "scanloc/mapdb/learn_scale.hpp"
 #include "scanloc/mapdb/map_file.hpp"
+#include "scanloc/slam/align_drive.hpp"
 
 namespace scanloc::cli {
 namespace {
@@ -54,6 +57,9 @@ class BuildCommand : public Command {
   [[nodiscard]] absl::Status CheckConsistency(const mapdb::BuildOptions& options,
                                               const mapdb::SessionPlan& plan,
                                               const mapdb::ScanLoader& load_scan) const;
+  /// Brings the poses of the plan into the frame of the map; a line that tells of it.
+  [[nodiscard]] absl::StatusOr<std::string> Align(const mapdb::ScanLoader& load_scan,
+                                                  mapdb::SessionPlan& plan) const;
   [[nodiscard]] absl::StatusOr<mapdb::BuildSummary> Build(const mapdb::BuildOptions& options,
                                                           const mapdb::SessionPlan& plan,
                                                           const std::vector<dataset::Frame>& frames,
@@ -68,6 +74,7 @@ class BuildCommand : public Command {
   std::size_t num_too_near_ = 0;  ///< left out by the spacing
   ParamOptions params_;
   bool append_ = false;
+  bool align_ = false;
   bool resume_ = false;
   bool calibrate_ = true;
   bool skip_bad_scans_ = false;
@@ -92,6 +99,9 @@ void BuildCommand::Declare(CLI::App& app) {
       ->check(InRange(0.0, 1e6))
       ->capture_default_str();
   app.add_flag("--append", append_, "Add the drive to a map as a further session");
+  app.add_flag("--align", align_,
+               "With --append: the poses are odometry in a frame of their own; bring them into "
+               "that of the map first, as scanloc align does");
   app.add_flag("--resume", resume_,
                "Go on with a build that was stopped; give it the same options");
   app.add_flag("--calibrate,!--no-calibrate", calibrate_,
@@ -129,6 +139,9 @@ void BuildCommand::Declare(CLI::App& app) {
 absl::Status BuildCommand::CheckUsage() const {
   if (absl::Status s = selection_.CheckUsage(); !s.ok()) return s;
   if (absl::Status s = poses_.CheckUsageWithPoses(scans_dir_); !s.ok()) return s;
+  if (align_ && !append_) {
+    return absl::InvalidArgumentError("--align is for --append: it aligns a drive with a map");
+  }
   if (append_ && params_.given()) {
     return absl::InvalidArgumentError(
         "with --append the parameters are those that the map was made with; leave out the options "
@@ -194,6 +207,34 @@ absl::StatusOr<mapdb::BuildOptions> BuildCommand::MakeBuildOptions(
   return options;
 }
 
+absl::StatusOr<std::string> BuildCommand::Align(const mapdb::ScanLoader& load_scan,
+                                                mapdb::SessionPlan& plan) const {
+  if (resume_) {
+    if (absl::Status s = mapdb::RecoverMap(map_).status(); !s.ok()) return s;
+  }
+  absl::StatusOr<Map> map = mapdb::LoadMap(map_);
+  if (!map.ok()) return map.status();
+  StageProgress progress(quiet_);
+  slam::DriveOptions options{
+      .num_threads = num_threads_,
+      .progress = [&](const char* stage, std::size_t num_done, std::size_t num_total) {
+        progress.Update(stage, num_done, num_total);
+      }};
+  options.graph.is_cancelled = &Interrupted;
+  // What a build that was stopped had written of the session is left out, so that it goes on with
+  // the poses that it began with.
+  const absl::StatusOr<slam::ClosedDrive> drive = slam::AlignDrive(
+      std::make_shared<const Map>(*std::move(map)), plan, load_scan, options, plan.name);
+  progress.Clear();
+  if (!drive.ok()) return drive.status();
+  for (std::size_t i = 0; i < plan.scans.size(); ++i) {
+    plan.scans[i].T_map_place = drive->T_map_scan[i];
+  }
+  return absl::StrFormat(
+      "  aligned     by %d of %d constraints that were found; the others contradict them\n",
+      drive->num_on(), drive->constraints.size());
+}
+
 absl::StatusOr<mapdb::BuildSummary> BuildCommand::Build(const mapdb::BuildOptions& options,
                                                         const mapdb::SessionPlan& plan,
                                                         const std::vector<dataset::Frame>& frames,
@@ -241,18 +282,16 @@ absl::Status BuildCommand::Run() {
   const absl::StatusOr<std::vector<dataset::Frame>> frames = ChooseFrames();
   if (!frames.ok()) return frames.status();
 
-  mapdb::SessionPlan plan;
-  plan.name = session_.empty() ? DefaultSessionName(poses_.Place(scans_dir_)) : session_;
-  for (const dataset::Frame& frame : *frames) {
-    plan.scans.push_back(
-        {frame.name, frame.stamp_ns, TurnedOfSensor(poses_.mount(), frame.T_map_sensor)});
+  mapdb::SessionPlan plan =
+      PlanOf(session_.empty() ? DefaultSessionName(poses_.Place(scans_dir_)) : session_, *frames,
+             poses_.mount());
+  const mapdb::ScanLoader load_scan = LoaderOf(*frames, poses_.mount());
+  std::string aligned;
+  if (align_) {
+    absl::StatusOr<std::string> told = Align(load_scan, plan);
+    if (!told.ok()) return told.status();
+    aligned = *std::move(told);
   }
-  const mapdb::ScanLoader load_scan = [&](std::size_t i) -> absl::StatusOr<PointCloud> {
-    if (Interrupted()) return absl::CancelledError("interrupted before anything was written");
-    absl::StatusOr<SeenScan> seen = ReadSeenScan((*frames)[i].file(), poses_.mount());
-    if (!seen.ok()) return seen.status();
-    return std::move(seen->scan.points);
-  };
   const absl::StatusOr<mapdb::BuildOptions> options = MakeBuildOptions(plan, load_scan);
   if (!options.ok()) return options.status();
   if (absl::Status s = CheckConsistency(*options, plan, load_scan); !s.ok()) return s;
@@ -276,6 +315,7 @@ absl::Status BuildCommand::Run() {
       summary->num_unreadable, summary->num_points,
       summary->num_points_not_finite + counts.num_not_finite.load(),
       options->params.automatic.scale, summary->content_id);
+  text += aligned;
   if (counts.num_masked > 0) {
     absl::StrAppend(&text, "  not seen    ", counts.num_masked.load(),
                     " points, as --min-range-m and --self-box say\n");

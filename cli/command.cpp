@@ -15,6 +15,8 @@ std::vector<std::unique_ptr<Command>> AllCommands() {
   commands.push_back(MakeSimulateCommand());
   commands.push_back(MakeBagCommand());
   commands.push_back(MakeBuildCommand());
+  commands.push_back(MakeOptimizeCommand());
+  commands.push_back(MakeAlignCommand());
   commands.push_back(MakeHealthCommand());
   commands.push_back(MakeInfoCommand());
   commands.push_back(MakeVerifyCommand());
@@ -22,6 +24,7 @@ std::vector<std::unique_ptr<Command>> AllCommands() {
   commands.push_back(MakeEvalCommand());
   commands.push_back(MakePlotCommand());
   commands.push_back(MakeMergeCommand());
+  commands.push_back(MakeEditCommand());
   commands.push_back(MakeExportCommand());
   commands.push_back(MakeAdminCommand());
   return commands;

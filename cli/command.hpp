@@ -37,12 +37,15 @@ class Command {
 std::unique_ptr<Command> MakeSimulateCommand();
 std::unique_ptr<Command> MakeBagCommand();
 std::unique_ptr<Command> MakeBuildCommand();
+std::unique_ptr<Command> MakeOptimizeCommand();
+std::unique_ptr<Command> MakeAlignCommand();
 std::unique_ptr<Command> MakeHealthCommand();
 std::unique_ptr<Command> MakeInfoCommand();
 std::unique_ptr<Command> MakeVerifyCommand();
 std::unique_ptr<Command> MakeLocateCommand();
 std::unique_ptr<Command> MakeEvalCommand();
 std::unique_ptr<Command> MakeMergeCommand();
+std::unique_ptr<Command> MakeEditCommand();
 std::unique_ptr<Command> MakeExportCommand();
 std::unique_ptr<Command> MakePlotCommand();
 std::unique_ptr<Command> MakeAdminCommand();

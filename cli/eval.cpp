@@ -76,7 +76,6 @@ class EvalCommand : public Command {
                                           const std::vector<eval::EvalQuery>& queries) const;
   /// The scan of each place; empty without --map-scans.
   [[nodiscard]] absl::StatusOr<std::vector<dataset::ScanFile>> FindPlaceScans(const Map& map) const;
-  [[nodiscard]] absl::Status WriteReport(const report::EvalReport& report) const;
 
   std::string map_;
   std::string scans_dir_;
@@ -265,22 +264,6 @@ absl::StatusOr<std::vector<dataset::ScanFile>> EvalCommand::FindPlaceScans(const
   return scans;
 }
 
-absl::Status EvalCommand::WriteReport(const report::EvalReport& report) const {
-  std::error_code error;
-  std::filesystem::create_directories(report_dir_, error);
-  if (error) {
-    return absl::PermissionDeniedError(
-        absl::StrCat("cannot make folder '", report_dir_, "': ", error.message()));
-  }
-  const std::filesystem::path folder = report_dir_;
-  for (const auto& [name, text] : {std::pair("results.json", report::EvalAsJson(report)),
-                                   std::pair("matches.csv", report::EvalAsCsv(report)),
-                                   std::pair("report.html", report::EvalAsHtml(report))}) {
-    if (absl::Status status = WriteText(folder / name, text); !status.ok()) return status;
-  }
-  return absl::OkStatus();
-}
-
 absl::Status EvalCommand::Run() {
   std::vector<dataset::ScanFile> files;
   absl::StatusOr<std::vector<eval::EvalQuery>> queries = CollectQueries(&files);
@@ -329,7 +312,10 @@ absl::Status EvalCommand::Run() {
         {place.T_map_place.translation().head<2>(), static_cast<std::size_t>(place.session)});
   }
   if (!report_dir_.empty()) {
-    if (absl::Status status = WriteReport(report); !status.ok()) return status;
+    absl::Status status = WriteReport(report_dir_, {{"results.json", report::EvalAsJson(report)},
+                                                    {"matches.csv", report::EvalAsCsv(report)},
+                                                    {"report.html", report::EvalAsHtml(report)}});
+    if (!status.ok()) return status;
   }
   return WriteText("-", json_ ? report::EvalAsJson(report) : report::EvalAsTable(report, times_));
 }

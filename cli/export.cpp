@@ -2,11 +2,11 @@
 #include <string>
 #include <vector>
 
-#include "absl/strings/str_format.h"
 #include "cli/command.hpp"
 #include "cli/output.hpp"
 #include "scanloc/mapdb/map_file.hpp"
 #include "scanloc/report/csv.hpp"
+#include "scanloc/report/trajectory_text.hpp"
 
 namespace scanloc::cli {
 namespace {
@@ -19,24 +19,6 @@ std::string PlaceAsCsv(std::size_t index, const mapdb::PlaceRecord& record,
   report::AppendPoseFields(record.place.T_map_place, &fields);
   fields.push_back(std::to_string(record.num_voxels));
   return report::CsvRow(fields);
-}
-
-// TUM's stamps are seconds; whole nanoseconds do not fit a double, so the digits are split.
-std::string PlaceAsTum(const mapdb::PlaceRecord& record) {
-  constexpr std::int64_t kNsPerS = 1'000'000'000;
-  const std::int64_t stamp_ns = record.place.stamp_ns;
-  std::int64_t seconds = stamp_ns / kNsPerS;
-  std::int64_t rest_ns = stamp_ns % kNsPerS;
-  const char* sign = stamp_ns < 0 ? "-" : "";
-  if (stamp_ns < 0) {
-    seconds = -seconds;
-    rest_ns = -rest_ns;
-  }
-  std::string line = absl::StrFormat("%s%d.%09d", sign, seconds, rest_ns);
-  std::vector<std::string> pose;
-  report::AppendPoseFields(record.place.T_map_place, &pose);
-  for (const std::string& number : pose) line += " " + number;
-  return line + "\n";
 }
 
 class ExportCommand : public Command {
@@ -72,7 +54,9 @@ class ExportCommand : public Command {
     }
     for (std::size_t i = 0; i < places->size(); ++i) {
       const mapdb::PlaceRecord& record = (*places)[i];
-      output->Append(format_ == "csv" ? PlaceAsCsv(i, record, info->sessions) : PlaceAsTum(record));
+      output->Append(format_ == "csv"
+                         ? PlaceAsCsv(i, record, info->sessions)
+                         : report::TumRow(record.place.stamp_ns, record.place.T_map_place));
     }
     return output->Close();
   }

@@ -5,6 +5,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "absl/strings/str_join.h"
 #include "cli/command.hpp"
 #include "cli/half_built.hpp"
 #include "cli/map_text.hpp"
@@ -40,6 +41,11 @@ std::string InfoAsJson(const mapdb::MapInfo& info) {
                                 {"num_unreadable", session.num_unreadable},
                                 {"first_stamp_ns", session.first_stamp_ns},
                                 {"last_stamp_ns", session.last_stamp_ns}});
+  }
+  json["history"] = report::Json::array();
+  for (const mapdb::HistoryEntry& entry : info.history) {
+    json["history"].push_back(
+        {{"when", entry.when}, {"command", entry.command}, {"parents", entry.parents}});
   }
   json["params"] = ParamsToJson(info.params);
   json["extent"] = ExtentToJson(info.extent_m);
@@ -104,6 +110,11 @@ std::string InfoAsText(const std::string& path, const mapdb::MapInfo& info) {
                           Printable(session.name), session.num_places, session.num_scans,
                           session.num_empty, session.num_unreadable,
                           session.complete() ? "" : "; unfinished");
+  }
+  if (!info.history.empty()) absl::StrAppend(&text, "history, oldest first\n");
+  for (const mapdb::HistoryEntry& entry : info.history) {
+    absl::StrAppendFormat(&text, "  %s  %s\n    of %s\n", Printable(entry.when),
+                          Printable(entry.command), Printable(absl::StrJoin(entry.parents, ", ")));
   }
   absl::StrAppend(&text, CalibrationAsText(info), ParamsAsText(info.params));
   return text;

@@ -2,9 +2,12 @@
 #include <string>
 #include <vector>
 
+#include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "absl/strings/str_join.h"
 #include "cli/calibrate.hpp"
 #include "cli/command.hpp"
+#include "cli/made_now.hpp"
 #include "cli/output.hpp"
 #include "scanloc/core/printable.hpp"
 #include "scanloc/mapdb/map_file.hpp"
@@ -35,7 +38,8 @@ class MergeCommand : public Command {
   }
   [[nodiscard]] absl::Status Run() override {
     const absl::StatusOr<std::string> content_id =
-        mapdb::MergeMaps(out_, inputs_, rename_sessions_);
+        mapdb::MergeMaps(out_, inputs_, rename_sessions_,
+                         MadeNow(absl::StrCat("merge ", absl::StrJoin(inputs_, " "))));
     if (!content_id.ok()) return content_id.status();
     const absl::StatusOr<mapdb::MapInfo> info = mapdb::ReadInfo(out_);
     if (!info.ok()) return info.status();

@@ -122,4 +122,19 @@ absl::Status WriteText(const std::string& path, std::string_view text) {
   return output->Close();
 }
 
+absl::Status WriteReport(const std::string& folder,
+                         const std::vector<std::pair<std::string, std::string>>& files) {
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error) {
+    return absl::PermissionDeniedError(
+        absl::StrCat("cannot make folder '", folder, "': ", error.message()));
+  }
+  for (const auto& [name, text] : files) {
+    absl::Status status = WriteText(std::filesystem::path(folder) / name, text);
+    if (!status.ok()) return status;
+  }
+  return absl::OkStatus();
+}
+
 }  // namespace scanloc::cli

@@ -2,6 +2,8 @@
 
 #include <string>
 #include <string_view>
+#include <utility>
+#include <vector>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
@@ -48,5 +50,10 @@ class TextOutput {
 
 /// Writes all of the text to the path, or to stdout if it is "-".
 [[nodiscard]] absl::Status WriteText(const std::string& path, std::string_view text);
+
+/// Writes files, each name and text, into a folder that is made if need be. PermissionDenied: it
+/// cannot be made.
+[[nodiscard]] absl::Status WriteReport(
+    const std::string& folder, const std::vector<std::pair<std::string, std::string>>& files);
 
 }  // namespace scanloc::cli

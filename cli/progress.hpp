@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <cstddef>
+#include <optional>
 #include <string>
 
 namespace scanloc::cli {
@@ -35,6 +36,28 @@ class Progress {
   bool started_ = false;
   std::size_t first_done_ = 0;  // where a resumed work began
   std::size_t tenths_told_ = 0;
+};
+
+/// Progress of a work of several stages, one after the other.
+class StageProgress {
+ public:
+  explicit StageProgress(bool quiet) : quiet_(quiet) {}
+
+  void Update(const std::string& stage, std::size_t num_done, std::size_t num_total) {
+    // A stage that begins anew is another one.
+    if (!progress_ || stage != stage_ || num_done < num_done_) progress_.emplace(stage, quiet_);
+    stage_ = stage;
+    num_done_ = num_done;
+    progress_->Update(num_done, num_total);
+  }
+
+  void Clear() { progress_.reset(); }
+
+ private:
+  const bool quiet_;
+  std::string stage_;
+  std::size_t num_done_ = 0;
+  std::optional<Progress> progress_;
 };
 
 }  // namespace scanloc::cli

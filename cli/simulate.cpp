@@ -94,6 +94,11 @@ void SimulateCommand::DeclareWorld(CLI::App& app) {
                            "Length of the route [m]: part of what a town, campus, forest or tunnel "
                            "is [1000]; in other worlds the route ends there at the latest [all]")
                 ->group(group);
+  add("--rebuilt-share", options_.town.rebuilt_share,
+      "Share of a town's route along which everything was torn down and built anew, in [0, 1]; "
+      "rebuilt.txt then tells how far each scan is from there");
+  add("--rebuilt-seed", options_.town.rebuilt_seed,
+      "Another number, other streets that were rebuilt and other houses");
   add("--floors", options_.world.num_floors, "Storeys of an office, decks of a garage");
   add("--aisles", options_.world.num_aisles, "Aisles of a warehouse");
   add("--changed-share", options_.world.changed_share,

@@ -5,6 +5,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "eval_figures.hpp"
+#include "page.hpp"
 #include "scanloc/report/eval_report.hpp"
 #include "svg.hpp"
 
@@ -13,45 +14,12 @@ namespace {
 
 using Row = std::vector<std::string>;
 
-constexpr const char* kHead = R"(<!doctype html>
-<html lang="en"><head><meta charset="utf-8">
-<meta name="viewport" content="width=device-width, initial-scale=1">
-<title>scanloc evaluation</title>
-<style>
-body { font: 15px/1.5 sans-serif; margin: 1.5em auto; padding: 0 12px; max-width: 1240px; color: #222 }
-h2 { margin: 1.6em 0 .4em; font-size: 1.25em }
-.table { overflow-x: auto }
-table { border-collapse: collapse; margin: .6em 0 }
-td, th { padding: .25em .6em; text-align: right; border-bottom: 1px solid #ddd; white-space: nowrap }
-td:first-child, th:first-child { text-align: left }
-.charts { display: grid; grid-template-columns: repeat(auto-fill, minmax(min(100%, 380px), 1fr));
-  gap: 16px }
-figure { margin: 0; padding: 8px; border: 1px solid #ddd; min-width: 0; display: flex;
-  flex-direction: column; justify-content: space-between }
-figcaption { font-size: 14px } figcaption b { display: block }
-svg { display: block; width: 100%; height: auto }
-code { overflow-wrap: anywhere }
-</style></head><body>
-)";
-
 constexpr const char* kExplanation =
     "<p>AUC: area under precision over recall. P@F1, R@F1: precision and recall at the greatest "
     "F1. R@P100: recall at 100 % precision. EP: extended precision. KL: divergence of the revisits "
     "found from all, at the greatest F1. ECE: expected calibration error. pos, lat, yaw: median "
     "errors of right matches. ms: mean processor time to describe and search. Recall counts all "
     "revisits; a wrong match counts against precision whether its query is a revisit or not.</p>\n";
-
-std::string Table(const Row& columns, const std::vector<Row>& rows) {
-  std::string html = "<div class=\"table\"><table><tr>";
-  for (const std::string& column : columns) {
-    absl::StrAppend(&html, "<th>", XmlEscaped(column), "</th>");
-  }
-  for (const Row& row : rows) {
-    html += "</tr>\n<tr>";
-    for (const std::string& cell : row) absl::StrAppend(&html, "<td>", XmlEscaped(cell), "</td>");
-  }
-  return html + "</tr></table></div>\n";
-}
 
 /// The results for one within_m.
 std::vector<const eval::MethodResult*> ResultsWithin(const EvalReport& report, double within_m) {
@@ -66,7 +34,7 @@ std::string ResultTable(const std::vector<const eval::MethodResult*>& results) {
   std::vector<Row> rows;
   rows.reserve(results.size());
   for (const eval::MethodResult* result : results) rows.push_back(EvalRow(*result));
-  return Table(EvalColumns(), rows);
+  return HtmlTable(EvalColumns(), rows);
 }
 
 std::string ErrorTable(const std::vector<const eval::MethodResult*>& results) {
@@ -83,9 +51,9 @@ std::string ErrorTable(const std::vector<const eval::MethodResult*>& results) {
     }
     rows.push_back(std::move(row));
   }
-  return Table({"method", "pos mean [m]", "median [m]", "90 % [m]", "lat mean [m]", "median [m]",
-                "90 % [m]", "yaw mean [deg]", "median [deg]", "90 % [deg]"},
-               rows);
+  return HtmlTable({"method", "pos mean [m]", "median [m]", "90 % [m]", "lat mean [m]",
+                    "median [m]", "90 % [m]", "yaw mean [deg]", "median [deg]", "90 % [deg]"},
+                   rows);
 }
 
 std::string KindTable(const EvalReport& report,
@@ -108,7 +76,7 @@ std::string KindTable(const EvalReport& report,
                                             static_cast<double>(count.num_revisits)));
     }
   }
-  return Table(columns, rows);
+  return HtmlTable(columns, rows);
 }
 
 std::string OutcomeTable(const std::vector<const eval::MethodResult*>& results) {
@@ -123,9 +91,9 @@ std::string OutcomeTable(const std::vector<const eval::MethodResult*>& results) 
       rows.back().push_back(absl::StrCat(count));
     }
   }
-  return Table({"method", "localized and right", "false", "missed in the plane", "in height",
-                "in heading", "ambiguous", "not recognised", "too few points"},
-               rows);
+  return HtmlTable({"method", "localized and right", "false", "missed in the plane", "in height",
+                    "in heading", "ambiguous", "not recognised", "too few points"},
+                   rows);
 }
 
 std::string TimeTable(const std::vector<const eval::MethodResult*>& results) {
@@ -139,9 +107,9 @@ std::string TimeTable(const std::vector<const eval::MethodResult*>& results) {
     }
     rows.push_back(std::move(row));
   }
-  return Table({"method", "describe [ms]", "retrieve [ms]", "match [ms]", "verify [ms]",
-                "total [ms]", "99 % of totals [ms]"},
-               rows);
+  return HtmlTable({"method", "describe [ms]", "retrieve [ms]", "match [ms]", "verify [ms]",
+                    "total [ms]", "99 % of totals [ms]"},
+                   rows);
 }
 
 std::string Tables(const EvalReport& report) {
@@ -175,7 +143,7 @@ std::string Figures(const std::string& title, const std::vector<EvalFigure>& fig
 }  // namespace
 
 std::string EvalAsHtml(const EvalReport& report) {
-  std::string html = kHead;
+  std::string html = PageHead("scanloc evaluation");
   absl::StrAppend(&html, "<h1>scanloc evaluation</h1>\n<p>Map <code>", XmlEscaped(report.map),
                   "</code>, content id <code>", XmlEscaped(report.content_id), "</code>. ",
                   XmlEscaped(EvalSummary(report)), ". A match is right if its place lies within ",

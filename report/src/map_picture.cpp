@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "absl/strings/str_format.h"
+#include "plan_axes.hpp"
 #include "scanloc/eval/quantile.hpp"
 #include "scanloc/report/chart.hpp"
 
@@ -62,8 +63,9 @@ ChartSeries LinesToTruth(const std::vector<PicturedQuery>& queries) {
   return lines;
 }
 
-/// Wide enough for a scale, with a border.
-void SetAxes(LineChart* chart) {
+}  // namespace
+
+void SetPlanAxes(LineChart* chart) {
   constexpr double kSmallestSide_m = 20.0;
   Eigen::AlignedBox2d extent_m;
   for (const ChartSeries& series : chart->series) {
@@ -80,8 +82,6 @@ void SetAxes(LineChart* chart) {
   chart->y = {"y in the map frame [m]", extent_m.min().y() - border_m.y(),
               extent_m.max().y() + border_m.y()};
 }
-
-}  // namespace
 
 std::vector<std::size_t> StretchStarts(const std::vector<PicturedPlace>& places) {
   std::vector<double> steps_m;
@@ -128,7 +128,7 @@ std::string DrawMapPicture(const std::string& title, const std::vector<PicturedP
                   .has_equal_scales = true,
                   .title = title,
                   .width_px = kPictureWidth_px};
-  SetAxes(&chart);
+  SetPlanAxes(&chart);
   return Draw(chart);
 }
 

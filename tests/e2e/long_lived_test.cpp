@@ -1,0 +1,116 @@
+// A map that is kept: loops closed, a drive of another frame brought in, edited.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "e2e/programs.hpp"
+
+namespace scanloc::test {
+namespace {
+
+using nlohmann::json;
+namespace fs = std::filesystem;
+
+class LongLived : public testing::Test {
+ protected:
+  /// A drive of the town with odometry, and its folder.
+  [[nodiscard]] std::string Drive(const std::string& name, const Args& more) const {
+    Args args = {"simulate",         dir_.File(name),
+                 "--town-seed",      "3",
+                 "--length-m",       "500",
+                 "--rays",           "24",
+                 "--azimuths",       "512",
+                 "--spacing-m",      "2",
+                 "--odometry-noise", "1",
+                 "--quiet"};
+    args.insert(args.end(), more.begin(), more.end());
+    MustScanloc(args);
+    return dir_.File(name);
+  }
+
+  const TempDir dir_;
+  const std::string map_ = dir_.File("map");
+};
+
+TEST_F(LongLived, ClosesLoopsAndWritesPosesInAllFormats) {
+  const std::string drive = Drive("one", {"--to-m", "160"});
+  const std::string kitti = dir_.File("closed.txt");
+  const json told = json::parse(
+      MustScanloc({"optimize", "--scans", drive, "--poses", drive + "/odometry.txt", "--truth",
+                   drive + "/poses.txt", "--times", drive + "/times.txt", "--out", kitti, "--out",
+                   dir_.File("closed.tum"), "--out", dir_.File("closed.g2o"), "--report",
+                   dir_.File("report"), "--json", "--quiet"}));
+  EXPECT_EQ(told.at("num_scans"), 80);
+  EXPECT_FALSE(told.at("errors_after").at("ape_m").is_null());
+  for (const char* file : {"report.html", "results.json", "loops.csv"}) {
+    EXPECT_TRUE(fs::exists(dir_.File("report") + "/" + file)) << file;
+  }
+  std::ifstream g2o(dir_.File("closed.g2o"));
+  std::string first;
+  std::getline(g2o, first);
+  EXPECT_EQ(first.rfind("VERTEX_SE3:QUAT 0 ", 0), 0U) << first;
+  // Both are read again, by what reads any drive.
+  for (const std::string& poses : {kitti, dir_.File("closed.tum")}) {
+    MustScanloc({"build", poses + ".map", "--scans", drive, "--poses", poses, "--times",
+                 drive + "/times.txt", "--quiet", "--no-calibrate"});
+  }
+  EXPECT_EQ(MustScanloc({"export", kitti + ".map"}).substr(0, 5), "place");
+}
+
+TEST_F(LongLived, TakesADriveOfAnotherFrameInAndLeavesItOutAgain) {
+  const std::string first = Drive("one", {});
+  const std::string second =
+      Drive("two", {"--session-seed", "2", "--reverse", "--lane-shift-m", "3.5", "--to-m", "300"});
+  MustScanloc({"build", map_, "--scans", first, "--poses", first + "/poses.txt", "--quiet",
+               "--no-calibrate"});
+  const std::string before = ContentId(map_);
+  const std::string told =
+      MustScanloc({"build", map_, "--scans", second, "--poses", second + "/odometry.txt",
+                   "--append", "--align", "--quiet", "--no-calibrate"});
+  EXPECT_NE(told.find("  aligned     by "), std::string::npos) << told;
+  // It stands in the frame of the map: the truth says so.
+  const json found = json::parse(MustScanloc({"locate", map_, "--scans", second, "--truth",
+                                              second + "/poses.txt", "--every", "7", "--json"}));
+  EXPECT_EQ(found.at("num_false"), 0);
+  const std::string edited = dir_.File("edited");
+  MustScanloc({"edit", map_, edited, "--drop-session", "two", "--quiet"});
+  EXPECT_EQ(ContentId(edited), before);
+  const json info = json::parse(MustScanloc({"info", edited, "--json"}));
+  EXPECT_EQ(info.at("history")[0].at("command"), "edit --drop-session two");
+  EXPECT_EQ(info.at("history")[0].at("parents")[0], ContentId(map_));
+}
+
+TEST_F(LongLived, RefusesADriveThatSharesNothingAndLeavesTheMapAsItWas) {
+  const std::string first = Drive("one", {"--to-m", "200"});
+  const std::string other = dir_.File("other");
+  MustScanloc({"simulate", other, "--town-seed", "91", "--length-m", "200", "--rays", "24",
+               "--azimuths", "512", "--spacing-m", "4", "--odometry-noise", "1", "--quiet"});
+  MustScanloc({"build", map_, "--scans", first, "--poses", first + "/poses.txt", "--quiet",
+               "--no-calibrate"});
+  const std::string before = ContentId(map_);
+  for (const Args& args : {Args{"align", map_, "--scans", other, "--poses", other + "/odometry.txt",
+                                "--out", dir_.File("aligned.txt"), "--quiet"},
+                           Args{"build", map_, "--scans", other, "--poses", other + "/odometry.txt",
+                                "--append", "--align", "--quiet"}}) {
+    const ProcessResult refused = Scanloc(args);
+    EXPECT_EQ(refused.status, 1) << refused.out;
+    EXPECT_EQ(CountLines(refused.err), 1) << refused.err;
+    EXPECT_NE(refused.err.find("shares nothing with the map"), std::string::npos) << refused.err;
+  }
+  EXPECT_FALSE(fs::exists(dir_.File("aligned.txt")));
+  EXPECT_EQ(ContentId(map_), before);
+}
+
+TEST_F(LongLived, RefusesWrongUsage) {
+  EXPECT_EQ(Scanloc({"edit", "in", "out"}).status, 2);
+  EXPECT_EQ(Scanloc({"edit", "in", "out", "--crop", "1,2,3"}).status, 2);
+  EXPECT_EQ(Scanloc({"edit", "in", "out", "--thin", "-1"}).status, 2);
+  EXPECT_EQ(Scanloc({"edit", "in", "out", "--rename-session", "a"}).status, 2);
+  EXPECT_EQ(Scanloc({"optimize", "--scans", "x", "--out", "y"}).status, 2);
+  EXPECT_EQ(Scanloc({"build", "m", "--scans", "x", "--poses", "y", "--align"}).status, 2);
+}
+
+}  // namespace
+}  // namespace scanloc::test
