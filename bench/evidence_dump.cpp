@@ -67,7 +67,7 @@ void Dump(const std::string& kind, const std::string& map_drive, const std::stri
     const ScanDescriptor query = describer.Describe(Get(dataset::ReadScan(frame.file())).points);
     if (!ShowsEnough(query.structure.posts, params.automatic)) continue;
     StageTimes times;
-    const std::vector<Spot> spots = search.Find(query, {}, {}, times);
+    const std::vector<Spot> spots = Get(search.Find(query, {}, {}, times));
     if (spots.empty()) continue;
     const Support& support = *spots.front().support;
     const bool is_right =

@@ -15,10 +15,10 @@ absl::Status Localizer::Prepare(const std::optional<Method>& only) {
   const Params& params = map_->params;
   if (absl::Status status = Validate(params); !status.ok()) return status;
   const std::size_t num_structures = params.structure.enabled ? map_->places.size() : 0;
-  if (map_->structures.size() != num_structures) {
+  if (map_->grounds.size() != num_structures) {
     return absl::InvalidArgumentError(
         absl::StrFormat("the map has %d structures; its parameters ask for %d",
-                        map_->structures.size(), num_structures));
+                        map_->grounds.size(), num_structures));
   }
   const auto is_wanted = [&](DescriptorKind kind) {
     return !only || (!only->automatic && only->kind == kind);
@@ -83,10 +83,15 @@ absl::StatusOr<Answer> Localizer::Localize(const ScanDescriptor& scan, const Que
   } else if (narrowing->num_places == 0 && !query.prior.is_open()) {
     answer.reason = "no place of the map lies where the prior says";
   } else if (method.automatic) {
-    answer = LocateByStructure(*map_, *auto_search_, scan, query, within);
+    absl::StatusOr<Answer> located = LocateByStructure(*map_, *auto_search_, scan, query, within);
+    if (!located.ok()) return located.status();
+    answer = *std::move(located);
   } else {
     const bool is_polar = method.kind == DescriptorKind::kPolar;
-    answer = (is_polar ? polar_search_ : cart_search_)->Locate(scan, query, within);
+    absl::StatusOr<Answer> located =
+        (is_polar ? polar_search_ : cart_search_)->Locate(scan, query, within);
+    if (!located.ok()) return located.status();
+    answer = *std::move(located);
   }
   if (control.IsUnwanted()) return absl::CancelledError("nobody waits for the answer any more");
   if (!map_->complete)

@@ -19,6 +19,8 @@ namespace scanloc::mapdb {
 namespace {
 
 constexpr int kMaxThreads = 256;
+/// A file of up to so many bytes is read as a whole: its trials then read nothing twice.
+constexpr std::int64_t kWholeBytes = std::int64_t{64} << 20;
 
 // Runs all trials on threads and tells the caller's thread how far they are.
 class TrialRun {
@@ -32,6 +34,7 @@ class TrialRun {
     if (started.ok()) ReportUntilDone();
     for (std::thread& thread : threads) thread.join();
     if (!started.ok()) return started;
+    if (!error_.ok()) return error_;
     if (is_cancelled_) return absl::CancelledError("the calibration was interrupted");
     return std::move(trials_);
   }
@@ -62,8 +65,14 @@ class TrialRun {
       if (options_.is_cancelled && options_.is_cancelled()) is_cancelled_ = true;
       const std::size_t i = next_.fetch_add(1);
       const bool is_over = is_cancelled_ || i >= trials_.size();
-      if (!is_over) trials_[i] = calibrator_.Run(i);
+      absl::StatusOr<Calibrator::Trial> trial = Calibrator::Trial{};
+      if (!is_over) trial = calibrator_.Run(i);
       const std::lock_guard lock(mutex_);
+      if (trial.ok() && !is_over) trials_[i] = *trial;
+      if (!trial.ok()) {
+        error_.Update(trial.status());
+        is_cancelled_ = true;
+      }
       is_over ? --num_working_ : ++num_done_;
       has_news_.notify_one();
       if (is_over) return;
@@ -91,6 +100,7 @@ class TrialRun {
   std::mutex mutex_;
   std::condition_variable has_news_;
   std::size_t num_done_ = 0;
+  absl::Status error_;  // of the first trial that failed
 };
 
 absl::Status CheckCanCalibrate(const MapInfo& info, const CalibrateOptions& options) {
@@ -121,7 +131,8 @@ absl::StatusOr<CalibrateSummary> CalibrateMap(const CalibrateOptions& options) {
     return CalibrateSummary{*info->calibration, info->confusable.size(), true};
   }
 
-  absl::StatusOr<Map> loaded = LoadMap(options.path);
+  absl::StatusOr<Map> loaded =
+      OpenMap(options.path, {.whole_bytes = kWholeBytes, .num_readers = options.num_threads});
   if (!loaded.ok()) return loaded.status();
   const auto map = std::make_shared<const Map>(*std::move(loaded));
   const Calibrator calibrator(map);

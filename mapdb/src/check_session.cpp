@@ -87,7 +87,7 @@ absl::Status CheckPoses(const Params& params, const SessionPlan& plan,
 
 absl::Status CheckFrame(const std::string& map_path, const SessionPlan& plan,
                         const ScanLoader& load_scan) {
-  absl::StatusOr<Map> map = LoadMap(map_path);
+  absl::StatusOr<Map> map = OpenMap(map_path);
   if (!map.ok()) return map.status();
   if (!map->params.structure.enabled || map->places.empty()) return absl::OkStatus();
   absl::StatusOr<Describer> describer = Describer::Create(map->params);

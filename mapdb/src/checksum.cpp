@@ -96,6 +96,19 @@ std::int64_t StructureChecksum(const StructureRow& row, Hasher& scratch) {
       .Digest64();
 }
 
+std::int64_t KeysChecksum(const KeysRow& row, Hasher& scratch) {
+  scratch.Reset();
+  return scratch.Add("keys")
+      .Add(row.place)
+      .Add(row.roll_rad)
+      .Add(row.pitch_rad)
+      .Add(row.height_m)
+      .Add(row.num_posts)
+      .Add(row.retrieval_keys)
+      .Add(row.checksums)
+      .Digest64();
+}
+
 std::int64_t CalibrationChecksum(const CalibrationRow& row) {
   return Hasher()
       .Add("calibration")

@@ -80,6 +80,16 @@ struct StructureRow {
   std::span<const std::byte> posts;
   std::int64_t checksum = 0;
 };
+struct KeysRow {
+  std::int64_t place = 0;
+  double roll_rad = 0.0;  ///< as in the structure; zeros where there is none
+  double pitch_rad = 0.0;
+  double height_m = 0.0;
+  std::int64_t num_posts = 0;
+  std::span<const std::byte> retrieval_keys;  ///< of the contexts in order, one behind the other
+  std::span<const std::byte> checksums;       ///< of the contexts in order and of the structure
+  std::int64_t checksum = 0;
+};
 struct CalibrationRow {
   std::string content_id;  ///< of the map that it was made for
   Calibration calibration;
@@ -92,6 +102,7 @@ struct CalibrationRow {
 [[nodiscard]] std::int64_t SessionChecksum(std::int64_t id, const SessionRow& row);
 [[nodiscard]] std::int64_t ContextChecksum(const ContextRow& row, Hasher& scratch);
 [[nodiscard]] std::int64_t StructureChecksum(const StructureRow& row, Hasher& scratch);
+[[nodiscard]] std::int64_t KeysChecksum(const KeysRow& row, Hasher& scratch);
 [[nodiscard]] std::int64_t CalibrationChecksum(const CalibrationRow& row);
 [[nodiscard]] std::int64_t ConfusableChecksum(std::int64_t id, const ConfusablePair& pair);
 /// The calibration id, 16 hex digits: what a calibration says, whatever map it was made for.

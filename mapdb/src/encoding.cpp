@@ -194,6 +194,15 @@ bool DecodeKey(std::span<const std::byte> bytes, std::int32_t max_cm,
   return in_range;
 }
 
+void AppendInt64(std::int64_t value, Bytes& bytes) {
+  bytes.resize(bytes.size() + sizeof(value));
+  StoreLittleEndian(value, bytes.data() + bytes.size() - sizeof(value));
+}
+
+std::int64_t Int64At(std::span<const std::byte> bytes, std::size_t i) {
+  return LoadNumber<std::int64_t>(bytes.data() + sizeof(std::int64_t) * i);
+}
+
 void EncodeCells(std::span<const std::uint16_t> cells_cm, Bytes& bytes) {
   const std::size_t mask_bytes = MaskBytes(cells_cm.size());
   bytes.assign(mask_bytes + cells_cm.size_bytes(), std::byte{0});

@@ -44,6 +44,10 @@ void EncodeKey(std::span<const std::int32_t> key_cm, Bytes& bytes);
 [[nodiscard]] bool DecodeKey(std::span<const std::byte> bytes, std::int32_t max_cm,
                              std::span<std::int32_t> key_cm);
 
+void AppendInt64(std::int64_t value, Bytes& bytes);
+/// The i-th of 8-byte integers one behind the other.
+[[nodiscard]] std::int64_t Int64At(std::span<const std::byte> bytes, std::size_t i);
+
 /// Mask of the cells that are not zero, then those cells, 2 bytes each. Three quarters of the cells
 /// of real maps are empty. The length tells cells from bytes within a factor of 16.
 void EncodeCells(std::span<const std::uint16_t> cells_cm, Bytes& bytes);

@@ -7,30 +7,33 @@
 #include "calibration_rows.hpp"
 #include "checksum.hpp"
 #include "encoding.hpp"
+#include "file_payload.hpp"
+#include "key_rows.hpp"
 #include "map_rows.hpp"
 #include "open_map.hpp"
+#include "schema.hpp"
 #include "sqlite.hpp"
 
 namespace scanloc::mapdb {
 namespace {
 
 // An open map whose head is read and whose size fits the head.
-struct OpenMap {
+struct OpenMapFile {
   Connection connection;
   MapHead head;
 };
 
-absl::StatusOr<OpenMap> OpenAndReadHead(const std::string& path) {
+absl::StatusOr<OpenMapFile> OpenAndReadHead(const std::string& path) {
   absl::StatusOr<Connection> connection = OpenForReading(path);
   if (!connection.ok()) return connection.status();
   absl::StatusOr<MapHead> head = ReadHead(*connection);
   if (!head.ok()) return head.status();
   if (absl::Status status = CheckRoomForPlaces(*connection, *head); !status.ok()) return status;
-  return OpenMap{*std::move(connection), *std::move(head)};
+  return OpenMapFile{*std::move(connection), *std::move(head)};
 }
 
 template <typename Visitor>
-absl::Status VisitPlacesOf(OpenMap& map, Visitor&& visit) {
+absl::Status VisitPlacesOf(OpenMapFile& map, Visitor&& visit) {
   return VisitPlaces(map.connection, map.head, std::forward<Visitor>(visit)).status();
 }
 
@@ -38,25 +41,106 @@ Place PlaceOf(const PlaceRow& row) {
   return {DecodePose(row.pose), row.stamp_ns, static_cast<std::int32_t>(row.session)};
 }
 
-void AppendContext(std::int32_t place, const ContextShape& shape, const ContextValues& values,
-                   Map& map) {
-  const bool is_polar = shape.kind == DescriptorKind::kPolar;
-  ContextTable& table = is_polar ? map.polar : map.cart;
-  table.Append({place, static_cast<float>(shape.root_shift_m), false, shape.variant > 0},
-               values.cells_cm, values.retrieval_cm, values.aligning_cm);
-  if (!is_polar && map.params.cart.double_flip) table.AppendFlipOfLast();
+ContextTable& TableOf(DescriptorKind kind, Map& map) {
+  return kind == DescriptorKind::kPolar ? map.polar : map.cart;
 }
 
-void ReserveFor(std::size_t num_places, Map& map) {
+ContextTable::Entry EntryOf(std::int32_t place, const ContextShape& shape) {
+  return {place, static_cast<float>(shape.root_shift_m), false, shape.variant > 0};
+}
+
+void AppendFlip(DescriptorKind kind, Map& map) {
+  if (kind == DescriptorKind::kCart && map.params.cart.double_flip) map.cart.AppendFlipOfLast();
+}
+
+void AppendContext(std::int32_t place, const ContextShape& shape, const ContextValues& values,
+                   Map& map) {
+  TableOf(shape.kind, map)
+      .Append(EntryOf(place, shape), values.cells_cm, values.retrieval_cm, values.aligning_cm);
+  AppendFlip(shape.kind, map);
+}
+
+void ReserveFor(std::size_t num_places, bool with_contexts, Map& map) {
   map.places.reserve(num_places);
-  if (map.params.structure.enabled) map.structures.reserve(num_places);
+  if (map.params.structure.enabled) map.grounds.reserve(num_places);
+  if (map.params.structure.enabled && with_contexts) map.structures.reserve(num_places);
   if (map.params.polar.enabled) {
-    map.polar.Reserve(num_places * (1 + map.params.polar.root_shifts_m.size()));
+    map.polar.Reserve(num_places * (1 + map.params.polar.root_shifts_m.size()), false,
+                      with_contexts);
   }
   if (map.params.cart.enabled) {
-    map.cart.Reserve(num_places * (map.params.cart.double_flip ? 2 : 1));
+    const bool with_flips = map.params.cart.double_flip;
+    map.cart.Reserve(num_places * (with_flips ? 2 : 1), with_flips, with_contexts);
   }
 }
+
+// A map as the head says it, with room for its places.
+Map StartMap(const MapHead& head, bool with_contexts) {
+  Map map = MakeEmptyMap(head.params);
+  map.content_id = head.content_id;
+  map.complete = head.complete();
+  for (const SessionRow& session : head.sessions) map.sessions.push_back(session.name);
+  ReserveFor(static_cast<std::size_t>(head.num_places()), with_contexts, map);
+  return map;
+}
+
+absl::Status AddCalibration(OpenMapFile& file, Map& map) {
+  absl::StatusOr<std::optional<StoredCalibration>> stored =
+      ReadCalibration(file.connection, file.head);
+  if (!stored.ok() || !stored->has_value()) return stored.status();
+  map.calibration_id = CalibrationId((*stored)->calibration, (*stored)->confusable);
+  map.calibration = (*stored)->calibration;
+  map.confusable = std::move((*stored)->confusable);
+  return absl::OkStatus();
+}
+
+// Reads the keys of place after place beside the rows of `places`.
+class KeysLoader {
+ public:
+  KeysLoader(KeysCursor cursor, const Params& params, std::string path, Map& map)
+      : cursor_(std::move(cursor)),
+        shapes_(ContextShapes(params)),
+        path_(std::move(path)),
+        map_(map) {}
+
+  absl::Status Add(const PlaceRow& row) {
+    const absl::StatusOr<bool> has_row = cursor_.Step();
+    if (!has_row.ok()) return has_row.status();
+    if (!*has_row) return DamagedError(path_, "keys are missing at its end");
+    if (absl::Status status = cursor_.Read(keys_); !status.ok()) return status;
+    StartPlaceChecksum(row, hasher_);
+    for (const std::int64_t checksum : keys_.checksums) {
+      hasher_.Add(checksum);
+      expected_.checksums.push_back(static_cast<std::uint32_t>(checksum));
+    }
+    if (hasher_.Digest64() != row.checksum) {
+      return DamagedError(path_, absl::StrCat("place ", row.id, ": its checksum does not match"));
+    }
+    for (std::size_t i = 0; i < shapes_.size(); ++i) {
+      TableOf(shapes_[i].kind, map_)
+          .AppendKey(EntryOf(static_cast<std::int32_t>(row.id), shapes_[i]), keys_.retrieval_cm[i]);
+      AppendFlip(shapes_[i].kind, map_);
+    }
+    if (map_.params.structure.enabled) map_.grounds.push_back(keys_.ground);
+    return absl::OkStatus();
+  }
+
+  absl::StatusOr<ExpectedRows> Finish() {
+    const absl::StatusOr<bool> has_row = cursor_.Step();
+    if (!has_row.ok()) return has_row.status();
+    if (*has_row) return DamagedError(path_, "it has more keys than its places need");
+    return std::move(expected_);
+  }
+
+ private:
+  KeysCursor cursor_;
+  std::vector<ContextShape> shapes_;
+  std::string path_;
+  Map& map_;
+  PlaceKeys keys_;
+  Hasher hasher_;
+  ExpectedRows expected_;
+};
 
 SessionInfo InfoOf(const SessionRow& row) {
   SessionInfo info;
@@ -76,14 +160,9 @@ void Widen(std::int64_t stamp_ns, bool is_first, std::int64_t& first_ns, std::in
 }  // namespace
 
 absl::StatusOr<Map> LoadMap(const std::string& path) {
-  absl::StatusOr<OpenMap> file = OpenAndReadHead(path);
+  absl::StatusOr<OpenMapFile> file = OpenAndReadHead(path);
   if (!file.ok()) return file.status();
-  Map map = MakeEmptyMap(file->head.params);
-  map.content_id = file->head.content_id;
-  map.complete = file->head.complete();
-  for (const SessionRow& session : file->head.sessions) map.sessions.push_back(session.name);
-  ReserveFor(static_cast<std::size_t>(file->head.num_places()), map);
-
+  Map map = StartMap(file->head, true);
   absl::StatusOr<DescriptorReader> descriptors =
       DescriptorReader::Open(file->connection, file->head);
   if (!descriptors.ok()) return descriptors.status();
@@ -93,26 +172,44 @@ absl::StatusOr<Map> LoadMap(const std::string& path) {
         descriptors->Read(row, [&](const ContextShape& shape, const ContextValues& context) {
           AppendContext(static_cast<std::int32_t>(row.id), shape, context, map);
         });
-    if (read.ok() && descriptors->has_structures()) {
-      map.structures.push_back(descriptors->structure());
-    }
+    if (read.ok() && descriptors->has_structures()) map.AppendStructure(descriptors->structure());
     return read;
   });
   status.Update(status.ok() ? descriptors->CheckEnd() : absl::OkStatus());
+  if (status.ok()) status = AddCalibration(*file, map);
   if (!status.ok()) return status;
-  absl::StatusOr<std::optional<StoredCalibration>> stored =
-      ReadCalibration(file->connection, file->head);
-  if (!stored.ok()) return stored.status();
-  if (stored->has_value()) {
-    map.calibration_id = CalibrationId((*stored)->calibration, (*stored)->confusable);
-    map.calibration = (*stored)->calibration;
-    map.confusable = std::move((*stored)->confusable);
+  return map;
+}
+
+absl::StatusOr<Map> OpenMap(const std::string& path, const OpenOptions& options) {
+  absl::StatusOr<OpenMapFile> file = OpenAndReadHead(path);
+  if (!file.ok()) return file.status();
+  const absl::StatusOr<std::int64_t> file_bytes = file->connection.FileBytes();
+  if (!file_bytes.ok()) return file_bytes.status();
+  if (file->head.schema_version < schema::kKeysVersion || *file_bytes <= options.whole_bytes) {
+    return LoadMap(path);
   }
+  Map map = StartMap(file->head, false);
+  absl::StatusOr<KeysCursor> cursor = KeysCursor::Open(file->connection, file->head);
+  if (!cursor.ok()) return cursor.status();
+  KeysLoader keys(*std::move(cursor), file->head.params, path, map);
+  absl::Status status = VisitPlacesOf(*file, [&](const PlaceRow& row) {
+    map.places.push_back(PlaceOf(row));
+    return keys.Add(row);
+  });
+  if (!status.ok()) return status;
+  absl::StatusOr<ExpectedRows> expected = keys.Finish();
+  if (!expected.ok()) return expected.status();
+  if (status = AddCalibration(*file, map); !status.ok()) return status;
+  absl::StatusOr<std::shared_ptr<const FilePayload>> payload =
+      FilePayload::Open(path, file->head, *std::move(expected), options);
+  if (!payload.ok()) return payload.status();
+  map.payload = *std::move(payload);
   return map;
 }
 
 absl::StatusOr<MapInfo> ReadInfo(const std::string& path) {
-  absl::StatusOr<OpenMap> file = OpenAndReadHead(path);
+  absl::StatusOr<OpenMapFile> file = OpenAndReadHead(path);
   if (!file.ok()) return file.status();
   const absl::StatusOr<std::int64_t> file_bytes = file->connection.FileBytes();
   if (!file_bytes.ok()) return file_bytes.status();
@@ -155,7 +252,7 @@ absl::StatusOr<MapInfo> ReadInfo(const std::string& path) {
 }
 
 absl::StatusOr<std::vector<PlaceRecord>> ReadPlaces(const std::string& path) {
-  absl::StatusOr<OpenMap> file = OpenAndReadHead(path);
+  absl::StatusOr<OpenMapFile> file = OpenAndReadHead(path);
   if (!file.ok()) return file.status();
   std::vector<PlaceRecord> places;
   places.reserve(static_cast<std::size_t>(file->head.num_places()));

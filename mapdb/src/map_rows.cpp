@@ -94,31 +94,36 @@ std::int64_t ContextCursor::place() const {
 }
 
 absl::Status ContextCursor::Read(ContextValues& values) {
-  const ContextShape& expected = shape();
+  return ReadContextRow(statement_, shape(), place(), next_id_ - 1, path_, hasher_, values);
+}
+
+std::string NameOf(const ContextShape& shape, std::int64_t place) {
+  return absl::StrCat("place ", place, ", ",
+                      shape.kind == DescriptorKind::kPolar ? "polar" : "cart", " context ",
+                      shape.variant);
+}
+
+absl::Status ReadContextRow(const Statement& statement, const ContextShape& shape,
+                            std::int64_t place, std::int64_t id, const std::string& path,
+                            Hasher& scratch, ContextValues& values) {
   const auto damaged = [&](absl::string_view what) {
-    return DamagedError(
-        path_, absl::StrCat("place ", place(), ", ",
-                            expected.kind == DescriptorKind::kPolar ? "polar" : "cart", " context ",
-                            expected.variant, ": ", what));
+    return DamagedError(path, absl::StrCat(NameOf(shape, place), ": ", what));
   };
-  const ContextRow row{statement_.Int(0),  statement_.Int(1),  statement_.Int(2),
-                       statement_.Int(3),  statement_.Blob(5), statement_.Blob(6),
-                       statement_.Blob(7), statement_.Int(4)};
+  const ContextRow row{statement.Int(0),  statement.Int(1),  statement.Int(2),  statement.Int(3),
+                       statement.Blob(5), statement.Blob(6), statement.Blob(7), statement.Int(4)};
   values.checksum = row.checksum;
-  if (ContextChecksum(row, hasher_) != row.checksum) return damaged("its checksum does not match");
-  if (row.id != next_id_ - 1 || row.place != place() ||
-      row.kind != static_cast<std::int64_t>(expected.kind) || row.variant != expected.variant) {
+  if (ContextChecksum(row, scratch) != row.checksum) return damaged("its checksum does not match");
+  if (row.id != id || row.place != place || row.kind != static_cast<std::int64_t>(shape.kind) ||
+      row.variant != shape.variant) {
     return damaged(absl::StrCat("its row is that of place ", row.place, ", kind ", row.kind,
                                 ", variant ", row.variant));
   }
-  values.cells_cm.resize(expected.num_cells());
-  values.retrieval_cm.resize(static_cast<std::size_t>(expected.num_rows));
-  values.aligning_cm.resize(static_cast<std::size_t>(expected.num_cols));
+  values.cells_cm.resize(shape.num_cells());
+  values.retrieval_cm.resize(static_cast<std::size_t>(shape.num_rows));
+  values.aligning_cm.resize(static_cast<std::size_t>(shape.num_cols));
   if (!DecodeCells(row.cells, values.cells_cm)) return damaged("its cells are malformed");
-  if (!DecodeKey(row.retrieval_key, expected.num_cols * Context::kMaxHeight_cm,
-                 values.retrieval_cm) ||
-      !DecodeKey(row.aligning_key, expected.num_rows * Context::kMaxHeight_cm,
-                 values.aligning_cm)) {
+  if (!DecodeKey(row.retrieval_key, shape.num_cols * Context::kMaxHeight_cm, values.retrieval_cm) ||
+      !DecodeKey(row.aligning_key, shape.num_rows * Context::kMaxHeight_cm, values.aligning_cm)) {
     return damaged("its keys are malformed");
   }
   return absl::OkStatus();
@@ -142,23 +147,30 @@ absl::StatusOr<bool> StructureCursor::Step() {
 }
 
 absl::Status StructureCursor::Read(Structure& structure, std::int64_t& checksum) {
+  return ReadStructureRow(statement_, next_place_ - 1, reach_m_, path_, hasher_, structure,
+                          checksum);
+}
+
+absl::Status ReadStructureRow(const Statement& statement, std::int64_t place, double reach_m,
+                              const std::string& path, Hasher& scratch, Structure& structure,
+                              std::int64_t& checksum) {
   const auto damaged = [&](absl::string_view what) {
-    return DamagedError(path_, absl::StrCat("place ", next_place_ - 1, ", structure: ", what));
+    return DamagedError(path, absl::StrCat("place ", place, ", structure: ", what));
   };
-  const StructureRow row{statement_.Int(0),  statement_.Real(1), statement_.Real(2),
-                         statement_.Real(3), statement_.Blob(5), statement_.Int(4)};
+  const StructureRow row{statement.Int(0),  statement.Real(1), statement.Real(2),
+                         statement.Real(3), statement.Blob(5), statement.Int(4)};
   checksum = row.checksum;
-  if (StructureChecksum(row, hasher_) != row.checksum)
+  if (StructureChecksum(row, scratch) != row.checksum) {
     return damaged("its checksum does not match");
-  if (row.place != next_place_ - 1) {
-    return damaged(absl::StrCat("its row is that of place ", row.place));
   }
+  if (row.place != place) return damaged(absl::StrCat("its row is that of place ", row.place));
   structure.roll_rad = static_cast<float>(row.roll_rad);
   structure.pitch_rad = static_cast<float>(row.pitch_rad);
   structure.height_m = static_cast<float>(row.height_m);
   if (!DecodePosts(row.posts, structure.posts)) return damaged("its posts are malformed");
-  if (absl::Status status = Validate(structure, reach_m_); !status.ok())
+  if (absl::Status status = Validate(structure, reach_m); !status.ok()) {
     return damaged(status.message());
+  }
   return absl::OkStatus();
 }
 

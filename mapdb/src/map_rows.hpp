@@ -70,6 +70,9 @@ absl::StatusOr<ContentHasher> VisitPlaces(Connection& connection, const MapHead&
   return content;
 }
 
+/// Name and version of a place's part in the text of an error.
+[[nodiscard]] std::string NameOf(const ContextShape& shape, std::int64_t place);
+
 /// One context, decoded.
 struct ContextValues {
   std::vector<std::uint16_t> cells_cm;
@@ -77,6 +80,18 @@ struct ContextValues {
   std::vector<std::int32_t> aligning_cm;
   std::int64_t checksum = 0;
 };
+
+/// Decodes the row of kSelectContexts or kSelectContext that a statement is at, which must be that
+/// of a place and shape; checks its checksum, shape and heights, but not keys against cells.
+[[nodiscard]] absl::Status ReadContextRow(const Statement& statement, const ContextShape& shape,
+                                          std::int64_t place, std::int64_t id,
+                                          const std::string& path, Hasher& scratch,
+                                          ContextValues& values);
+/// Likewise that of kSelectStructures or kSelectStructure; checks its checksum and its values.
+[[nodiscard]] absl::Status ReadStructureRow(const Statement& statement, std::int64_t place,
+                                            double reach_m, const std::string& path,
+                                            Hasher& scratch, Structure& structure,
+                                            std::int64_t& checksum);
 
 /// The contexts of a map in order, those of a place as ContextShapes has them.
 class ContextCursor {
@@ -86,8 +101,7 @@ class ContextCursor {
 
   /// False after the last row, as PlaceCursor.
   [[nodiscard]] absl::StatusOr<bool> Step();
-  /// Decodes the current row and checks its checksum, shape and heights, but not keys against
-  /// cells.
+  /// ReadContextRow of the current row.
   [[nodiscard]] absl::Status Read(ContextValues& values);
   /// What the current row is.
   [[nodiscard]] const ContextShape& shape() const;
@@ -112,7 +126,7 @@ class StructureCursor {
 
   /// False after the last row, as PlaceCursor.
   [[nodiscard]] absl::StatusOr<bool> Step();
-  /// Decodes the current row and checks its checksum and its values.
+  /// ReadStructureRow of the current row.
   [[nodiscard]] absl::Status Read(Structure& structure, std::int64_t& checksum);
 
  private:

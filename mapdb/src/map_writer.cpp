@@ -138,10 +138,22 @@ absl::Status MapWriter::PrepareInserts() {
     if (!structure.ok()) return structure.status();
     insert_structure_ = *std::move(structure);
   }
+  if (head_.schema_version >= schema::kKeysVersion) {
+    absl::StatusOr<Statement> keys = connection_.Prepare(schema::kInsertKeys);
+    if (!keys.ok()) return keys.status();
+    insert_keys_ = *std::move(keys);
+  }
   return absl::OkStatus();
 }
 
 absl::Status MapWriter::StartSession(const SessionPlan& plan) {
+  return StartSession(plan.name, PlanHash(plan), static_cast<std::int64_t>(plan.scans.size()));
+}
+
+absl::Status MapWriter::StartSession(const std::string& name, const std::string& plan_hash,
+                                     std::int64_t num_scans) {
+  // A commit writes the counts of the last session alone.
+  if (absl::Status status = Commit(); !status.ok()) return status;
   const auto id = static_cast<std::int64_t>(head_.sessions.size());
   if (id >= limits::kMaxSessions) {
     return absl::ResourceExhaustedError(
@@ -149,9 +161,9 @@ absl::Status MapWriter::StartSession(const SessionPlan& plan) {
                      " sessions, the most that a map may have; start another map"));
   }
   SessionRow row;
-  row.name = plan.name;
-  row.plan_hash = PlanHash(plan);
-  row.num_scans = static_cast<std::int64_t>(plan.scans.size());
+  row.name = name;
+  row.plan_hash = plan_hash;
+  row.num_scans = num_scans;
   absl::StatusOr<Statement> insert = connection_.Prepare(schema::kInsertSession);
   if (!insert.ok()) return insert.status();
   insert->Bind(1, id);
@@ -171,6 +183,7 @@ absl::Status MapWriter::StartSession(const SessionPlan& plan) {
 
 void MapWriter::EncodeDescriptor(const PlaceDescriptor& descriptor, PlaceRow& place) {
   StartPlaceChecksum(place, place_hasher_);
+  keys_.Start(place.id);
   for (std::size_t i = 0; i < shapes_.size(); ++i) {
     const Context& context = shapes_[i].kind == DescriptorKind::kPolar
                                  ? descriptor.polar[static_cast<std::size_t>(shapes_[i].variant)]
@@ -189,10 +202,12 @@ void MapWriter::EncodeDescriptor(const PlaceDescriptor& descriptor, PlaceRow& pl
     row.cells = cells;
     row.checksum = ContextChecksum(row, context_hasher_);
     place_hasher_.Add(row.checksum);
+    keys_.AddContext(row.retrieval_key, row.checksum);
   }
   if (head_.params.structure.enabled) {
     EncodeStructure(descriptor.structure, place.id);
     place_hasher_.Add(structure_.checksum);
+    keys_.AddStructure(structure_, descriptor.structure.posts.size());
   }
   place.checksum = place_hasher_.Digest64();
 }
@@ -239,6 +254,18 @@ absl::Status MapWriter::InsertStructure() {
   return insert_structure_->Run();
 }
 
+absl::Status MapWriter::InsertKeys(const KeysRow& row) {
+  insert_keys_->Bind(1, row.place);
+  insert_keys_->Bind(2, row.roll_rad);
+  insert_keys_->Bind(3, row.pitch_rad);
+  insert_keys_->Bind(4, row.height_m);
+  insert_keys_->Bind(5, row.num_posts);
+  insert_keys_->Bind(6, row.checksum);
+  insert_keys_->Bind(7, row.retrieval_keys);
+  insert_keys_->Bind(8, row.checksums);
+  return insert_keys_->Run();
+}
+
 absl::Status MapWriter::AddPlace(const PlannedScan& scan, const PlaceDescriptor& descriptor) {
   if (num_places_ >= limits::kMaxPlaces) {
     return absl::ResourceExhaustedError(
@@ -259,6 +286,9 @@ absl::Status MapWriter::AddPlace(const PlannedScan& scan, const PlaceDescriptor&
   }
   if (insert_structure_.has_value()) {
     if (absl::Status status = InsertStructure(); !status.ok()) return status;
+  }
+  if (insert_keys_.has_value()) {
+    if (absl::Status status = InsertKeys(keys_.Finish()); !status.ok()) return status;
   }
   content_->AddPlace(place);
   ++num_places_;

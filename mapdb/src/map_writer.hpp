@@ -10,6 +10,7 @@
 #include "calibration_rows.hpp"
 #include "checksum.hpp"
 #include "encoding.hpp"
+#include "key_rows.hpp"
 #include "map_rows.hpp"
 #include "scanloc/core/scan/descriptor.hpp"
 #include "scanloc/mapdb/map_builder.hpp"
@@ -39,6 +40,8 @@ class MapWriter {
 
   /// Adds a session and commits, so that the file has it from the start on.
   [[nodiscard]] absl::Status StartSession(const SessionPlan& plan);
+  [[nodiscard]] absl::Status StartSession(const std::string& name, const std::string& plan_hash,
+                                          std::int64_t num_scans);
   /// Adds a place to the last session. Requires Validate(descriptor, head().params).ok().
   [[nodiscard]] absl::Status AddPlace(const PlannedScan& scan, const PlaceDescriptor& descriptor);
   /// Counts a scan of the last session that is no place.
@@ -76,6 +79,7 @@ class MapWriter {
   absl::Status InsertPlace(const PlaceRow& place);
   absl::Status InsertContext(const ContextRow& context);
   absl::Status InsertStructure();
+  absl::Status InsertKeys(const KeysRow& row);
   absl::Status WriteCountsAndContentId();
 
   Connection connection_;
@@ -88,6 +92,8 @@ class MapWriter {
   std::optional<Statement> insert_place_;
   std::optional<Statement> insert_context_;
   std::optional<Statement> insert_structure_;  // where the map has structures
+  std::optional<Statement> insert_keys_;       // where the schema has the table
+  KeysRowMaker keys_;                          // of the place being added
   std::int64_t num_places_ = 0;
   std::optional<std::int64_t> data_version_;  // of the last own commit
   bool has_changes_ = false;

@@ -7,7 +7,7 @@
 namespace scanloc::mapdb::schema {
 
 inline constexpr std::uint32_t kApplicationId = 0x534C4F43;  // "SLOC"; persisted, never change
-inline constexpr int kVersion = 4;                           ///< of the files that this code writes
+inline constexpr int kVersion = 5;                           ///< of the files that this code writes
 inline constexpr int kCompatibleVersion = 3;  ///< oldest version whose readers can read these files
 
 struct Table {
@@ -24,7 +24,7 @@ struct Table {
 inline constexpr const char* kMetaTable = "meta";  ///< the same in all versions
 
 /// The checksum in a row covers all other columns of the row.
-inline constexpr std::array<Table, 9> kTables = {{
+inline constexpr std::array<Table, 10> kTables = {{
     {kMetaTable,
      "CREATE TABLE meta (key TEXT NOT NULL PRIMARY KEY, value TEXT NOT NULL,"
      " checksum INTEGER NOT NULL) STRICT, WITHOUT ROWID",
@@ -71,7 +71,16 @@ inline constexpr std::array<Table, 9> kTables = {{
      "CREATE TABLE confusable (id INTEGER NOT NULL PRIMARY KEY, place INTEGER NOT NULL,"
      " lookalike INTEGER NOT NULL, confidence REAL NOT NULL, checksum INTEGER NOT NULL) STRICT",
      2},
+    // What is needed to find candidates, without the contexts and structures that it is taken from.
+    {"keys",
+     "CREATE TABLE keys (place INTEGER NOT NULL PRIMARY KEY REFERENCES places (id),"
+     " roll_rad REAL NOT NULL, pitch_rad REAL NOT NULL, height_m REAL NOT NULL,"
+     " num_posts INTEGER NOT NULL, checksum INTEGER NOT NULL, retrieval_keys BLOB NOT NULL,"
+     " checksums BLOB NOT NULL) STRICT",
+     5},
 }};
+
+inline constexpr int kKeysVersion = 5;  ///< the first whose files have the table `keys`
 
 // Keys of meta.
 inline constexpr const char* kVersionKey = "version";
@@ -82,6 +91,8 @@ inline constexpr const char* kHistoryKey = "history";  ///< only of maps made of
 
 inline constexpr const char* kConfigureReader =
     "PRAGMA cell_size_check = ON; PRAGMA mmap_size = 0; PRAGMA temp_store = MEMORY";
+/// For a connection that looks up single rows: the pages between root and rows stay [KiB].
+inline constexpr const char* kConfigureLookup = "PRAGMA cache_size = -8000";
 // A map is one file: a journal that is deleted at every commit, its folder synced, and nothing
 // spilled before one.
 // Page size and encoding hold for a new file only (docs/map_format.md, "Why so").
@@ -115,10 +126,22 @@ inline constexpr const char* kSelectContexts =
     "SELECT id, place, kind, variant, checksum, retrieval_key, aligning_key, cells"
     " FROM contexts ORDER BY id";
 
+inline constexpr const char* kSelectContext =
+    "SELECT id, place, kind, variant, checksum, retrieval_key, aligning_key, cells"
+    " FROM contexts WHERE id = ?1";
+
 inline constexpr const char* kSelectStructures2 =
     "SELECT place, roll_rad, pitch_rad, height_m, checksum, columns FROM structures ORDER BY place";
 inline constexpr const char* kSelectStructures =
     "SELECT place, roll_rad, pitch_rad, height_m, checksum, posts FROM structures ORDER BY place";
+inline constexpr const char* kSelectStructure =
+    "SELECT place, roll_rad, pitch_rad, height_m, checksum, posts FROM structures WHERE place = ?1";
+inline constexpr const char* kSelectKeys =
+    "SELECT place, roll_rad, pitch_rad, height_m, num_posts, checksum, retrieval_keys, checksums"
+    " FROM keys ORDER BY place";
+inline constexpr const char* kSelectKeysOfPlace =
+    "SELECT place, roll_rad, pitch_rad, height_m, num_posts, checksum, retrieval_keys, checksums"
+    " FROM keys WHERE place = ?1";
 inline constexpr const char* kSelectCalibration =
     "SELECT id, content_id, bias, score_weight, margin_weight, num_trials, num_confusable, checksum"
     " FROM calibration ORDER BY id";
@@ -144,6 +167,9 @@ inline constexpr const char* kInsertStructure2 =
 inline constexpr const char* kInsertStructure =
     "INSERT INTO structures (place, roll_rad, pitch_rad, height_m, checksum, posts)"
     " VALUES (?1, ?2, ?3, ?4, ?5, ?6)";
+inline constexpr const char* kInsertKeys =
+    "INSERT INTO keys (place, roll_rad, pitch_rad, height_m, num_posts, checksum, retrieval_keys,"
+    " checksums) VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8)";
 inline constexpr const char* kDeleteCalibration = "DELETE FROM calibration";
 inline constexpr const char* kDeleteConfusable = "DELETE FROM confusable";
 inline constexpr const char* kInsertCalibration =

@@ -31,12 +31,11 @@ absl::Status Validate(const SessionPlan& plan) {
 }
 
 std::string PlanHash(const SessionPlan& plan) {
-  Hasher hasher;
-  hasher.Add("plan").Add(plan.name);
+  PlanHasher hasher(plan.name);
   for (const PlannedScan& scan : plan.scans) {
-    hasher.Add(scan.name).Add(scan.stamp_ns).Add(EncodePose(scan.T_map_place));
+    hasher.AddScan(scan.name, scan.stamp_ns, EncodePose(scan.T_map_place));
   }
-  return hasher.Digest128();
+  return hasher.Hash();
 }
 
 std::string DescribeDifference(const SessionRow& stored, const std::vector<PlaceRow>& places,

@@ -7,6 +7,7 @@
 #include "absl/strings/str_cat.h"
 #include "calibration_rows.hpp"
 #include "checksum.hpp"
+#include "key_rows.hpp"
 #include "map_rows.hpp"
 #include "open_map.hpp"
 #include "scanloc/core/map/context_table.hpp"
@@ -67,10 +68,32 @@ bool KeysMatchCells(const ContextShape& shape, ContextValues& values) {
   return keys.retrieval_cm == values.retrieval_cm && keys.aligning_cm == values.aligning_cm;
 }
 
-// Gives the checksums of all contexts in order, for the checksums of the places.
-std::vector<std::int64_t> CheckContexts(Connection& connection, const Params& params,
-                                        Problems& problems) {
-  std::vector<std::int64_t> checksums;
+// What other rows say of a row again.
+struct RowSums {
+  std::int64_t checksum = 0;
+  std::int64_t keys_hash = 0;  // of a context's retrieval key, of a structure's ground
+};
+
+std::int64_t HashOf(const std::vector<std::int32_t>& key_cm) {
+  Hasher hasher;
+  for (const std::int32_t sum_cm : key_cm) hasher.Add(std::int64_t{sum_cm});
+  return hasher.Digest64();
+}
+
+std::int64_t HashOf(const PlaceGround& place) {
+  const Ground& ground = place.ground;
+  return Hasher()
+      .Add(double{ground.roll_rad})
+      .Add(double{ground.pitch_rad})
+      .Add(double{ground.height_m})
+      .Add(std::int64_t{place.has_posts})
+      .Digest64();
+}
+
+// Gives the sums of all contexts in order, for the checksums of the places and the keys.
+std::vector<RowSums> CheckContexts(Connection& connection, const Params& params,
+                                   Problems& problems) {
+  std::vector<RowSums> checksums;
   absl::StatusOr<ContextCursor> contexts = ContextCursor::Open(connection, params);
   if (!problems.Add(contexts.status())) return checksums;
   ContextValues values;
@@ -79,29 +102,31 @@ std::vector<std::int64_t> CheckContexts(Connection& connection, const Params& pa
       problems.Add(absl::StrCat("place ", contexts->place(), ", context row ", checksums.size(),
                                 ": its keys are not those of its cells"));
     }
-    checksums.push_back(values.checksum);
+    checksums.push_back({values.checksum, HashOf(values.retrieval_cm)});
   }
   return checksums;
 }
 
 // The same of structures.
-std::vector<std::int64_t> CheckStructures(Connection& connection, const MapHead& head,
-                                          Problems& problems) {
-  std::vector<std::int64_t> checksums;
+std::vector<RowSums> CheckStructures(Connection& connection, const MapHead& head,
+                                     Problems& problems) {
+  std::vector<RowSums> checksums;
   absl::StatusOr<StructureCursor> structures = StructureCursor::Open(connection, head);
   if (!problems.Add(structures.status())) return checksums;
   Structure structure;
   while (Next(*structures, problems)) {
-    problems.Add(structures->Read(structure, checksums.emplace_back()));
+    RowSums& sums = checksums.emplace_back();
+    problems.Add(structures->Read(structure, sums.checksum));
+    sums.keys_hash = HashOf(PlaceGround{structure.ground(), !structure.posts.empty()});
   }
   return checksums;
 }
 
 // Adds the checksums of what place `place` has of `checksums`, num_each a place.
-void AddChecksums(const std::vector<std::int64_t>& checksums, std::size_t place,
-                  std::size_t num_each, Hasher& hasher) {
+void AddChecksums(const std::vector<RowSums>& checksums, std::size_t place, std::size_t num_each,
+                  Hasher& hasher) {
   for (std::size_t i = place * num_each; i < (place + 1) * num_each && i < checksums.size(); ++i) {
-    hasher.Add(checksums[i]);
+    hasher.Add(checksums[i].checksum);
   }
 }
 
@@ -112,9 +137,8 @@ void CheckCount(const char* what, std::size_t num_found, std::size_t num_places,
                             num_places * num_each));
 }
 
-void CheckPlaces(Connection& connection, const MapHead& head,
-                 const std::vector<std::int64_t>& contexts,
-                 const std::vector<std::int64_t>& structures, Problems& problems) {
+void CheckPlaces(Connection& connection, const MapHead& head, const std::vector<RowSums>& contexts,
+                 const std::vector<RowSums>& structures, Problems& problems) {
   absl::StatusOr<PlaceCursor> places = PlaceCursor::Open(connection, head);
   if (!problems.Add(places.status())) return;
   const std::size_t contexts_each = ContextShapes(head.params).size();
@@ -147,11 +171,43 @@ void CheckPlaces(Connection& connection, const MapHead& head,
   }
 }
 
+// Whether the keys are those of the contexts and structures that they were taken from.
+void CheckKeys(Connection& connection, const MapHead& head, const std::vector<RowSums>& contexts,
+               const std::vector<RowSums>& structures, Problems& problems) {
+  absl::StatusOr<KeysCursor> cursor = KeysCursor::Open(connection, head);
+  if (!problems.Add(cursor.status())) return;
+  const std::size_t contexts_each = ContextShapes(head.params).size();
+  std::size_t num_rows = 0;
+  PlaceKeys keys;
+  for (; Next(*cursor, problems); ++num_rows) {
+    if (!problems.Add(cursor->Read(keys))) continue;
+    bool is_same = (num_rows + 1) * contexts_each <= contexts.size();
+    for (std::size_t i = 0; is_same && i < contexts_each; ++i) {
+      const RowSums& context = contexts[num_rows * contexts_each + i];
+      is_same = context.checksum == keys.checksums[i] &&
+                context.keys_hash == HashOf(keys.retrieval_cm[i]);
+    }
+    if (is_same && head.params.structure.enabled) {
+      is_same = num_rows < structures.size() &&
+                structures[num_rows].checksum == keys.checksums.back() &&
+                structures[num_rows].keys_hash == HashOf(keys.ground);
+    }
+    if (!is_same) {
+      problems.Add(absl::StrCat("keys of place ", num_rows,
+                                ": they are not those of its contexts and structure"));
+    }
+  }
+  CheckCount("keys", num_rows, static_cast<std::size_t>(head.num_places()), 1, problems);
+}
+
 void CheckRows(Connection& connection, const MapHead& head, Problems& problems) {
-  const std::vector<std::int64_t> contexts = CheckContexts(connection, head.params, problems);
-  std::vector<std::int64_t> structures;
+  const std::vector<RowSums> contexts = CheckContexts(connection, head.params, problems);
+  std::vector<RowSums> structures;
   if (head.schema_version >= 2) structures = CheckStructures(connection, head, problems);
   CheckPlaces(connection, head, contexts, structures, problems);
+  if (head.schema_version >= schema::kKeysVersion) {
+    CheckKeys(connection, head, contexts, structures, problems);
+  }
   problems.Add(ReadCalibration(connection, head).status());
 }
 

@@ -2,10 +2,17 @@
 
 #include <algorithm>
 #include <cassert>
+#include <limits>
+#include <utility>
 
 #include "scanloc/core/map/map.hpp"
 
 namespace scanloc {
+namespace {
+
+constexpr int kPlaceBits = 24;
+
+}  // namespace
 
 Keys MakeKeys(const Context& context) {
   Keys keys;
@@ -22,53 +29,102 @@ Keys MakeKeys(const Context& context) {
   return keys;
 }
 
-void ContextTable::Reserve(std::size_t num_entries) {
-  entries_.reserve(num_entries);
-  cells_cm_.reserve(num_entries * static_cast<std::size_t>(num_rows_) *
-                    static_cast<std::size_t>(num_cols_));
-  retrieval_cm_.reserve(num_entries * static_cast<std::size_t>(num_rows_));
+void ContextTable::Reserve(std::size_t num_entries, bool with_flips, bool with_contexts) {
+  owners_.reserve(num_entries);
+  const std::size_t num_keys = with_flips ? (num_entries + 1) / 2 : num_entries;
+  retrieval_cm_.reserve(num_keys * static_cast<std::size_t>(num_rows_));
+  if (!with_contexts) return;
+  cells_cm_.reserve(num_entries * num_cells());
   aligning_cm_.reserve(num_entries * static_cast<std::size_t>(num_cols_));
+}
+
+void ContextTable::AppendOwner(const Entry& entry) {
+  assert(entry.place >= 0 && entry.place <= kMaxPlace);
+  const auto same = std::find_if(variants_.begin(), variants_.end(), [&](const Entry& variant) {
+    return variant.root_shift_m == entry.root_shift_m && variant.flipped == entry.flipped &&
+           variant.augmented == entry.augmented;
+  });
+  const auto number = static_cast<std::uint32_t>(same - variants_.begin());
+  assert(number < kMaxVariants);
+  if (same == variants_.end()) {
+    variants_.push_back(entry);
+    variants_.back().place = 0;
+  }
+  owners_.push_back(static_cast<std::uint32_t>(entry.place) | number << kPlaceBits);
 }
 
 void ContextTable::Append(const Entry& entry, std::span<const std::uint16_t> cells_cm,
                           std::span<const std::int32_t> retrieval_cm,
                           std::span<const std::int32_t> aligning_cm) {
-  assert(cells_cm.size() ==
-         static_cast<std::size_t>(num_rows_) * static_cast<std::size_t>(num_cols_));
-  assert(retrieval_cm.size() == static_cast<std::size_t>(num_rows_));
+  assert(cells_cm.size() == num_cells());
   assert(aligning_cm.size() == static_cast<std::size_t>(num_cols_));
-  entries_.push_back(entry);
+  AppendKey(entry, retrieval_cm);
   cells_cm_.insert(cells_cm_.end(), cells_cm.begin(), cells_cm.end());
-  retrieval_cm_.insert(retrieval_cm_.end(), retrieval_cm.begin(), retrieval_cm.end());
   aligning_cm_.insert(aligning_cm_.end(), aligning_cm.begin(), aligning_cm.end());
 }
 
+void ContextTable::AppendKey(const Entry& entry, std::span<const std::int32_t> retrieval_cm) {
+  assert(retrieval_cm.size() == static_cast<std::size_t>(num_rows_));
+  constexpr std::int32_t kMost = std::numeric_limits<std::uint16_t>::max();
+  const bool fits = std::all_of(retrieval_cm.begin(), retrieval_cm.end(),
+                                [](std::int32_t sum_cm) { return sum_cm >= 0 && sum_cm <= kMost; });
+  assert(!has_flips() || size() == 2 * num_flips_);
+  if (!fits)
+    large_retrieval_cm_[size() - num_flips_].assign(retrieval_cm.begin(), retrieval_cm.end());
+  AppendOwner(entry);
+  for (const std::int32_t sum_cm : retrieval_cm) {
+    retrieval_cm_.push_back(static_cast<std::uint16_t>(sum_cm));
+  }
+}
+
 void ContextTable::AppendFlipOfLast() {
-  assert(!entries_.empty());
-  Entry entry = entries_.back();
-  entry.flipped = !entry.flipped;
-  entry.augmented = true;
-  entries_.push_back(entry);
+  assert(size() == 2 * num_flips_ + 1);
+  Entry flip = entry(size() - 1);
+  flip.flipped = !flip.flipped;
+  flip.augmented = true;
+  const bool has_context = holds_contexts();
+  AppendOwner(flip);
+  ++num_flips_;
+  if (!has_context) return;
   // Columns of rows in one run: flipping both axes is reversing the run, and likewise the keys.
-  const auto append_reversed = [](auto& values, int count) {
-    values.resize(values.size() + static_cast<std::size_t>(count));
-    std::reverse_copy(values.end() - 2 * count, values.end() - count, values.end() - count);
+  const auto append_reversed = [](auto& values, std::size_t count) {
+    values.resize(values.size() + count);
+    const auto end = values.end() - static_cast<std::ptrdiff_t>(count);
+    std::reverse_copy(end - static_cast<std::ptrdiff_t>(count), end, end);
   };
-  append_reversed(cells_cm_, num_rows_ * num_cols_);
-  append_reversed(retrieval_cm_, num_rows_);
-  append_reversed(aligning_cm_, num_cols_);
+  append_reversed(cells_cm_, num_cells());
+  append_reversed(aligning_cm_, static_cast<std::size_t>(num_cols_));
+}
+
+ContextTable::Entry ContextTable::entry(std::size_t i) const {
+  Entry entry = variants_[owners_[i] >> kPlaceBits];
+  entry.place = static_cast<std::int32_t>(owners_[i] & kMaxPlace);
+  return entry;
 }
 
 ContextView ContextTable::context(std::size_t i) const {
-  const auto num_cells = static_cast<std::size_t>(num_rows_) * static_cast<std::size_t>(num_cols_);
   const auto num_cols = static_cast<std::size_t>(num_cols_);
-  return {num_rows_, num_cols_, std::span(cells_cm_).subspan(i * num_cells, num_cells),
+  return {num_rows_, num_cols_, std::span(cells_cm_).subspan(i * num_cells(), num_cells()),
           std::span(aligning_cm_).subspan(i * num_cols, num_cols)};
 }
 
-std::span<const std::int32_t> ContextTable::retrieval_key_cm(std::size_t i) const {
-  const auto num_rows = static_cast<std::size_t>(num_rows_);
-  return std::span(retrieval_cm_).subspan(i * num_rows, num_rows);
+std::vector<std::int32_t> ContextTable::retrieval_key_cm(std::size_t i) const {
+  std::vector<std::int32_t> key_cm(static_cast<std::size_t>(num_rows_));
+  ReadRetrievalKey(i, key_cm);
+  return key_cm;
+}
+
+void ContextTable::ReadRetrievalKey(std::size_t i, std::span<std::int32_t> key_cm) const {
+  const std::size_t number = has_flips() ? i / 2 : i;
+  const auto large =
+      large_retrieval_cm_.empty() ? large_retrieval_cm_.end() : large_retrieval_cm_.find(number);
+  if (large != large_retrieval_cm_.end()) {
+    std::copy(large->second.begin(), large->second.end(), key_cm.begin());
+  } else {
+    std::copy_n(retrieval_cm_.begin() + static_cast<std::ptrdiff_t>(number * key_cm.size()),
+                key_cm.size(), key_cm.begin());
+  }
+  if (has_flips() && i % 2 == 1) std::reverse(key_cm.begin(), key_cm.end());
 }
 
 Map MakeEmptyMap(const Params& params) {
@@ -77,6 +133,11 @@ Map MakeEmptyMap(const Params& params) {
   map.polar = ContextTable(params.polar.num_rings, params.polar.num_sectors);
   map.cart = ContextTable(params.cart.num_rows, params.cart.num_cols);
   return map;
+}
+
+void Map::AppendStructure(Structure structure) {
+  grounds.push_back({structure.ground(), !structure.posts.empty()});
+  structures.push_back(std::move(structure));
 }
 
 void Map::AppendDescriptor(std::int32_t place, const PlaceDescriptor& descriptor) {
@@ -90,7 +151,7 @@ void Map::AppendDescriptor(std::int32_t place, const PlaceDescriptor& descriptor
     const double shift_m = v == 0 ? 0.0 : params.polar.root_shifts_m[v - 1];
     append(polar, descriptor.polar[v], static_cast<float>(shift_m), v > 0);
   }
-  if (params.structure.enabled) structures.push_back(descriptor.structure);
+  if (params.structure.enabled) AppendStructure(descriptor.structure);
   if (descriptor.cart.empty()) return;
   append(cart, descriptor.cart, 0.0F, false);
   if (params.cart.double_flip) cart.AppendFlipOfLast();

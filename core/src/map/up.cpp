@@ -24,13 +24,13 @@ double AngleBetween(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
 
 absl::StatusOr<Eigen::Vector3d> FindUp(const Map& map) {
   std::vector<Eigen::Vector3d> normals;
-  const std::size_t num_places = std::min(map.structures.size(), map.places.size());
+  const std::size_t num_places = std::min(map.grounds.size(), map.places.size());
   std::size_t step = 1;
   while (num_places / step > kMaxNormals) step *= 2;
   for (std::size_t i = 0; i < num_places; i += step) {
-    if (map.structures[i].posts.empty()) continue;  // its ground may not have been found either
+    if (!map.grounds[i].has_posts) continue;  // its ground may not have been found either
     normals.emplace_back(map.places[i].T_map_place.linear() *
-                         LevelFromSensor(map.structures[i]).linear().transpose().col(2));
+                         LevelFromSensor(map.grounds[i].ground).linear().transpose().col(2));
   }
   if (normals.empty()) return Eigen::Vector3d::UnitZ();
   // The mean, then drawn to where most are: a few bad grounds must not tilt it.

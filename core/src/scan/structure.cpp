@@ -33,15 +33,15 @@ std::int16_t Centimetres(float value_m) {
 
 }  // namespace
 
-Eigen::Isometry3d LevelFromSensor(const Structure& structure) {
+Eigen::Isometry3d LevelFromSensor(const Ground& ground) {
   Eigen::Isometry3d rotation = Eigen::Isometry3d::Identity();
-  rotation.rotate(Eigen::AngleAxisd(structure.pitch_rad, Eigen::Vector3d::UnitY()));
-  rotation.rotate(Eigen::AngleAxisd(structure.roll_rad, Eigen::Vector3d::UnitX()));
+  rotation.rotate(Eigen::AngleAxisd(ground.pitch_rad, Eigen::Vector3d::UnitY()));
+  rotation.rotate(Eigen::AngleAxisd(ground.roll_rad, Eigen::Vector3d::UnitX()));
   return rotation;
 }
 
-Eigen::Isometry3d ContextFromSensor(const Structure& structure) {
-  const Eigen::Isometry3d level = LevelFromSensor(structure);
+Eigen::Isometry3d ContextFromSensor(const Ground& ground) {
+  const Eigen::Isometry3d level = LevelFromSensor(ground);
   const bool is_upright = level.linear()(2, 2) >= std::cos(kMaxUprightTilt_rad);
   return is_upright ? Eigen::Isometry3d::Identity() : level;
 }

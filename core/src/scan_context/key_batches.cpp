@@ -113,7 +113,7 @@ std::vector<NamedKernel> Kernels() {
 using key_batches::kPairSize;
 using key_batches::kPairsPerLook;
 
-KeyBatches::KeyBatches(std::span<const float> components, std::size_t size)
+KeyBatches::KeyBatches(std::span<const float> sample, std::size_t size)
     : size_(size),
       num_pairs_((size + 2 * kPairsPerLook - 1) / (2 * kPairsPerLook) * kPairsPerLook),
       batch_size_(num_pairs_ * kPairSize),
@@ -126,9 +126,9 @@ KeyBatches::KeyBatches(std::span<const float> components, std::size_t size)
   for (std::size_t c = 0; c < size; ++c) {
     float low = std::numeric_limits<float>::infinity();
     float high = -low;
-    for (std::size_t i = c; i < components.size(); i += size) {
-      low = std::min(low, components[i]);
-      high = std::max(high, components[i]);
+    for (std::size_t i = c; i < sample.size(); i += size) {
+      low = std::min(low, sample[i]);
+      high = std::max(high, sample[i]);
     }
     if (low > high) continue;
     centers_[c] = 0.5F * (low + high);
@@ -138,18 +138,17 @@ KeyBatches::KeyBatches(std::span<const float> components, std::size_t size)
 }
 
 std::int16_t KeyBatches::Quantized(float value, std::size_t component) const {
-  // What lies outside is moved to the bound, which brings it nearer to all keys within.
   const auto bound = static_cast<float>(max_);
   const float scaled = std::clamp((value - centers_[component]) * scale_, -bound, bound);
   return static_cast<std::int16_t>(std::lround(scaled));
 }
 
-void KeyBatches::Append(std::span<const float* const> keys) {
+void KeyBatches::Append(std::span<const std::int16_t* const> keys) {
   const std::size_t begin = components_.size();
   components_.resize(begin + batch_size_);
   for (std::size_t lane = 0; lane < keys.size(); ++lane) {
     for (std::size_t c = 0; c < size_; ++c) {
-      components_[begin + c / 2 * kPairSize + 2 * lane + c % 2] = Quantized(keys[lane][c], c);
+      components_[begin + c / 2 * kPairSize + 2 * lane + c % 2] = keys[lane][c];
     }
   }
 }

@@ -36,16 +36,23 @@ class KeyBatches {
 
   KeyBatches() = default;
 
-  /// Will hold some of the keys that lie one behind the other in `components`, `size` each.
-  KeyBatches(std::span<const float> components, std::size_t size);
+  /// Will hold keys of `size` components in the range of those that lie one behind the other in
+  /// `sample`; what lies outside is moved to its bound, which brings any two keys nearer.
+  KeyBatches(std::span<const float> sample, std::size_t size);
 
-  /// Appends a batch of at most kNumLanes of the keys; the lanes left over hold nothing.
-  void Append(std::span<const float* const> keys);
+  /// Components of a key as Quantize gives it.
+  [[nodiscard]] std::size_t key_size() const { return 2 * num_pairs_; }
+
+  /// Appends a batch of at most kNumLanes keys, each of key_size() components; the lanes left over
+  /// hold nothing.
+  void Append(std::span<const std::int16_t* const> keys);
+  void Reserve(std::size_t num_batches) { components_.reserve(num_batches * batch_size_); }
 
   [[nodiscard]] std::size_t num_batches() const {
     return batch_size_ == 0 ? 0 : components_.size() / batch_size_;
   }
 
+  /// A key with as many components as the sample's.
   [[nodiscard]] Query Quantize(const float* key) const;
 
   /// What NearLanes wants for a squared L2 distance; infinity is fine.

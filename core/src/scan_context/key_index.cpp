@@ -23,7 +23,8 @@ KeyIndex::~KeyIndex() = default;
 
 void KeyIndex::Extend() {
   const ContextTable& table = trees_->table;
-  trees_->forest.Grow(table.size(), KeyTree::kLeafSize, [&](std::size_t begin, std::size_t end) {
+  const std::size_t size = table.has_flips() ? table.size() / 2 * 2 : table.size();
+  trees_->forest.Grow(size, KeyTree::kLeafSize, [&](std::size_t begin, std::size_t end) {
     return std::make_unique<const KeyTree>(table, trees_->scale, begin, end);
   });
 }

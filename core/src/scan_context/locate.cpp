@@ -37,8 +37,8 @@ ContextSearch::ContextSearch(const Map& map, DescriptorKind kind)
       table_(kind == DescriptorKind::kPolar ? map.polar : map.cart),
       index_(table_) {}
 
-Answer ContextSearch::Locate(const ScanDescriptor& scan, const Query& query,
-                             const SearchControl& control) const {
+absl::StatusOr<Answer> ContextSearch::Locate(const ScanDescriptor& scan, const Query& query,
+                                             const SearchControl& control) const {
   const SearchParams& params = map_.params.search;
   const Method method = MethodOf(query, map_.params);
   const bool is_polar = kind_ == DescriptorKind::kPolar;
@@ -49,9 +49,11 @@ Answer ContextSearch::Locate(const ScanDescriptor& scan, const Query& query,
   const std::int64_t start_ns = control.Now_ns();
   const std::vector<std::size_t> retrieved = Retrieve(keys, query, method, control);
   const std::int64_t retrieved_ns = control.Now_ns();
-  const std::vector<Scored> scored =
+  const absl::StatusOr<std::vector<Scored>> compared =
       Compare({context.num_rows, context.num_cols, context.cells_cm, keys.aligning_cm}, retrieved,
               method, control);
+  if (!compared.ok()) return compared.status();
+  const std::vector<Scored>& scored = *compared;
   answer.times.retrieve_ns = retrieved_ns - start_ns;
   answer.times.match_ns = control.Now_ns() - retrieved_ns;
 
@@ -87,17 +89,27 @@ std::vector<std::size_t> ContextSearch::Retrieve(const Keys& keys, const Query& 
 
 /// Stages 2 and 3, pre-alignment by the aligning key (Sec. V-B) and comparison of the full
 /// descriptors (Sec. V-C). Best first; equal distances: the lower place.
-std::vector<ContextSearch::Scored> ContextSearch::Compare(const ContextView& query,
-                                                          const std::vector<std::size_t>& entries,
-                                                          const Method& method,
-                                                          const SearchControl& control) const {
+absl::StatusOr<std::vector<ContextSearch::Scored>> ContextSearch::Compare(
+    const ContextView& query, const std::vector<std::size_t>& entries, const Method& method,
+    const SearchControl& control) const {
   const AlignOptions align = AlignOptionsOf(map_.params, kind_);
+  SearchControl untimed = control;  // every candidate is compared
+  untimed.deadline_ns = 0;
+  PayloadView payload(map_, untimed);
   std::vector<Scored> scored;
   scored.reserve(entries.size());
   for (std::size_t i = 0; i < entries.size(); ++i) {
-    if (i % kLookInterval == 0 && control.IsUnwanted()) break;
+    if (i % kLookInterval == 0) {
+      if (control.IsUnwanted()) break;
+      payload.Forget();
+      for (std::size_t j = i; j < std::min(i + kLookInterval, entries.size()); ++j) {
+        payload.WillUse(kind_, entries[j]);
+      }
+      payload.Fetch();
+    }
     const std::size_t entry = entries[i];
-    const ContextView place = table_.context(entry);
+    const ContextView place = payload.Context(kind_, entry);
+    if (!payload.status().ok()) return payload.status();
     const Match match = method.naive_alignment ? AlignNaively(query, place, align)
                                                : AlignByKey(query, place, align);
     // Entries of a place follow each other; of each place only the best is kept.
@@ -135,8 +147,8 @@ Candidate ContextSearch::CandidateFrom(const Scored& scored, const Structure& qu
   }
   // Contexts of sensors that are not mounted upright are those of their levelled frames.
   Pose T_map_context = candidate.T_map_place;
-  if (!map_.structures.empty()) {
-    const Structure& place = map_.structures[PlaceOf(scored.entry)];
+  if (!map_.grounds.empty()) {
+    const Ground& place = map_.grounds[PlaceOf(scored.entry)].ground;
     T_map_context = T_map_context * ContextFromSensor(place).inverse();
   }
   candidate.T_map_query = T_map_context * PlanarOffset(candidate.lateral_m, candidate.yaw_rad) *

@@ -3,6 +3,8 @@
 #include <cstddef>
 #include <vector>
 
+#include "absl/status/statusor.h"
+#include "map/payload_view.hpp"
 #include "scanloc/core/answer.hpp"
 #include "scanloc/core/map/map.hpp"
 #include "scanloc/core/method.hpp"
@@ -25,9 +27,10 @@ class ContextSearch {
   void Extend() { index_.Extend(); }
 
   /// The three stages, and the decision. Requires a query that is valid and asks for a method of
-  /// this kind. What comes of a search that became unwanted is no answer.
-  [[nodiscard]] Answer Locate(const ScanDescriptor& scan, const Query& query,
-                              const SearchControl& control) const;
+  /// this kind. What comes of a search that became unwanted is no answer. The errors of
+  /// PayloadReader::Read.
+  [[nodiscard]] absl::StatusOr<Answer> Locate(const ScanDescriptor& scan, const Query& query,
+                                              const SearchControl& control) const;
 
  private:
   /// An entry of the table, and how well the query lies on it.
@@ -39,10 +42,10 @@ class ContextSearch {
   [[nodiscard]] std::vector<std::size_t> Retrieve(const Keys& keys, const Query& query,
                                                   const Method& method,
                                                   const SearchControl& control) const;
-  [[nodiscard]] std::vector<Scored> Compare(const ContextView& query,
-                                            const std::vector<std::size_t>& entries,
-                                            const Method& method,
-                                            const SearchControl& control) const;
+  [[nodiscard]] absl::StatusOr<std::vector<Scored>> Compare(const ContextView& query,
+                                                            const std::vector<std::size_t>& entries,
+                                                            const Method& method,
+                                                            const SearchControl& control) const;
   [[nodiscard]] Candidate CandidateFrom(const Scored& scored, const Structure& query) const;
 
   [[nodiscard]] std::size_t PlaceOf(std::size_t entry) const {

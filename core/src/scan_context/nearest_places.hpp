@@ -52,6 +52,7 @@ class NearestPlaces {
                 bool augmented, const std::vector<bool>* excluded)
       : table_(table), distance_(distance), k_(k), augmented_(augmented), excluded_(excluded) {
     found_.reserve(k + 1);
+    key_cm_.resize(static_cast<std::size_t>(table.num_rows()));
   }
 
   /// Squared; nothing beyond is of interest.
@@ -59,11 +60,14 @@ class NearestPlaces {
     return found_.size() < k_ ? std::numeric_limits<double>::infinity() : found_.back().distance;
   }
 
+  [[nodiscard]] bool takes_augmented() const { return augmented_; }
+
   /// Whether that changed anything.
   bool Add(std::uint32_t entry) {
-    const ContextTable::Entry& owner = table_.entry(entry);
+    const ContextTable::Entry owner = table_.entry(entry);
     if (!augmented_ && owner.augmented) return false;
-    const Found candidate{distance_.Squared(table_.retrieval_key_cm(entry)), entry, owner.place};
+    table_.ReadRetrievalKey(entry, key_cm_);
+    const Found candidate{distance_.Squared(key_cm_), entry, owner.place};
     if (found_.size() == k_ && !(candidate < found_.back())) return false;
     if (excluded_ != nullptr && (*excluded_)[static_cast<std::size_t>(owner.place)]) return false;
     const auto same = std::find_if(found_.begin(), found_.end(),
@@ -101,6 +105,7 @@ class NearestPlaces {
   bool augmented_;
   const std::vector<bool>* excluded_;
   std::vector<Found> found_;
+  std::vector<std::int32_t> key_cm_;
 };
 
 }  // namespace scanloc

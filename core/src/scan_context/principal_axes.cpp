@@ -5,26 +5,28 @@
 
 namespace scanloc {
 
-PrincipalAxes::PrincipalAxes(const ContextTable& table, KeyScale scale, std::size_t begin,
-                             std::size_t end)
+PrincipalAxes::PrincipalAxes(const ContextTable& table, KeyScale scale,
+                             std::span<const std::size_t> entries)
     : scale_(scale) {
   const int num_rows = table.num_rows();
   Eigen::VectorXd mean = Eigen::VectorXd::Zero(num_rows);
   Eigen::MatrixXd second_moment = Eigen::MatrixXd::Zero(num_rows, num_rows);
-  for (std::size_t i = begin; i < end; ++i) {
+  for (const std::size_t i : entries) {
     const Eigen::VectorXd key_m = Scaled(table.retrieval_key_cm(i));
     mean += key_m;
     second_moment.selfadjointView<Eigen::Lower>().rankUpdate(key_m);
   }
-  const double count = std::max<double>(1.0, static_cast<double>(end - begin));
+  const double count = std::max<double>(1.0, static_cast<double>(entries.size()));
   mean /= count;
   second_moment.triangularView<Eigen::Lower>() -= (count * mean * mean.transpose()).eval();
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(second_moment);
   axes_ = solver.eigenvectors().rowwise().reverse().transpose();
 }
 
-Eigen::VectorXf PrincipalAxes::Turn(std::span<const std::int32_t> key_cm) const {
-  return (axes_ * Scaled(key_cm)).cast<float>();
+void PrincipalAxes::Turn(std::span<const std::int32_t> key_cm, std::span<float> components) const {
+  const auto size = static_cast<Eigen::Index>(components.size());
+  const Eigen::VectorXd turned = axes_.topRows(size) * Scaled(key_cm);
+  Eigen::Map<Eigen::VectorXf>(components.data(), size) = turned.cast<float>();
 }
 
 Eigen::VectorXd PrincipalAxes::Scaled(std::span<const std::int32_t> key_cm) const {

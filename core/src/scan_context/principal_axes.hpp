@@ -16,11 +16,14 @@ namespace scanloc {
 /// tree cuts where keys differ, and most distances are known to be too great after a few terms.
 class PrincipalAxes {
  public:
-  /// Of the keys of a range of entries.
-  PrincipalAxes(const ContextTable& table, KeyScale scale, std::size_t begin, std::size_t end);
+  /// Of the keys of some entries.
+  PrincipalAxes(const ContextTable& table, KeyScale scale, std::span<const std::size_t> entries);
 
-  /// The components of a key along the axes, [m] for KeyScale::kMetres.
-  [[nodiscard]] Eigen::VectorXf Turn(std::span<const std::int32_t> key_cm) const;
+  /// The components of a key along the first axes, [m] for KeyScale::kMetres.
+  void Turn(std::span<const std::int32_t> key_cm, std::span<float> components) const;
+  [[nodiscard]] double NormOf(std::span<const std::int32_t> key_cm) const {
+    return Scaled(key_cm).norm();
+  }
 
  private:
   [[nodiscard]] Eigen::VectorXd Scaled(std::span<const std::int32_t> key_cm) const;

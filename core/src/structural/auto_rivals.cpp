@@ -66,9 +66,9 @@ std::vector<double> AutoSearch::Levels() const {
 }
 
 std::vector<Hypothesis> AutoSearch::VerifyRivals(QueryMatch& match, const Structure& query,
-                                                 const Hypothesis& best,
+                                                 PlaceStructures& places, const Hypothesis& best,
                                                  const SearchControl& control) const {
-  const std::span<const Post> place = map_.structures[static_cast<std::size_t>(best.place)].posts;
+  const std::span<const Post> place = places.Posts(best.place);
   const RivalParams& params = match.params().rivals;
   const StageParams& stage = match.params().verify.at_once;
   const PlanarPoints coarse(place, static_cast<std::size_t>(stage.num_posts));
@@ -89,7 +89,7 @@ std::vector<Hypothesis> AutoSearch::VerifyRivals(QueryMatch& match, const Struct
     rival.score = match.Score(rival.T_place_query);
   }
   const auto lay = [&](Hypothesis hypothesis) {
-    match.LayFinely(map_.structures[static_cast<std::size_t>(hypothesis.place)].posts, hypothesis);
+    match.LayFinely(places.Posts(hypothesis.place), hypothesis);
     rivals.push_back(hypothesis);
   };
   // Where a turned or shifted pose has a place nearer to it, that one sees it from its own side.

@@ -58,17 +58,20 @@ class Proposals {
 /// One retrieved entry's relative pose by its aligning key: a polar column is a turn, a cart column
 /// a lateral displacement.
 void ProposePolar(const ContextTable& table, const ContextView& query, std::size_t entry,
-                  Proposals& proposals) {
-  const int shift = PreAlign(query, table.context(entry), {ShiftMode::kCircular});
+                  PayloadView& payload, Proposals& proposals) {
+  if (!payload.Has(DescriptorKind::kPolar, entry)) return;
+  const int shift =
+      PreAlign(query, payload.Context(DescriptorKind::kPolar, entry), {ShiftMode::kCircular});
   const double sector_rad = 2.0 * std::numbers::pi / table.num_cols();
   proposals.Add(table.entry(entry).place, table.entry(entry).root_shift_m,
                 WrapAngle(shift * sector_rad));
 }
 
 void ProposeCart(const ContextTable& table, const CartParams& params, const ContextView& query,
-                 std::size_t entry, Proposals& proposals) {
-  const int shift =
-      PreAlign(query, table.context(entry), {ShiftMode::kBounded, params.max_shift_cols});
+                 std::size_t entry, PayloadView& payload, Proposals& proposals) {
+  if (!payload.Has(DescriptorKind::kCart, entry)) return;
+  const int shift = PreAlign(query, payload.Context(DescriptorKind::kCart, entry),
+                             {ShiftMode::kBounded, params.max_shift_cols});
   const double lateral_m = shift * 2.0 * params.max_y_m / params.num_cols;
   const bool flipped = table.entry(entry).flipped;
   proposals.Add(table.entry(entry).place, flipped ? -lateral_m : lateral_m,
@@ -86,14 +89,14 @@ Pose PlanarTransform(const PlanarPose& pose, double z_m) {
 
 class AutoSearch::Structures : public PlaceStructures {
  public:
-  explicit Structures(const AutoSearch& search) : search_(search) {}
+  Structures(const AutoSearch& search, PayloadView& payload) : search_(search), payload_(payload) {}
 
   std::span<const Post> Posts(std::int32_t place) override {
-    return search_.map_.structures[static_cast<std::size_t>(place)].posts;
+    return payload_.StructureOf(static_cast<std::size_t>(place)).posts;
   }
 
   UprightPose Upright(std::int32_t place, const PlanarPose& T_place_query) override {
-    const Pose& T_map_level = search_.T_map_level_[static_cast<std::size_t>(place)];
+    const Pose T_map_level = search_.T_map_level(static_cast<std::size_t>(place));
     const Eigen::Vector3d position =
         T_map_level * Eigen::Vector3d(T_place_query.x_m, T_place_query.y_m, 0.0);
     const Eigen::Vector3d ahead =
@@ -106,6 +109,7 @@ class AutoSearch::Structures : public PlaceStructures {
 
  private:
   const AutoSearch& search_;
+  PayloadView& payload_;
 };
 
 AutoSearch::AutoSearch(const Map& map, const Eigen::Vector3d& up) : map_(map), places_(map.places) {
@@ -115,7 +119,7 @@ AutoSearch::AutoSearch(const Map& map, const Eigen::Vector3d& up) : map_(map), p
 }
 
 void AutoSearch::Extend(const Eigen::Vector3d& up) {
-  const std::size_t num_known = T_map_level_.size();
+  const std::size_t num_known = num_known_;
   const bool is_anew = num_known == 0 || up != up_;
   if (is_anew) {
     up_ = up;
@@ -130,19 +134,19 @@ void AutoSearch::Extend(const Eigen::Vector3d& up) {
     highest_m_ = std::max(highest_m_, height_m);
   }
   levels_m_ = Levels();
-  for (std::size_t i = num_known; i < map_.places.size(); ++i) {
-    const Structure& structure = map_.structures[i];
-    T_map_level_.push_back(map_.places[i].T_map_place * LevelFromSensor(structure).inverse());
+  for (std::size_t i = num_known; i < map_.structures.size(); ++i) {
     bearings_.push_back(
-        BearingGrid(structure.posts, map_.params.automatic.shortlist.bearing_ring_m).Widened());
+        BearingGrid(map_.structures[i].posts, map_.params.automatic.shortlist.bearing_ring_m)
+            .Widened());
   }
+  num_known_ = map_.places.size();
   places_.Extend();
   if (polar_) polar_->Extend();
   if (cart_) cart_->Extend();
 }
 
 std::array<std::vector<Hypothesis>, 2> AutoSearch::Propose(const ScanDescriptor& query,
-                                                           int shortlist,
+                                                           int shortlist, PayloadView& payload,
                                                            const SearchControl& control,
                                                            StageTimes& times) const {
   const ShortlistParams& params = map_.params.automatic.shortlist;
@@ -162,6 +166,15 @@ std::array<std::vector<Hypothesis>, 2> AutoSearch::Propose(const ScanDescriptor&
   if (polar_) polar_found = search(*polar_, polar_keys);
   if (cart_) cart_found = search(*cart_, cart_keys);
   const std::int64_t retrieved_ns = control.Now_ns();
+  for (std::size_t i = 0; i < std::max(polar_found.size(), cart_found.size()); ++i) {
+    const auto will_use = [&](DescriptorKind kind, const ContextTable& table, std::size_t entry) {
+      payload.WillUse(kind, entry);
+      payload.WillUseStructure(static_cast<std::size_t>(table.entry(entry).place));
+    };
+    if (i < polar_found.size()) will_use(DescriptorKind::kPolar, map_.polar, polar_found[i].entry);
+    if (i < cart_found.size()) will_use(DescriptorKind::kCart, map_.cart, cart_found[i].entry);
+  }
+  payload.Fetch();
 
   // In turns, so that the best of both kinds are verified first should time run out.
   const VerificationParams& verify = map_.params.automatic.verify;
@@ -169,18 +182,23 @@ std::array<std::vector<Hypothesis>, 2> AutoSearch::Propose(const ScanDescriptor&
   for (std::size_t i = 0; i < std::max(polar_found.size(), cart_found.size()); ++i) {
     Proposals& part = proposals[i < static_cast<std::size_t>(params.num_places) ? 0 : 1];
     if (i < polar_found.size()) {
-      ProposePolar(map_.polar, view(query.polar, polar_keys), polar_found[i].entry, part);
+      ProposePolar(map_.polar, view(query.polar, polar_keys), polar_found[i].entry, payload, part);
     }
     if (i < cart_found.size()) {
       ProposeCart(map_.cart, map_.params.cart, view(query.cart, cart_keys), cart_found[i].entry,
-                  part);
+                  payload, part);
     }
   }
   const BearingGrid bearings(query.structure.posts, params.bearing_ring_m);
   std::array<std::vector<Hypothesis>, 2> proposed;
   for (std::size_t part = 0; part < proposals.size(); ++part) {
-    proposals[part].AddHeadings([&](std::int32_t place) {
-      return bearings_[static_cast<std::size_t>(place)].BestHeadings(bearings, params.num_headings);
+    proposals[part].AddHeadings([&](std::int32_t number) {
+      const auto place = static_cast<std::size_t>(number);
+      if (!bearings_.empty()) return bearings_[place].BestHeadings(bearings, params.num_headings);
+      if (!payload.HasStructure(place)) return std::vector<double>();
+      return BearingGrid(payload.StructureOf(place).posts, params.bearing_ring_m)
+          .Widened()
+          .BestHeadings(bearings, params.num_headings);
     });
     proposed[part] = proposals[part].Take();
   }
@@ -189,11 +207,19 @@ std::array<std::vector<Hypothesis>, 2> AutoSearch::Propose(const ScanDescriptor&
   return proposed;
 }
 
-std::vector<Spot> AutoSearch::Find(const ScanDescriptor& query, const Options& options,
-                                   const SearchControl& control, StageTimes& times) const {
+Pose AutoSearch::T_map_level(std::size_t place) const {
+  return map_.places[place].T_map_place * LevelFromSensor(map_.grounds[place].ground).inverse();
+}
+
+absl::StatusOr<std::vector<Spot>> AutoSearch::Find(const ScanDescriptor& query,
+                                                   const Options& options,
+                                                   const SearchControl& control,
+                                                   StageTimes& times) const {
+  PayloadView payload(map_, control);
   const Structure& structure = query.structure;
   const std::array<std::vector<Hypothesis>, 2> proposed =
-      Propose(query, options.shortlist, control, times);
+      Propose(query, options.shortlist, payload, control, times);
+  if (!payload.status().ok()) return payload.status();
   const std::int64_t start_ns = control.Now_ns();
 
   QueryMatch match(structure.posts, map_.params.automatic);
@@ -202,29 +228,30 @@ std::vector<Spot> AutoSearch::Find(const ScanDescriptor& query, const Options& o
     verified.insert(verified.end(), more.begin(), more.end());
   };
   // Where a robot should be is looked at first, should time run out.
-  add(VerifyPredicted(match, structure, options.predicted, control));
-  Structures structures(*this);
+  Structures structures(*this, payload);
+  add(VerifyPredicted(match, structure, structures, options.predicted, control));
   for (const std::vector<Hypothesis>& part : proposed) {
     add(Verify(match, part, structures, control, map_.params.automatic.verify.selection));
   }
-  if (verified.empty()) return {};
+  if (!payload.status().ok()) return payload.status();
+  if (verified.empty()) return std::vector<Spot>();
   const auto worse = [](const Hypothesis& a, const Hypothesis& b) { return a.score < b.score; };
   // Whatever the time: without its rivals the best would look surer than it is.
-  add(VerifyRivals(match, structure, *std::max_element(verified.begin(), verified.end(), worse),
-                   control));
+  add(VerifyRivals(match, structure, structures,
+                   *std::max_element(verified.begin(), verified.end(), worse), control));
   std::vector<Spot> spots = Distinct(structure, std::move(verified));
   const int num_seen = std::max(options.num_supported, options.num_measured);
   for (std::size_t i = 0; i < spots.size() && static_cast<int>(i) < num_seen; ++i) {
     const Hypothesis& hypothesis = spots[i].hypothesis;
     const std::span<const Post> place = structures.Posts(hypothesis.place);
     match.SetPlace(place);
-    const Pose& T_map_level = T_map_level_[static_cast<std::size_t>(hypothesis.place)];
-    spots[i].covariance =
-        Rotated(T_map_level.linear(), CovarianceInLevel(match, hypothesis.T_place_query));
+    spots[i].covariance = Rotated(T_map_level(static_cast<std::size_t>(hypothesis.place)).linear(),
+                                  CovarianceInLevel(match, hypothesis.T_place_query));
     if (static_cast<int>(i) >= options.num_supported) continue;
     spots[i].support = SupportOf(match, structure.posts, place, hypothesis.T_place_query);
   }
   times.verify_ns = control.Now_ns() - start_ns;
+  if (!payload.status().ok()) return payload.status();
   return spots;
 }
 
@@ -248,13 +275,14 @@ std::optional<Hypothesis> AutoSearch::HypothesisAt(const Structure& query, const
   const auto place = places_.Nearest(T_map_query.translation(), control.excluded);
   if (!place) return std::nullopt;
   const Pose T_place_query =
-      T_map_level_[*place].inverse() * T_map_query * LevelFromSensor(query).inverse();
+      T_map_level(*place).inverse() * T_map_query * LevelFromSensor(query).inverse();
   return Hypothesis{
       static_cast<std::int32_t>(*place),
       {T_place_query.translation().x(), T_place_query.translation().y(), Yaw(T_place_query)}};
 }
 
 std::vector<Hypothesis> AutoSearch::VerifyPredicted(QueryMatch& match, const Structure& query,
+                                                    PlaceStructures& places,
                                                     const std::vector<Pose>& predictions,
                                                     const SearchControl& control) const {
   std::vector<Hypothesis> predicted;
@@ -263,14 +291,13 @@ std::vector<Hypothesis> AutoSearch::VerifyPredicted(QueryMatch& match, const Str
   }
   SelectionParams all = map_.params.automatic.verify.selection;
   all.num_hypotheses = all.max_per_spot = static_cast<int>(predicted.size());
-  Structures structures(*this);
-  return Verify(match, std::move(predicted), structures, control, all);
+  return Verify(match, std::move(predicted), places, control, all);
 }
 
 Pose AutoSearch::PoseInMap(const Structure& query, const Hypothesis& hypothesis) const {
   const auto place = static_cast<std::size_t>(hypothesis.place);
-  const double z_m = static_cast<double>(query.height_m) - map_.structures[place].height_m;
-  return T_map_level_[place] * PlanarTransform(hypothesis.T_place_query, z_m) *
+  const double z_m = static_cast<double>(query.height_m) - map_.grounds[place].ground.height_m;
+  return T_map_level(place) * PlanarTransform(hypothesis.T_place_query, z_m) *
          LevelFromSensor(query);
 }
 

@@ -6,6 +6,8 @@
 #include <span>
 #include <vector>
 
+#include "absl/status/statusor.h"
+#include "map/payload_view.hpp"
 #include "map/place_tree.hpp"
 #include "scanloc/core/answer.hpp"
 #include "scanloc/core/map/map.hpp"
@@ -48,12 +50,14 @@ class AutoSearch {
   };
 
   /// Where the query may have been taken: verified, all distinct poses, best first; none if there
-  /// is nothing to verify.
+  /// is nothing to verify. The errors of PayloadReader::Read.
   ///
   /// Beside the shortlist, the best spot's own rivals are looked at: the same place turned, shifted
   /// and reflected about its middle, and the places above and below it.
-  [[nodiscard]] std::vector<Spot> Find(const ScanDescriptor& query, const Options& options,
-                                       const SearchControl& control, StageTimes& times) const;
+  [[nodiscard]] absl::StatusOr<std::vector<Spot>> Find(const ScanDescriptor& query,
+                                                       const Options& options,
+                                                       const SearchControl& control,
+                                                       StageTimes& times) const;
 
   /// Up in the map frame, as its places say.
   [[nodiscard]] const Eigen::Vector3d& up() const { return up_; }
@@ -67,6 +71,8 @@ class AutoSearch {
  private:
   class Structures;
 
+  /// Of a place's levelled frame.
+  [[nodiscard]] Pose T_map_level(std::size_t place) const;
   /// T_map_query of a hypothesis, in six degrees of freedom: the planar registration, and the
   /// grounds of both scans laid on each other.
   [[nodiscard]] Pose PoseInMap(const Structure& query, const Hypothesis& hypothesis) const;
@@ -77,11 +83,12 @@ class AutoSearch {
   /// How the query may lie on the places of the shortlist: first of the places that every query
   /// looks at, then of those that it asks for beyond.
   [[nodiscard]] std::array<std::vector<Hypothesis>, 2> Propose(const ScanDescriptor& query,
-                                                               int shortlist,
+                                                               int shortlist, PayloadView& payload,
                                                                const SearchControl& control,
                                                                StageTimes& times) const;
   /// Those of the poses predicted, verified.
   [[nodiscard]] std::vector<Hypothesis> VerifyPredicted(QueryMatch& match, const Structure& query,
+                                                        PlaceStructures& places,
                                                         const std::vector<Pose>& predictions,
                                                         const SearchControl& control) const;
   /// The verified hypotheses that are of distinct poses, best first.
@@ -91,6 +98,7 @@ class AutoSearch {
   [[nodiscard]] std::vector<double> Levels() const;
   /// What else the query may be at the best hypothesis' place, verified.
   [[nodiscard]] std::vector<Hypothesis> VerifyRivals(QueryMatch& match, const Structure& query,
+                                                     PlaceStructures& places,
                                                      const Hypothesis& best,
                                                      const SearchControl& control) const;
 
@@ -99,8 +107,9 @@ class AutoSearch {
   Eigen::Vector3d up_, east_, north_;  // right-handed
   double lowest_m_, highest_m_;        // of the places, along up_
   std::vector<double> levels_m_;       // heights along up_ that are probed for places
-  std::vector<Pose> T_map_level_;      // of the places' levelled frames
-  std::vector<BearingGrid> bearings_;  // of the places, widened
+  std::size_t num_known_ = 0;          // places taken in
+  std::vector<BearingGrid>
+      bearings_;  // of the places, widened; none where structures are in a file
   std::unique_ptr<KeyIndex> polar_;
   std::unique_ptr<KeyIndex> cart_;
 };

@@ -33,6 +33,8 @@ class Random {
 
 /// Places on the same way, uphill or down, rise by less than this.
 constexpr double kSlope = 0.2;
+/// Across and along up together.
+constexpr double kFarAtAll_m = Calibrator::kFar_m * (1.0 + kSlope) + PoseLimits{}.height_m;
 
 /// Azimuths that a vehicle next to the sensor hides.
 struct Occlusion {
@@ -111,16 +113,15 @@ struct Visit {
   double yaw_rad = 0.0;
 };
 
-Context ContextOf(const ContextTable& table, std::size_t entry) {
-  const ContextView view = table.context(entry);
+Context ContextOf(PayloadView& payload, DescriptorKind kind, std::size_t entry) {
+  const ContextView view = payload.Context(kind, entry);
   return {view.num_rows, view.num_cols, {view.cells_cm.begin(), view.cells_cm.end()}};
 }
 
-Visit Perturbed(const Map& map, std::size_t place, Random& random) {
-  const Params& params = map.params;
+Visit Perturbed(const Params& params, std::size_t place, PayloadView& payload, Random& random) {
   Visit visit;
   visit.query.num_voxels = static_cast<std::uint32_t>(params.search.min_voxels);
-  visit.query.structure = map.structures[place];
+  visit.query.structure = payload.StructureOf(place);
   const bool reversed = random.Chance(0.5);
   visit.yaw_rad = reversed ? std::numbers::pi : 0.0;
   const Occlusion occlusion{random.Uniform(-std::numbers::pi, std::numbers::pi),
@@ -130,7 +131,7 @@ Visit Perturbed(const Map& map, std::size_t place, Random& random) {
     const auto variant =
         static_cast<std::size_t>(random.Uniform(0.0, static_cast<double>(num_variants)));
     visit.lateral_m = variant == 0 ? 0.0 : params.polar.root_shifts_m[variant - 1];
-    visit.query.polar = ContextOf(map.polar, place * num_variants + variant);
+    visit.query.polar = ContextOf(payload, DescriptorKind::kPolar, place * num_variants + variant);
     auto& cells = visit.query.polar.cells_cm;
     if (reversed) {
       std::rotate(cells.begin(), cells.begin() + static_cast<std::ptrdiff_t>(cells.size() / 2),
@@ -140,7 +141,7 @@ Visit Perturbed(const Map& map, std::size_t place, Random& random) {
   }
   if (params.cart.enabled) {
     const std::size_t num_variants = params.cart.double_flip ? 2 : 1;
-    visit.query.cart = ContextOf(map.cart, place * num_variants);
+    visit.query.cart = ContextOf(payload, DescriptorKind::kCart, place * num_variants);
     const double cols_per_m = params.cart.num_cols / (2.0 * params.cart.max_y_m);
     ShiftColumns(static_cast<int>(std::lround(visit.lateral_m * cols_per_m)), visit.query.cart);
     auto& cells = visit.query.cart.cells_cm;
@@ -172,24 +173,33 @@ std::size_t Calibrator::num_trials() const {
   return std::min(kMaxTrials, state_->map->places.size());
 }
 
-Calibrator::Trial Calibrator::Run(std::size_t i) const {
+absl::StatusOr<Calibrator::Trial> Calibrator::Run(std::size_t i) const {
   const Map& map = *state_->map;
   const std::size_t place = i * map.places.size() / std::max<std::size_t>(num_trials(), 1);
   Random random(i);
-  const Visit visit = Perturbed(map, place, random);
+  const SearchControl untimed;
+  PayloadView payload(map, untimed);
+  const Visit visit = Perturbed(map.params, place, payload, random);
+  if (!payload.status().ok()) return payload.status();
 
   const Eigen::Vector3d& up = state_->search.up();
   const Pose& T_map_place = map.places[place].T_map_place;
   std::vector<bool> excluded(map.places.size());
   for (std::size_t p = 0; p < map.places.size(); ++p) {
+    // Most are farther than any of the surroundings, which is cheap to see.
+    const Eigen::Vector3d away_m =
+        map.places[p].T_map_place.translation() - T_map_place.translation();
+    if (away_m.squaredNorm() > kFarAtAll_m * kFarAtAll_m) continue;
     const PoseDifference off = DifferenceOf(map.places[p].T_map_place, T_map_place, up);
     excluded[p] =
         off.plane_m < kFar_m && off.height_m < PoseLimits{}.height_m + kSlope * off.plane_m;
   }
 
   StageTimes times;
-  const std::vector<Spot> spots =
+  const absl::StatusOr<std::vector<Spot>> found =
       state_->search.Find(visit.query, {}, {.excluded = &excluded}, times);
+  if (!found.ok()) return found.status();
+  const std::vector<Spot>& spots = *found;
   Trial trial{.place = static_cast<std::int32_t>(place)};
   const Pose truth = T_map_place * PlanarOffset(visit.lateral_m, visit.yaw_rad);
   if (spots.empty() || !MissOf(DifferenceOf(spots.front().T_map_query, truth, up)).any()) {

@@ -39,8 +39,9 @@ void Decide(const std::vector<Spot>& spots, double confidence, double min_confid
 
 }  // namespace
 
-Answer LocateByStructure(const Map& map, const AutoSearch& search, const ScanDescriptor& scan,
-                         const Query& query, const SearchControl& control) {
+absl::StatusOr<Answer> LocateByStructure(const Map& map, const AutoSearch& search,
+                                         const ScanDescriptor& scan, const Query& query,
+                                         const SearchControl& control) {
   Answer answer;
   const AutoParams& params = map.params.automatic;
   if (!scan.knows_up) {
@@ -56,9 +57,11 @@ Answer LocateByStructure(const Map& map, const AutoSearch& search, const ScanDes
     return answer;
   }
 
-  const std::vector<Spot> spots = search.Find(
+  const absl::StatusOr<std::vector<Spot>> found = search.Find(
       scan, {.shortlist = query.num_candidates.value_or(0), .num_measured = query.max_answers},
       control, answer.times);
+  if (!found.ok()) return found.status();
+  const std::vector<Spot>& spots = *found;
   if (spots.empty()) {
     answer.outcome = Outcome::kNotRecognized;
     answer.reason = "the map has no place to compare with";

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "absl/status/statusor.h"
 #include "scanloc/core/answer.hpp"
 #include "scanloc/core/map/map.hpp"
 #include "scanloc/core/query.hpp"
@@ -11,9 +12,10 @@ namespace scanloc {
 
 /// The method `auto` (docs/algorithm.md, "Beyond the paper"): from verified hypotheses to an
 /// answer. Requires a query that is valid. What comes of a search that became unwanted is no
-/// answer.
-[[nodiscard]] Answer LocateByStructure(const Map& map, const AutoSearch& search,
-                                       const ScanDescriptor& scan, const Query& query,
-                                       const SearchControl& control);
+/// answer. The errors of PayloadReader::Read.
+[[nodiscard]] absl::StatusOr<Answer> LocateByStructure(const Map& map, const AutoSearch& search,
+                                                       const ScanDescriptor& scan,
+                                                       const Query& query,
+                                                       const SearchControl& control);
 
 }  // namespace scanloc

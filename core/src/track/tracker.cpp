@@ -208,8 +208,11 @@ absl::StatusOr<Tracker::Step> Tracker::Look(const ScanDescriptor& scan,
   step.gate_rad = T_last_scan ? params.gate_rad : params.free_gate_rad;
   const AutoSearch& auto_search = *localizer_->auto_search_;
   step.up = auto_search.up();
-  const std::vector<Spot> found = auto_search.Find(scan, search, control, step.times);
+  const absl::StatusOr<std::vector<Spot>> spots =
+      auto_search.Find(scan, search, control, step.times);
   if (control.IsUnwanted()) return absl::CancelledError("nobody waits for the answer any more");
+  if (!spots.ok()) return spots.status();
+  const std::vector<Spot>& found = *spots;
   for (const Spot& spot : found) {
     const Support& support = spot.support ? *spot.support : *found.front().support;
     const double best_score = found.front().hypothesis.score;

@@ -111,8 +111,7 @@ TEST(CartContext, OfTheReversedVehicleIsExactlyTheDoubleFlip) {
   const Keys keys = MakeKeys(reversed.cart);
   EXPECT_TRUE(std::equal(flip.aligning_cm.begin(), flip.aligning_cm.end(), keys.aligning_cm.begin(),
                          keys.aligning_cm.end()));
-  EXPECT_TRUE(std::equal(keys.retrieval_cm.begin(), keys.retrieval_cm.end(),
-                         map.cart.retrieval_key_cm(1).begin(), map.cart.retrieval_key_cm(1).end()));
+  EXPECT_EQ(keys.retrieval_cm, map.cart.retrieval_key_cm(1));
 }
 
 TEST(Describer, ClampsHeightsBelowGroundAndAboveTheGreatest) {

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <limits>
@@ -22,15 +23,17 @@ std::vector<float> RandomKeys(std::mt19937_64& random, std::size_t num_keys, std
 
 KeyBatches Filled(const std::vector<float>& components, std::size_t size) {
   KeyBatches batches(components, size);
-  std::vector<const float*> keys;
+  std::vector<KeyBatches::Query> quantized;
   for (std::size_t i = 0; i < components.size(); i += size) {
-    keys.push_back(components.data() + i);
-    if (keys.size() == kNumLanes) {
-      batches.Append(keys);
-      keys.clear();
-    }
+    quantized.push_back(batches.Quantize(components.data() + i));
   }
-  if (!keys.empty()) batches.Append(keys);
+  for (std::size_t begin = 0; begin < quantized.size(); begin += kNumLanes) {
+    std::vector<const std::int16_t*> keys;
+    for (std::size_t i = begin; i < std::min(begin + kNumLanes, quantized.size()); ++i) {
+      keys.push_back(quantized[i].components.data());
+    }
+    batches.Append(keys);
+  }
   return batches;
 }
 

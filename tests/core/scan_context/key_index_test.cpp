@@ -149,11 +149,43 @@ TEST(KeyIndex, FindsTheSameHoweverItGrew) {
       if (place % 3 == 0) grown.Extend();
       if (place % 97 != 0) continue;
       const KeyIndex made_at_once(table, scale);
-      const std::vector<std::int32_t> key = RandomKey(random, 5000, 20);
-      for (const std::span<const std::int32_t> query :
-           {std::span<const std::int32_t>(key), all.retrieval_key_cm(place / 7 * 7)}) {
+      for (const std::vector<std::int32_t>& query :
+           {RandomKey(random, 5000, 20), all.retrieval_key_cm(place / 7 * 7)}) {
         const auto expected = made_at_once.Search(query, 10, true);
         const auto found = grown.Search(query, 10, true);
+        ASSERT_EQ(found.size(), expected.size());
+        for (std::size_t n = 0; n < found.size(); ++n) {
+          EXPECT_EQ(found[n].entry, expected[n].entry);
+          EXPECT_EQ(found[n].key_distance, expected[n].key_distance);
+        }
+      }
+    }
+  }
+}
+
+TEST(KeyIndex, FindsFlipsThatTheTableDoesNotHold) {
+  std::mt19937_64 random(11);
+  ContextTable flips(20, 2);
+  ContextTable all(20, 2);
+  for (std::int32_t place = 0; place < 3000; ++place) {
+    const std::vector<std::int32_t> key = RandomKey(random, 5000, 20);
+    flips.AppendKey({.place = place}, key);
+    flips.AppendFlipOfLast();
+    all.AppendKey({.place = place}, key);
+    all.AppendKey({.place = place, .flipped = true, .augmented = true},
+                  std::vector<std::int32_t>(key.rbegin(), key.rend()));
+  }
+  std::vector<bool> excluded(3000);
+  for (std::size_t place = 0; place < excluded.size(); place += 3) excluded[place] = true;
+  for (const KeyScale scale : {KeyScale::kMetres, KeyScale::kUnit}) {
+    const KeyIndex of_flips(flips, scale);
+    const KeyIndex of_all(all, scale);
+    for (int q = 0; q < 50; ++q) {
+      const std::vector<std::int32_t> key =
+          q % 2 == 0 ? RandomKey(random, 5000, 20) : all.retrieval_key_cm(random() % all.size());
+      for (const bool augmented : {true, false}) {
+        const auto expected = of_all.Search(key, 10, augmented, q % 3 == 0 ? &excluded : nullptr);
+        const auto found = of_flips.Search(key, 10, augmented, q % 3 == 0 ? &excluded : nullptr);
         ASSERT_EQ(found.size(), expected.size());
         for (std::size_t n = 0; n < found.size(); ++n) {
           EXPECT_EQ(found[n].entry, expected[n].entry);

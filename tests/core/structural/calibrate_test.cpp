@@ -44,7 +44,7 @@ TEST(Calibrator, FindsLookalikesInAMap) {
   const Calibrator calibrator(PostMap({1, 2, 3, 4, 2, 6}));
   ASSERT_EQ(calibrator.num_trials(), 6U);
   for (std::int32_t place = 0; place < 6; ++place) {
-    const Trial trial = calibrator.Run(static_cast<std::size_t>(place));
+    const Trial trial = *calibrator.Run(static_cast<std::size_t>(place));
     EXPECT_EQ(trial.place, place);
     if (place == 1 || place == 4) {
       EXPECT_EQ(trial.found, 5 - place);
@@ -60,11 +60,11 @@ TEST(Calibrator, GivesTheSameTrialsOnAnyThread) {
   std::vector<Trial> trials(calibrator.num_trials());
   std::vector<std::thread> threads;
   for (std::size_t i = 0; i < trials.size(); ++i) {
-    threads.emplace_back([&, i] { trials[i] = calibrator.Run(i); });
+    threads.emplace_back([&, i] { trials[i] = *calibrator.Run(i); });
   }
   for (std::thread& thread : threads) thread.join();
   for (std::size_t i = trials.size(); i-- > 0;) {
-    const Trial again = calibrator.Run(i);
+    const Trial again = *calibrator.Run(i);
     EXPECT_EQ(again.confidence, trials[i].confidence);
     EXPECT_EQ(again.found, trials[i].found);
   }

@@ -31,7 +31,8 @@ class Localizer {
 
   /// InvalidArgument: a query out of range, a prior that names a session which the map does not
   /// have, or a descriptor of other shapes than the map's.
-  /// FailedPrecondition: the map does not serve the method. Cancelled: control.is_unwanted.
+  /// FailedPrecondition: the map does not serve the method. Cancelled: control.is_unwanted. The
+  /// errors of PayloadReader::Read.
   [[nodiscard]] absl::StatusOr<Answer> Localize(const ScanDescriptor& scan, const Query& query = {},
                                                 const SearchControl& control = {}) const;
 

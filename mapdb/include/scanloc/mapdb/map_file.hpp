@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -81,6 +82,30 @@ struct PlaceRecord {
 /// The whole map, ready for Localizer::Create. Every checksum is checked and the content id
 /// recomputed. An incomplete map gives what was committed.
 [[nodiscard]] absl::StatusOr<Map> LoadMap(const std::string& path);
+
+/// Contexts and structures that were read last, of as many maps as are opened with it, within a
+/// number of bytes; at least what one query looks at is held beside it. Thread-safe.
+class PayloadCache;
+[[nodiscard]] std::shared_ptr<PayloadCache> MakePayloadCache(std::int64_t max_bytes);
+
+struct OpenOptions {
+  std::shared_ptr<PayloadCache> cache = nullptr;  ///< null: nothing is kept
+  /// A file of at most so many bytes is loaded as a whole, as LoadMap does it.
+  std::int64_t whole_bytes = 0;
+  /// Threads that read at once, each with a connection of its own; 0: one a processor. One more
+  /// waits until one is done. At most 64.
+  int num_readers = 0;
+};
+
+/// The map without its contexts and structures, ready for Localizer::Create: those of candidates
+/// are read from the file when they are asked for, and compared with their checksums then; the
+/// answers are the same as with LoadMap, bit for bit. All else is checked here, the content id
+/// recomputed; Map::payload->Scrub checks the rest. A file of a schema before 5 is loaded as
+/// LoadMap does it.
+///
+/// The file stays open. It may be appended to, replaced by another or removed meanwhile; rows that
+/// are changed in place are DataLoss when they are read.
+[[nodiscard]] absl::StatusOr<Map> OpenMap(const std::string& path, const OpenOptions& options = {});
 
 /// What the file says of itself; does not read the contexts, so damage to them goes unseen.
 [[nodiscard]] absl::StatusOr<MapInfo> ReadInfo(const std::string& path);

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <map>
 #include <span>
 #include <vector>
 
@@ -26,8 +27,9 @@ struct ContextView {
   std::span<const std::int32_t> aligning_cm;
 };
 
-/// All contexts of one kind in a map, originals and augmented ones, with their keys; structure of
-/// arrays. An entry is one context; the entries of a place share its index and follow each other.
+/// All contexts of one kind in a map, originals and augmented ones, with their keys, or the
+/// retrieval keys alone where the contexts stay in a file (PayloadReader); structure of arrays. An
+/// entry is one context; the entries of a place share its index and follow each other.
 class ContextTable {
  public:
   /// What an entry says of the place.
@@ -38,32 +40,58 @@ class ContextTable {
     bool augmented = false;     ///< not the place's own context
   };
 
+  /// Distinct entries but for the place, at most.
+  static constexpr std::size_t kMaxVariants = 256;
+  static constexpr std::int32_t kMaxPlace = (1 << 24) - 1;
+
   ContextTable() = default;
   ContextTable(int num_rows, int num_cols) : num_rows_(num_rows), num_cols_(num_cols) {}
 
-  void Reserve(std::size_t num_entries);
+  /// num_entries counts flips, too, if with_flips says that there will be some.
+  void Reserve(std::size_t num_entries, bool with_flips, bool with_contexts);
 
-  /// Requires context cells and keys of the table's shape.
+  /// Requires context cells and keys of the table's shape, the same kind of Append for all entries,
+  /// and an entry within the bounds above.
   void Append(const Entry& entry, std::span<const std::uint16_t> cells_cm,
               std::span<const std::int32_t> retrieval_cm,
               std::span<const std::int32_t> aligning_cm);
+  /// Without its context, which stays in a file.
+  void AppendKey(const Entry& entry, std::span<const std::int32_t> retrieval_cm);
 
-  /// Appends the last entry's double flip (paper, Sec. V-D2), as augmented.
+  /// Appends the last entry's double flip (paper, Sec. V-D2), as augmented. In a table either every
+  /// second entry is so appended, or none.
   void AppendFlipOfLast();
+  /// Every second entry is the flip of the one before.
+  [[nodiscard]] bool has_flips() const { return num_flips_ > 0; }
 
-  [[nodiscard]] std::size_t size() const { return entries_.size(); }
+  [[nodiscard]] std::size_t size() const { return owners_.size(); }
   [[nodiscard]] int num_rows() const { return num_rows_; }
   [[nodiscard]] int num_cols() const { return num_cols_; }
-  [[nodiscard]] const Entry& entry(std::size_t i) const { return entries_[i]; }
+  /// False: retrieval keys alone.
+  [[nodiscard]] bool holds_contexts() const { return cells_cm_.size() == size() * num_cells(); }
+  [[nodiscard]] Entry entry(std::size_t i) const;
+  /// Requires holds_contexts().
   [[nodiscard]] ContextView context(std::size_t i) const;
-  [[nodiscard]] std::span<const std::int32_t> retrieval_key_cm(std::size_t i) const;
+  [[nodiscard]] std::vector<std::int32_t> retrieval_key_cm(std::size_t i) const;
+  /// The same into num_rows() values.
+  void ReadRetrievalKey(std::size_t i, std::span<std::int32_t> key_cm) const;
 
  private:
+  [[nodiscard]] std::size_t num_cells() const {
+    return static_cast<std::size_t>(num_rows_) * static_cast<std::size_t>(num_cols_);
+  }
+  void AppendOwner(const Entry& entry);
+
   int num_rows_ = 0;
   int num_cols_ = 0;
-  std::vector<Entry> entries_;
+  std::vector<Entry> variants_;        // of place 0
+  std::vector<std::uint32_t> owners_;  // an entry's place, and in the upper 8 bits its variant
   std::vector<std::uint16_t> cells_cm_;
-  std::vector<std::int32_t> retrieval_cm_;
+  // Those of flips are not held. Few sums do not fit into 16 bits; the keys of those are kept
+  // apart, by their number among the keys that are held.
+  std::size_t num_flips_ = 0;
+  std::vector<std::uint16_t> retrieval_cm_;
+  std::map<std::size_t, std::vector<std::int32_t>> large_retrieval_cm_;
   std::vector<std::int32_t> aligning_cm_;
 };
 

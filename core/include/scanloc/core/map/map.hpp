@@ -1,10 +1,12 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "scanloc/core/map/context_table.hpp"
+#include "scanloc/core/map/payload.hpp"
 #include "scanloc/core/params.hpp"
 #include "scanloc/core/scan/pose.hpp"
 
@@ -15,6 +17,14 @@ struct Place {
   Pose T_map_place = Pose::Identity();
   std::int64_t stamp_ns = 0;  ///< when it was mapped; 0 if the drive has no times
   std::int32_t session = 0;   ///< index into Map::sessions
+};
+
+/// The ground at a place, and whether the place has posts at all.
+struct PlaceGround {
+  Ground ground;
+  bool has_posts = false;
+
+  friend bool operator==(const PlaceGround&, const PlaceGround&) = default;
 };
 
 /// That a map was looked through for places that would be taken for each other; see calibrate.hpp.
@@ -39,7 +49,10 @@ struct ConfusablePair {
   friend bool operator==(const ConfusablePair&, const ConfusablePair&) = default;
 };
 
-/// A map in memory: all that answering a query needs. Read-only once made.
+/// A map: all that answering a query needs. Read-only once made.
+///
+/// Contexts and structures are in memory, or stay in a file, from where a search reads those of its
+/// candidates (`payload`); the answers are the same, bit for bit.
 struct Map {
   Params params;
   std::string content_id;             ///< hash over what the map says; traces an answer to its map
@@ -47,7 +60,10 @@ struct Map {
   std::vector<Place> places;          ///< in the order built
   ContextTable polar;                 ///< empty where the map has no polar contexts
   ContextTable cart;
-  std::vector<Structure> structures;  ///< one a place; empty where the map has none
+  std::vector<Structure> structures;  ///< one a place; empty where there are none, or in a file
+  std::vector<PlaceGround> grounds;   ///< one a place; empty where the map has no structures
+  /// Null: contexts and structures are in memory. Else the tables hold retrieval keys alone.
+  std::shared_ptr<const PayloadReader> payload;
   Calibration calibration;
   std::vector<ConfusablePair> confusable;  ///< worst first
   /// Hash over calibration and confusable, empty for the defaults: maps of one content id and one
@@ -58,6 +74,8 @@ struct Map {
   /// Appends the contexts, augmented ones included, and the structure of the next place. Requires
   /// Validate(descriptor, params).ok() and tables of the parameters' shapes.
   void AppendDescriptor(std::int32_t place, const PlaceDescriptor& descriptor);
+  /// The structure alone, and its ground.
+  void AppendStructure(Structure structure);
 };
 
 /// A map without places, with tables of the right shapes.

@@ -21,6 +21,15 @@ struct Post {
   friend bool operator==(const Post&, const Post&) = default;
 };
 
+/// The ground as a scan saw it.
+struct Ground {
+  float roll_rad = 0.0F;  ///< as in Structure
+  float pitch_rad = 0.0F;
+  float height_m = 0.0F;
+
+  friend bool operator==(const Ground&, const Ground&) = default;
+};
+
 /// What of a scan can be laid on another scan: the ground and the posts that stand on it.
 ///
 /// The levelled frame has the sensor's origin and heading, and its z axis is the ground's normal:
@@ -34,6 +43,8 @@ struct Structure {
   float height_m = 0.0F;   ///< of the sensor above the ground
   std::vector<Post> posts;
 
+  [[nodiscard]] Ground ground() const { return {roll_rad, pitch_rad, height_m}; }
+
   friend bool operator==(const Structure&, const Structure&) = default;
 };
 
@@ -43,13 +54,19 @@ struct Structure {
                                     double reach_m = Structure::kMaxReach_m);
 
 /// Rotation that takes the sensor frame to the levelled frame.
-[[nodiscard]] Eigen::Isometry3d LevelFromSensor(const Structure& structure);
+[[nodiscard]] Eigen::Isometry3d LevelFromSensor(const Ground& ground);
+[[nodiscard]] inline Eigen::Isometry3d LevelFromSensor(const Structure& structure) {
+  return LevelFromSensor(structure.ground());
+}
 
 /// A sensor that leans by more than this is mounted so, and its contexts are those of the levelled
 /// frame; else those of its own, as the paper has them.
 inline constexpr double kMaxUprightTilt_rad = 0.26;
 /// LevelFromSensor for such a sensor, else the identity: the frame of its contexts.
-[[nodiscard]] Eigen::Isometry3d ContextFromSensor(const Structure& structure);
+[[nodiscard]] Eigen::Isometry3d ContextFromSensor(const Ground& ground);
+[[nodiscard]] inline Eigen::Isometry3d ContextFromSensor(const Structure& structure) {
+  return ContextFromSensor(structure.ground());
+}
 
 /// Finds ground and posts in the voxels of a scan.
 ///

@@ -5,6 +5,7 @@
 #include <memory>
 #include <vector>
 
+#include "absl/status/statusor.h"
 #include "scanloc/core/map/map.hpp"
 
 namespace scanloc {
@@ -24,7 +25,7 @@ class Calibrator {
   /// So far around a place its surroundings go, on its own level: floors above and below remain.
   static constexpr double kFar_m = 60.0;
 
-  /// Requires map->params.structure.enabled and a structure for every place.
+  /// Requires map->params.structure.enabled and structures.
   explicit Calibrator(std::shared_ptr<const Map> map);
   Calibrator(Calibrator&&) noexcept;
   Calibrator& operator=(Calibrator&&) noexcept;
@@ -37,8 +38,8 @@ class Calibrator {
     std::int32_t found = 0;   ///< the look-alike
     double confidence = 0.0;  ///< with which it would be told; 0 where nothing was found
   };
-  /// About one query of time. i in [0, num_trials()).
-  [[nodiscard]] Trial Run(std::size_t i) const;
+  /// About one query of time. i in [0, num_trials()). The errors of PayloadReader::Read.
+  [[nodiscard]] absl::StatusOr<Trial> Run(std::size_t i) const;
 
  private:
   struct State;

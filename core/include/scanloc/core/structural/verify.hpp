@@ -30,7 +30,7 @@ struct UprightPose {
 class PlaceStructures {
  public:
   virtual ~PlaceStructures() = default;
-  /// The posts of a place, in its levelled frame; valid until the next call.
+  /// The posts of a place, in its levelled frame; valid as long as this.
   [[nodiscard]] virtual std::span<const Post> Posts(std::int32_t place) = 0;
   /// Where a query that lies so on a place would be in the map.
   [[nodiscard]] virtual UprightPose Upright(std::int32_t place,

@@ -1,0 +1,305 @@
+#include "file_payload.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <thread>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "open_map.hpp"
+#include "schema.hpp"
+
+namespace scanloc::mapdb {
+namespace {
+
+constexpr int kMaxReaders = 64;
+/// Between two looks whether anybody still waits: for a connection, for a build that commits, and
+/// of rows that are read.
+constexpr std::chrono::milliseconds kLook(20);
+constexpr std::size_t kRowsBetweenLooks = 16;
+/// A build that commits keeps readers waiting; one that takes longer has more to write than a
+/// reader can wait for.
+constexpr std::chrono::seconds kLongestCommit(5);
+/// Places that a scrub reads in one transaction, which keeps a build from committing.
+constexpr std::size_t kScrubBatch = 64;
+constexpr int kMaxTries = 100;  // to read one batch
+
+int NumReaders(const OpenOptions& options) {
+  const int wanted = options.num_readers > 0
+                         ? options.num_readers
+                         : std::max(2, static_cast<int>(std::thread::hardware_concurrency()));
+  return std::min(wanted, kMaxReaders);
+}
+
+// What kind of failure it is for who has the map open: it was a map when it was opened.
+absl::Status Reclassified(const absl::Status& status) {
+  if (absl::IsInvalidArgument(status)) return absl::DataLossError(status.message());
+  if (absl::IsPermissionDenied(status)) return absl::UnavailableError(status.message());
+  return status;
+}
+
+absl::Status Cancelled() { return absl::CancelledError("nobody waits for the answer any more"); }
+
+}  // namespace
+
+/// A connection for as long as this lives; null where nobody waits any more.
+class FilePayload::Lease {
+ public:
+  Lease(const FilePayload& payload, const SearchControl& control) : payload_(payload) {
+    std::unique_lock lock(payload_.mutex_);
+    while (payload_.idle_.empty()) {
+      if (control.IsUnwanted()) return;
+      payload_.is_back_.wait_for(lock, kLook);
+    }
+    reader_ = std::move(payload_.idle_.back());
+    payload_.idle_.pop_back();
+  }
+  ~Lease() {
+    if (reader_ == nullptr) return;
+    const std::lock_guard lock(payload_.mutex_);
+    payload_.idle_.push_back(std::move(reader_));
+    payload_.is_back_.notify_one();
+  }
+  Lease(const Lease&) = delete;
+  Lease& operator=(const Lease&) = delete;
+
+  [[nodiscard]] Reader* get() const { return reader_.get(); }
+
+ private:
+  const FilePayload& payload_;
+  std::unique_ptr<Reader> reader_;
+};
+
+FilePayload::FilePayload(const MapHead& head, ExpectedRows expected,
+                         std::shared_ptr<PayloadCache> cache)
+    : shapes_(ContextShapes(head.params)),
+      has_structures_(head.params.structure.enabled),
+      reach_m_(head.params.automatic.posts.reach_m),
+      expected_(std::move(expected)),
+      cache_(std::move(cache)),
+      number_(cache_->NewMap()) {}
+
+absl::StatusOr<std::unique_ptr<FilePayload::Reader>> FilePayload::OpenReader(
+    const std::string& path, const MapHead& head) {
+  absl::StatusOr<Connection> connection = OpenForReading(path);
+  if (!connection.ok()) return connection.status();
+  const absl::StatusOr<MapHead> now = ReadHead(*connection);
+  if (!now.ok()) return now.status();
+  if (now->content_id != head.content_id) {
+    return absl::UnavailableError(
+        absl::StrCat("map '", path, "' was written while it was opened; open it again"));
+  }
+  connection->LimitTime(std::nullopt);
+  connection->SetBusyTimeout(static_cast<int>(kLook.count()));
+  for (const char* sql : {schema::kCommit, schema::kConfigureLookup}) {
+    if (absl::Status status = connection->Execute(sql); !status.ok()) return status;
+  }
+  absl::StatusOr<Statement> context = connection->Prepare(schema::kSelectContext);
+  if (!context.ok()) return context.status();
+  absl::StatusOr<Statement> structure = connection->Prepare(schema::kSelectStructure);
+  if (!structure.ok()) return structure.status();
+  absl::StatusOr<Statement> keys = connection->Prepare(schema::kSelectKeysOfPlace);
+  if (!keys.ok()) return keys.status();
+  return std::make_unique<Reader>(Reader{*std::move(connection),
+                                         *std::move(context),
+                                         *std::move(structure),
+                                         *std::move(keys),
+                                         KeysRowReader(head.params, path),
+                                         {},
+                                         {}});
+}
+
+absl::StatusOr<std::shared_ptr<const FilePayload>> FilePayload::Open(const std::string& path,
+                                                                     const MapHead& head,
+                                                                     ExpectedRows expected,
+                                                                     const OpenOptions& options) {
+  std::shared_ptr<FilePayload> payload(new FilePayload(
+      head, std::move(expected), options.cache != nullptr ? options.cache : MakePayloadCache(0)));
+  payload->path_ = path;
+  for (int i = 0; i <= NumReaders(options); ++i) {
+    absl::StatusOr<std::unique_ptr<Reader>> reader = OpenReader(path, head);
+    if (!reader.ok()) return reader.status();
+    (i == 0 ? payload->scrubber_ : payload->idle_.emplace_back()) = *std::move(reader);
+  }
+  return payload;
+}
+
+std::size_t FilePayload::PartOf(const PayloadId& id) const {
+  if (id.part == PayloadId::Part::kStructure) return shapes_.size();
+  return id.part == PayloadId::Part::kPolar ? id.variant : shapes_.size() - 1;
+}
+
+absl::StatusOr<std::shared_ptr<const Payload>> FilePayload::ReadRow(const PayloadId& id,
+                                                                    Reader& reader) const {
+  const std::size_t part = PartOf(id);
+  const bool is_structure = part == shapes_.size();
+  const std::int64_t place = id.place;
+  const std::int64_t row_id = is_structure ? place
+                                           : place * static_cast<std::int64_t>(shapes_.size()) +
+                                                 static_cast<std::int64_t>(part);
+  Statement& statement = is_structure ? reader.structure : reader.context;
+  statement.Reset();
+  statement.Bind(1, row_id);
+  const absl::StatusOr<bool> row = statement.Step();
+  if (!row.ok()) return row.status();
+  const auto damaged = [&](absl::string_view what) {
+    return DamagedError(path_,
+                        absl::StrCat(is_structure ? absl::StrCat("place ", place, ", structure")
+                                                  : NameOf(shapes_[part], place),
+                                     ": ", what));
+  };
+  if (!*row) return damaged("its row is missing");
+  auto payload = std::make_shared<Payload>();
+  std::int64_t checksum = 0;
+  absl::Status status;
+  if (is_structure) {
+    status = ReadStructureRow(statement, place, reach_m_, path_, reader.hasher, payload->structure,
+                              checksum);
+  } else {
+    status = ReadContextRow(statement, shapes_[part], place, row_id, path_, reader.hasher,
+                            reader.values);
+    checksum = reader.values.checksum;
+    payload->cells_cm = reader.values.cells_cm;
+    payload->aligning_cm = reader.values.aligning_cm;
+  }
+  statement.Reset();
+  if (!status.ok()) return status;
+  const std::size_t number = static_cast<std::size_t>(place) * num_parts() + part;
+  if (static_cast<std::uint32_t>(checksum) != expected_.checksums[number]) {
+    return damaged("it is not what it was when the map was opened");
+  }
+  return payload;
+}
+
+absl::Status FilePayload::BeginReading(const SearchControl& control, Reader& reader) const {
+  const auto start = std::chrono::steady_clock::now();
+  while (true) {
+    // The first read takes the lock.
+    absl::Status status = reader.connection.Execute(schema::kBeginRead);
+    if (status.ok()) status = reader.connection.QueryInt(schema::kDataVersion).status();
+    if (status.ok()) return status;
+    status = Reclassified(status);
+    (void)reader.connection.Execute(schema::kRollback);  // there may be none to undo
+    const bool is_late = std::chrono::steady_clock::now() - start > kLongestCommit;
+    if (!absl::IsUnavailable(status) || is_late) return status;
+    if (control.IsUnwanted()) return Cancelled();
+  }
+}
+
+// What was read stands, whatever ending the transaction says, as long as the next one can begin.
+void FilePayload::EndReading(absl::Status& status, Reader& reader) {
+  for (Statement* statement : {&reader.context, &reader.structure, &reader.keys}) {
+    statement->Reset();
+  }
+  status.Update(reader.connection.Execute(schema::kRollback));
+}
+
+absl::Status FilePayload::ReadRows(std::span<const PayloadId> ids,
+                                   const std::vector<std::size_t>& missing,
+                                   const SearchControl& control, Reader& reader,
+                                   std::vector<std::shared_ptr<const Payload>>& payloads) const {
+  if (absl::Status status = BeginReading(control, reader); !status.ok()) return status;
+  absl::Status status;
+  for (std::size_t n = 0; n < missing.size() && status.ok(); ++n) {
+    const std::size_t i = missing[n];
+    if (n % kRowsBetweenLooks == 0 && control.IsUnwanted()) {
+      status = Cancelled();
+    } else if (n % kRowsBetweenLooks == 0 && control.IsOver()) {
+      payloads.resize(i);
+      break;
+    } else {
+      absl::StatusOr<std::shared_ptr<const Payload>> payload = ReadRow(ids[i], reader);
+      status = payload.status();
+      if (payload.ok()) payloads[i] = *std::move(payload);
+    }
+  }
+  EndReading(status, reader);
+  return Reclassified(status);
+}
+
+absl::Status FilePayload::Read(std::span<const PayloadId> ids, const SearchControl& control,
+                               std::vector<std::shared_ptr<const Payload>>& payloads) const {
+  const auto row_of = [&](const PayloadId& id) {
+    return PayloadCache::Row{number_,
+                             static_cast<std::uint64_t>(id.place) * num_parts() + PartOf(id)};
+  };
+  payloads.assign(ids.size(), nullptr);
+  std::vector<std::size_t> missing;
+  for (std::size_t i = 0; i < ids.size(); ++i) {
+    payloads[i] = cache_->Find(row_of(ids[i]));
+    if (payloads[i] == nullptr) missing.push_back(i);
+  }
+  if (missing.empty()) return absl::OkStatus();
+  const Lease lease(*this, control);
+  if (lease.get() == nullptr) return Cancelled();
+  if (absl::Status status = ReadRows(ids, missing, control, *lease.get(), payloads); !status.ok()) {
+    return status;
+  }
+  for (const std::size_t i : missing) {
+    if (i < payloads.size()) cache_->Add(row_of(ids[i]), payloads[i]);
+  }
+  return absl::OkStatus();
+}
+
+absl::Status FilePayload::ScrubPlace(std::int64_t place, Reader& reader) const {
+  const auto damaged = [&](absl::string_view what) {
+    return DamagedError(path_, absl::StrCat("keys of place ", place, ": ", what));
+  };
+  PlaceKeys keys;
+  reader.keys.Reset();
+  reader.keys.Bind(1, place);
+  const absl::StatusOr<bool> row = reader.keys.Step();
+  if (!row.ok()) return row.status();
+  if (!*row) return damaged("their row is missing");
+  absl::Status status = reader.keys_reader.Read(reader.keys, place, keys);
+  reader.keys.Reset();
+  if (!status.ok()) return status;
+  const auto number = static_cast<std::int32_t>(place);
+  for (std::size_t i = 0; i < shapes_.size(); ++i) {
+    const bool is_polar = shapes_[i].kind == DescriptorKind::kPolar;
+    const PayloadId id{number, is_polar ? PayloadId::Part::kPolar : PayloadId::Part::kCart,
+                       static_cast<std::uint8_t>(shapes_[i].variant)};
+    if (status = ReadRow(id, reader).status(); !status.ok()) return status;
+    if (keys.retrieval_cm[i] != reader.values.retrieval_cm) {
+      return damaged("they are not those of its contexts");
+    }
+  }
+  if (!has_structures_) return absl::OkStatus();
+  const auto structure = ReadRow({number, PayloadId::Part::kStructure, 0}, reader);
+  if (!structure.ok()) return structure.status();
+  const Structure& read = (*structure)->structure;
+  if (keys.ground != PlaceGround{read.ground(), !read.posts.empty()}) {
+    return damaged("their ground is not that of its structure");
+  }
+  return absl::OkStatus();
+}
+
+absl::Status FilePayload::ScrubPlaces(std::size_t begin, std::size_t end, Reader& reader) const {
+  absl::Status status = BeginReading({}, reader);
+  for (std::size_t place = begin; place < end && status.ok(); ++place) {
+    status = ScrubPlace(static_cast<std::int64_t>(place), reader);
+  }
+  EndReading(status, reader);
+  return Reclassified(status);
+}
+
+absl::Status FilePayload::Scrub(const std::function<bool(std::size_t num_done)>& go_on) const {
+  const std::lock_guard lock(scrub_mutex_);
+  const std::size_t num_places = expected_.checksums.size() / std::max<std::size_t>(1, num_parts());
+  int num_failed = 0;
+  for (std::size_t done = 0; done < num_places;) {
+    const std::size_t end = std::min(done + kScrubBatch, num_places);
+    const absl::Status status = ScrubPlaces(done, end, *scrubber_);
+    // A build that commits keeps it waiting.
+    const bool may_try_again = absl::IsUnavailable(status) && ++num_failed < kMaxTries;
+    if (!status.ok() && !may_try_again) return status;
+    if (status.ok()) {
+      done = end;
+      num_failed = 0;
+    }
+    if (!go_on(done)) return absl::CancelledError("the check was stopped");
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace scanloc::mapdb

@@ -1,0 +1,58 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <list>
+#include <memory>
+#include <mutex>
+#include <unordered_map>
+#include <utility>
+
+#include "scanloc/core/map/payload.hpp"
+#include "scanloc/mapdb/map_file.hpp"
+
+namespace scanloc::mapdb {
+
+/// The least recently used go first.
+class PayloadCache {
+ public:
+  /// A row of a map that is open.
+  struct Row {
+    std::uint64_t map = 0;  ///< NewMap
+    std::uint64_t number = 0;
+
+    friend bool operator==(const Row&, const Row&) = default;
+  };
+
+  explicit PayloadCache(std::int64_t max_bytes) : max_bytes_(max_bytes) {}
+
+  /// A number that no map had before.
+  [[nodiscard]] std::uint64_t NewMap();
+
+  /// Null: it is not there.
+  [[nodiscard]] std::shared_ptr<const Payload> Find(const Row& row);
+  void Add(const Row& row, std::shared_ptr<const Payload> payload);
+  /// All rows of a map that is no longer open.
+  void Forget(std::uint64_t map);
+
+ private:
+  struct Hash {
+    std::size_t operator()(const Row& row) const {
+      return std::hash<std::uint64_t>()(row.map << 40 ^ row.number);
+    }
+  };
+  struct Entry {
+    Row row;
+    std::shared_ptr<const Payload> payload;
+    std::int64_t bytes;
+  };
+
+  const std::int64_t max_bytes_;
+  std::mutex mutex_;
+  std::list<Entry> entries_;  // the one used last first
+  std::unordered_map<Row, std::list<Entry>::iterator, Hash> at_;
+  std::uint64_t num_maps_ = 0;
+  std::int64_t bytes_ = 0;
+};
+
+}  // namespace scanloc::mapdb
