@@ -1,0 +1,202 @@
+// What a map of some size takes: to open, in memory, and a query of it with `auto`. One line of
+// CSV.
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <chrono>
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "absl/strings/str_format.h"
+#include "scanloc/core/localizer.hpp"
+#include "scanloc/core/scan/pose_difference.hpp"
+#include "scanloc/core/scan_context/key_index.hpp"
+#include "scanloc/mapdb/map_file.hpp"
+#include "support/made_road.hpp"
+
+namespace scanloc::bench {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double SecondsSince(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+/// Of /proc/self/status [MB].
+double MemoryMb(const std::string& field) {
+  std::ifstream status("/proc/self/status");
+  for (std::string line; std::getline(status, line);) {
+    if (line.starts_with(field + ":")) return std::stod(line.substr(field.size() + 1)) * 1.024e-3;
+  }
+  return 0.0;
+}
+
+double Quantile(std::vector<double> values, double share) {
+  if (values.empty()) return 0.0;
+  const auto at = static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), values.begin() + at, values.end());
+  return values[static_cast<std::size_t>(at)];
+}
+
+std::int64_t NowNs() {
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(Clock::now().time_since_epoch())
+      .count();
+}
+
+struct Options {
+  std::string map;
+  bool is_whole = false;
+  std::int64_t cache_bytes = std::int64_t{256} << 20;
+  std::size_t num_queries = 200;
+  double road_m = 20'000.0;  // queries are of this much of the road, whatever the map's size
+  std::uint64_t seed = 1;
+  std::size_t num_keys = 0;
+};
+
+/// Queries of a later visit; how long each takes, and whether it is right.
+int MeasureMap(const Options& options) {
+  const auto start = Clock::now();
+  absl::StatusOr<Map> map =
+      options.is_whole
+          ? mapdb::LoadMap(options.map)
+          : mapdb::OpenMap(options.map, {.cache = mapdb::MakePayloadCache(options.cache_bytes)});
+  if (!map.ok()) {
+    std::cerr << map.status() << "\n";
+    return 1;
+  }
+  const double open_s = SecondsSince(start);
+  const std::size_t num_places = map->places.size();
+  const auto localizer = Localizer::Create(std::make_shared<const Map>(*std::move(map)));
+  if (!localizer.ok()) {
+    std::cerr << localizer.status() << "\n";
+    return 1;
+  }
+  const double ready_s = SecondsSince(start);
+  const MadeRoad road(options.seed);
+  Describer describer = *Describer::Create((*localizer)->map().params);
+  std::vector<double> whole_ms, retrieve_ms, match_ms;
+  double first_s = 0.0;
+  int num_localized = 0, num_right = 0, num_false = 0, num_first_right = 0;
+  for (std::size_t q = 0; q < options.num_queries; ++q) {
+    const double along_m = (static_cast<double>(q) + 0.37) /
+                           static_cast<double>(options.num_queries) *
+                           std::min(options.road_m, static_cast<double>(num_places));
+    const MadeRoad::Visit visit{along_m, q % 3 == 0 ? -1.5 : 0.8, q % 2 == 1, 2};
+    const ScanDescriptor scan = describer.Describe(road.Scan(visit));
+    const auto asked = Clock::now();
+    const auto answer = (*localizer)->Localize(scan, {}, TimedBy(NowNs));
+    whole_ms.push_back(1e3 * SecondsSince(asked));
+    if (q == 0) first_s = SecondsSince(start);
+    if (!answer.ok()) {
+      std::cerr << answer.status() << "\n";
+      return 1;
+    }
+    retrieve_ms.push_back(1e-6 * static_cast<double>(answer->times.retrieve_ns));
+    match_ms.push_back(1e-6 * static_cast<double>(answer->times.match_ns));
+    const Pose truth = road.PoseAt(visit.along_m, visit.left_m, visit.reverse);
+    const bool is_right =
+        !answer->candidates.empty() && !MissOf(DifferenceOf(answer->candidates.front().T_map_query,
+                                                            truth, Eigen::Vector3d::UnitZ()))
+                                            .any();
+    num_first_right += is_right ? 1 : 0;
+    if (answer->outcome != Outcome::kLocalized) continue;
+    ++num_localized;
+    ++(is_right ? num_right : num_false);
+  }
+  std::cout << "places,file_mb,open_s,ready_s,first_answer_s,rss_mb,peak_mb,p50_ms,p99_ms,"
+               "retrieve_p50_ms,match_p50_ms,queries,first_right,localized_right,false\n"
+            << absl::StrFormat(
+                   "%d,%.1f,%.2f,%.2f,%.2f,%.0f,%.0f,%.2f,%.2f,%.2f,%.2f,%d,%d,%d,%d\n", num_places,
+                   1e-6 * static_cast<double>(std::filesystem::file_size(options.map)), open_s,
+                   ready_s, first_s, MemoryMb("VmRSS"), MemoryMb("VmHWM"), Quantile(whole_ms, 0.5),
+                   Quantile(whole_ms, 0.99), Quantile(retrieve_ms, 0.5), Quantile(match_ms, 0.5),
+                   options.num_queries, num_first_right, num_right, num_false);
+  return 0;
+}
+
+/// A table of keys alone, many times as large as the map: each a mixture of those of two of its
+/// places, so that they fill what real keys fill.
+void FillKeys(const ContextTable& from, std::size_t num_places, ContextTable& table,
+              std::mt19937_64& random) {
+  const std::size_t num_each =
+      from.has_flips() ? 2 : from.size() / (from.entry(from.size() - 1).place + 1);
+  const std::size_t num_known = from.size() / num_each;
+  table.Reserve(num_places * num_each, from.has_flips(), false);
+  std::uniform_real_distribution<double> share(0.0, 0.5);
+  for (std::size_t place = 0; place < num_places; ++place) {
+    const std::size_t a = random() % num_known * num_each;
+    const std::size_t b = random() % num_known * num_each;
+    const double of_b = share(random);
+    for (std::size_t v = 0; v < (from.has_flips() ? 1 : num_each); ++v) {
+      std::vector<std::int32_t> key = from.retrieval_key_cm(a + v);
+      const std::vector<std::int32_t> other = from.retrieval_key_cm(b + v);
+      for (std::size_t i = 0; i < key.size(); ++i) {
+        key[i] = static_cast<std::int32_t>((1.0 - of_b) * key[i] + of_b * other[i]);
+      }
+      ContextTable::Entry entry = from.entry(a + v);
+      entry.place = static_cast<std::int32_t>(place);
+      table.AppendKey(entry, key);
+      if (from.has_flips()) table.AppendFlipOfLast();
+    }
+  }
+}
+
+int MeasureKeys(const Options& options) {
+  const auto map = mapdb::OpenMap(options.map);
+  if (!map.ok()) {
+    std::cerr << map.status() << "\n";
+    return 1;
+  }
+  const double before_mb = MemoryMb("VmRSS");
+  std::mt19937_64 random(1);
+  ContextTable polar(map->polar.num_rows(), map->polar.num_cols());
+  ContextTable cart(map->cart.num_rows(), map->cart.num_cols());
+  FillKeys(map->polar, options.num_keys, polar, random);
+  FillKeys(map->cart, options.num_keys, cart, random);
+  const double tables_mb = MemoryMb("VmRSS") - before_mb;
+  const auto start = Clock::now();
+  const KeyIndex polar_index(polar, KeyScale::kUnit);
+  const KeyIndex cart_index(cart, KeyScale::kUnit);
+  const double build_s = SecondsSince(start);
+  const MadeRoad road(options.seed);
+  Describer describer = *Describer::Create(map->params);
+  std::vector<double> ms;
+  for (std::size_t q = 0; q < options.num_queries; ++q) {
+    const ScanDescriptor scan =
+        describer.Describe(road.Scan({100.0 * static_cast<double>(q) + 37.0, 0.8, q % 2 == 1, 2}));
+    const auto asked = Clock::now();
+    const int k = map->params.automatic.shortlist.num_places;
+    const auto of_polar = polar_index.Search(MakeKeys(scan.polar).retrieval_cm, k, true);
+    const auto of_cart = cart_index.Search(MakeKeys(scan.cart).retrieval_cm, k, true);
+    ms.push_back(1e3 * SecondsSince(asked));
+    if (of_polar.empty() || of_cart.empty()) return 1;
+  }
+  std::cout << "places,tables_mb,keys_mb,peak_mb,build_s,retrieve_p50_ms,retrieve_p99_ms\n"
+            << absl::StrFormat("%d,%.0f,%.0f,%.0f,%.1f,%.2f,%.2f\n", options.num_keys, tables_mb,
+                               MemoryMb("VmRSS") - before_mb, MemoryMb("VmHWM"), build_s,
+                               Quantile(ms, 0.5), Quantile(ms, 0.99));
+  return 0;
+}
+
+}  // namespace
+}  // namespace scanloc::bench
+
+int main(int argc, char** argv) {
+  scanloc::bench::Options options;
+  CLI::App app("Measures what a map made by make_map takes, and prints a line of CSV.");
+  app.add_option("MAP", options.map, "map file")->required();
+  app.add_flag("--whole", options.is_whole, "read the map into memory as a whole");
+  app.add_option("--cache-bytes", options.cache_bytes, "of what was read last");
+  app.add_option("--num-queries", options.num_queries, "queries")->capture_default_str();
+  app.add_option("--road-m", options.road_m, "part of the road that they are of [m]");
+  app.add_option("--seed", options.seed, "of the road, as of make_map");
+  app.add_option("--keys", options.num_keys,
+                 "measure retrieval alone, of so many places with keys like the map's");
+  CLI11_PARSE(app, argc, argv);
+  return options.num_keys > 0 ? scanloc::bench::MeasureKeys(options)
+                              : scanloc::bench::MeasureMap(options);
+}
