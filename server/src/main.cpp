@@ -6,6 +6,7 @@
 #include <exception>
 #include <iostream>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -43,6 +44,7 @@ struct CommandLine {
   std::vector<std::string> maps;
   std::string log_level = "info";
   LogFormat log_format = LogFormat::kText;
+  std::optional<std::int64_t> cache_bytes;
   Probe probe;
   std::shared_ptr<ConfigFile> config = std::make_shared<ConfigFile>();
 };
@@ -109,6 +111,25 @@ void Declare(CLI::App& app, CommandLine& line) {
       ->capture_default_str();
   app.add_option("--reflection", options.reflection,
                  "tell of the services by gRPC server reflection (true, false)")
+      ->capture_default_str();
+  app.add_option("--catalogue", options.catalogue.catalogue,
+                 "serve the regions of a catalogue as robots ask for them, too: "
+                 "postgresql://USER@HOST/DATABASE, or a folder; needs --store and --cache-dir")
+      ->type_name("URL");
+  app.add_option("--store", options.catalogue.store,
+                 "where their maps are: s3://BUCKET/PREFIX?endpoint=URL&region=NAME, "
+                 "http(s)://HOST/PATH, or a folder")
+      ->type_name("URL");
+  app.add_option("--cache-dir", options.catalogue.cache_dir,
+                 "folder for the maps that were fetched, of this server alone")
+      ->type_name("DIR");
+  app.add_option(
+      "--cache-bytes", line.cache_bytes,
+      "with --cache-dir: of the disk that its maps may take (20 GiB); without: memory for "
+      "what was read last of maps that stay in their files (256 MiB) [bytes]");
+  app.add_option("--whole-bytes", options.whole_bytes,
+                 "map files of up to so many bytes are read into memory as a whole; of larger ones "
+                 "only the keys are, and the rest as it is asked for [bytes]")
       ->capture_default_str();
   app.add_flag("--allow-slow-methods", options.allow_slow_methods,
                "take the methods with -brute and -naive, of which one query may take a thread for "
@@ -180,6 +201,11 @@ int Run(CommandLine line) {
     if (!source.ok()) return Fail(kExitUsage, source.status());
     line.options.maps.push_back(*source);
   }
+  if (line.cache_bytes) {
+    (line.options.catalogue.cache_dir.empty() ? line.options.cache_bytes
+                                              : line.options.catalogue.cache_bytes) =
+        *line.cache_bytes;
+  }
   if (auto status = Validate(line.options); !status.ok()) return Fail(kExitUsage, status);
 
   KeepLittleFreedMemory();
@@ -190,7 +216,11 @@ int Run(CommandLine line) {
   // Debian builds abseil to look for deadlocks at every lock that gRPC takes, and to remember them.
   absl::SetMutexDeadlockDetectionMode(absl::OnDeadlockCycle::kIgnore);
   BlockStopSignals();
-  const auto server = Server::Start(line.options, mapdb::LoadMap);
+  const mapdb::OpenOptions open{.cache = mapdb::MakePayloadCache(line.options.cache_bytes),
+                                .whole_bytes = line.options.whole_bytes,
+                                .num_readers = line.options.num_threads};
+  const auto server = Server::Start(
+      line.options, [open](const std::string& path) { return mapdb::OpenMap(path, open); });
   if (!server.ok()) return Fail(kExitFailed, server.status());
   return RunUntilStopped(**server, std::chrono::duration<double>(line.options.drain_s));
 }

@@ -18,6 +18,7 @@
 #include "front/memory_bound.hpp"
 #include "front/tls_files.hpp"
 #include "grpc/health/v1/health.grpc.pb.h"
+#include "maps/catalogue_maps.hpp"
 #include "maps/map_keeper.hpp"
 #include "maps/map_sources.hpp"
 #include "ops/metrics.hpp"
@@ -94,6 +95,7 @@ struct Server::State {
                                          static_cast<double>(server_options.max_memory_bytes))),
         localization(
             maps, workers, {receiving, sending}, admission, metrics, capture.get(),
+            [this](const ServedMap& map, const absl::Status& why) { keeper.TakeOut(map, why); },
             {.streams = {.max_streams = server_options.max_streams,
                          .max_per_client = server_options.max_streams_per_client,
                          .idle = std::chrono::duration<double>(server_options.stream_idle_s)},
@@ -138,6 +140,7 @@ struct Server::State {
   AdminService admin;
   HealthService health;
   MapKeeper keeper;
+  std::unique_ptr<CatalogueMaps> catalogue_maps;  // null without a catalogue
   ReflectionService reflection;
   std::atomic<bool> stopping = false;
   std::once_flag shutdown;
@@ -164,6 +167,14 @@ std::int64_t Server::State::AtHandBytes() const {
 
 absl::Status Server::State::Listen() {
   if (auto status = keeper.ExpectAll(); !status.ok()) return status;
+  if (options.catalogue.enabled()) {
+    auto opened = CatalogueMaps::Open(options.catalogue, keeper, maps, metrics);
+    if (!opened.ok()) return opened.status();
+    catalogue_maps = *std::move(opened);
+    keeper.ServeWithoutMaps();
+    keeper.OnDamage([this](const std::string& name) { catalogue_maps->Lost(name); });
+    maps.OnUnknown([this](const std::string& name) { return catalogue_maps->Want(name); });
+  }
   if (!options.metrics_listen.empty()) {
     auto endpoint = MetricsEndpoint::Listen(options.metrics_listen, metrics);
     if (!endpoint.ok()) return endpoint.status();
@@ -228,7 +239,10 @@ std::string Server::MetricsText() const { return state_->metrics.Text(); }
 MapRegistry& Server::maps() { return state_->maps; }
 WorkerPool& Server::workers() { return state_->workers; }
 
-absl::Status Server::LoadMaps() { return state_->keeper.LoadAll(); }
+absl::Status Server::LoadMaps() {
+  if (state_->catalogue_maps != nullptr) state_->catalogue_maps->Start();
+  return state_->keeper.LoadAll();
+}
 absl::Status Server::ReloadMap(const std::string& name) { return state_->keeper.Reload(name); }
 absl::Status Server::LoadMap(const std::string& name) { return state_->keeper.LoadNew(name); }
 absl::Status Server::UnloadMap(const std::string& name) { return state_->keeper.Unload(name); }
@@ -237,6 +251,7 @@ void Server::ReloadMaps() { state_->keeper.ReloadAll(); }
 void Server::Shutdown() {
   std::call_once(state_->shutdown, [this] {
     state_->stopping = true;
+    if (state_->catalogue_maps != nullptr) state_->catalogue_maps->Stop();
     state_->keeper.Stop();
     state_->health.StartDraining();
     state_->localization.Drain();

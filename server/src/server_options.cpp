@@ -40,9 +40,20 @@ absl::Status CheckRange(const char* field, double value, double low, double high
 
 absl::Status CheckMaps(const ServerOptions& options) {
   const std::vector<MapSource>& maps = options.maps;
-  if (maps.empty() && options.maps_dir.empty()) {
+  if (maps.empty() && options.maps_dir.empty() && !options.catalogue.enabled()) {
     return absl::InvalidArgumentError(
         "no map to serve; give at least one as NAME=FILE, or a folder of maps");
+  }
+  const CatalogueOptions& catalogue = options.catalogue;
+  const bool has_all =
+      catalogue.enabled() && !catalogue.store.empty() && !catalogue.cache_dir.empty();
+  const bool has_any =
+      catalogue.enabled() || !catalogue.store.empty() || !catalogue.cache_dir.empty();
+  if (has_any && !has_all) {
+    return absl::InvalidArgumentError(
+        "a catalogue needs a store and a cache folder, and they it: give all of --catalogue, "
+        "--store "
+        "and --cache-dir");
   }
   std::set<std::string> names;
   for (const MapSource& map : maps) {
@@ -157,6 +168,12 @@ absl::Status Validate(const ServerOptions& options) {
                            limits::kMaxMessageBytes));
   status.Update(CheckRange("max_memory_bytes", static_cast<double>(options.max_memory_bytes),
                            kMinMemoryBytes, kMaxMemoryBytes));
+  for (const auto& [name, bytes] :
+       {std::pair{"cache_bytes", options.cache_bytes},
+        std::pair{"whole_bytes", options.whole_bytes},
+        std::pair{"catalogue.cache_bytes", options.catalogue.cache_bytes}}) {
+    status.Update(CheckRange(name, static_cast<double>(bytes), 0.0, kMaxMemoryBytes));
+  }
   status.Update(CheckRange("receive_s", options.receive_s, kMinReceive_s, kMaxDrain_s));
   status.Update(
       CheckRange("stream_idle_s", options.stream_idle_s, kMinReceive_s, kMaxStreamIdle_s));

@@ -48,6 +48,10 @@ TEST(ServerOptions, NamesTheFirstBadField) {
   refuses("max_inflight", [](ServerOptions& o) { o.max_inflight = 0; });
   refuses("max_message_bytes", [](ServerOptions& o) { o.max_message_bytes = 0; });
   refuses("max_memory_bytes", [](ServerOptions& o) { o.max_memory_bytes = 1 << 20; });
+  refuses("--cache-dir", [](ServerOptions& o) { o.catalogue.catalogue = "/srv/catalogue"; });
+  refuses("--cache-dir", [](ServerOptions& o) { o.catalogue.store = "/srv/store"; });
+  refuses("cache_bytes", [](ServerOptions& o) { o.cache_bytes = -1; });
+  refuses("whole_bytes", [](ServerOptions& o) { o.whole_bytes = -1; });
   refuses("receive_s", [](ServerOptions& o) { o.receive_s = 0.0; });
   refuses("stream_idle_s", [](ServerOptions& o) { o.stream_idle_s = -1.0; });
   refuses("drain_s", [](ServerOptions& o) { o.drain_s = -0.1; });

@@ -20,6 +20,10 @@ std::string HealthName(const std::string& map_name) {
   return absl::StrCat("scanloc.map/", map_name);
 }
 
+std::string CheckedHealthName(const std::string& map_name) {
+  return absl::StrCat(HealthName(map_name), "/checked");
+}
+
 MapKeeper::MapKeeper(MapSources sources, MapLoader load_map, MapRegistry& maps,
                      HealthService& health, Metrics& metrics, MemoryBound& memory)
     : sources_(std::move(sources)),
@@ -27,7 +31,44 @@ MapKeeper::MapKeeper(MapSources sources, MapLoader load_map, MapRegistry& maps,
       maps_(maps),
       health_(health),
       metrics_(metrics),
-      memory_(memory) {}
+      memory_(memory),
+      scrubber_({.progress =
+                     [this](const ServedMap& map, std::size_t num_done) {
+                       metrics_.SetChecked(map.info.name, num_done);
+                     },
+                 .done = [this](const std::shared_ptr<const ServedMap>& map,
+                                const absl::Status& status) { NoteScrubbed(*map, status); }}) {}
+
+void MapKeeper::Stop() {
+  is_stopping_ = true;
+  scrubber_.Stop();
+}
+
+void MapKeeper::NoteScrubbed(const ServedMap& map, const absl::Status& status) {
+  if (absl::IsDataLoss(status)) return TakeOut(map, status);
+  if (!status.ok()) {
+    return spdlog::error("map {} is not checked to its end: {}", map.info.name,
+                         absl::StrCat(status.message()));
+  }
+  spdlog::info("map {} is checked: all of its {} places are sound", map.info.name,
+               map.info.num_places);
+  const std::lock_guard lock(mutex_);
+  const auto now = maps_.Find(map.info.name);
+  if (now.ok() && now->get() == &map) health_.Set(CheckedHealthName(map.info.name), true);
+}
+
+void MapKeeper::TakeOut(const ServedMap& map, const absl::Status& why) {
+  {
+    const std::lock_guard lock(mutex_);
+    if (!maps_.Withdraw(map)) return;
+    health_.Set(HealthName(map.info.name), false);
+    health_.Set(CheckedHealthName(map.info.name), false);
+    TellHealth();
+    metrics_.CountDamaged(map.info.name);
+    spdlog::error("map {} taken out of service: {}", map.info.name, absl::StrCat(why.message()));
+  }
+  if (tell_damage_) tell_damage_(map.info.name);
+}
 
 absl::Status MapKeeper::ExpectAll() {
   health_.Set("", false);
@@ -77,14 +118,24 @@ absl::Status MapKeeper::LoadNow(const MapSource& source) {
   return {status.code(), absl::StrCat("map ", source.name, ": ", status.message())};
 }
 
+bool MapKeeper::IsInService(const std::string& name, const Map& map) const {
+  const auto served = maps_.Find(name);
+  if (!served.ok()) return false;
+  const Map& now = (*served)->localizer->map();
+  return now.content_id == map.content_id && now.complete == map.complete &&
+         now.calibration == map.calibration && now.confusable == map.confusable;
+}
+
 absl::Status MapKeeper::PutInService(const MapSource& source, Map map) {
-  if (const auto served = maps_.Find(source.name); served.ok()) {
-    const Map& now = (*served)->localizer->map();
-    if (now.content_id == map.content_id && now.complete == map.complete &&
-        now.calibration == map.calibration && now.confusable == map.confusable) {
-      spdlog::info("map {} is unchanged", source.name);
-      return absl::OkStatus();
-    }
+  if (IsInService(source.name, map)) {
+    spdlog::info("map {} is unchanged", source.name);
+    return absl::OkStatus();
+  }
+  // A map that answers is not given up for one that may be damaged.
+  const bool is_checked = map.payload != nullptr && maps_.Find(source.name).ok();
+  if (is_checked) {
+    absl::Status status = map.payload->Scrub([this](std::size_t) { return !is_stopping_; });
+    if (!status.ok()) return status;
   }
   const std::size_t num_places = map.places.size();
   const std::string content_id = map.content_id;
@@ -95,6 +146,12 @@ absl::Status MapKeeper::PutInService(const MapSource& source, Map map) {
   }
   spdlog::info("map {} in service: {} places, content id {}, calibration id {}", source.name,
                num_places, content_id, calibration_id.empty() ? "none" : calibration_id);
+  if (const auto served = maps_.Find(source.name); served.ok()) {
+    const bool is_whole = is_checked || (*served)->localizer->map().payload == nullptr;
+    metrics_.SetChecked(source.name, is_whole ? num_places : 0);
+    health_.Set(CheckedHealthName(source.name), is_whole);
+    if (!is_whole) scrubber_.Add(*served);
+  }
   if (!complete) {
     spdlog::warn("map {} is half built: finish it with scanloc build --resume, then reload",
                  source.name);
@@ -119,7 +176,7 @@ absl::Status MapKeeper::LoadAll() {
     if (sources->size() > 1) spdlog::error("{}", absl::StrCat(status.message()));
   }
   if (num_loaded == 0 && !first_error.ok()) return first_error;
-  if (sources->empty()) {
+  if (sources->empty() && !serves_without_maps_) {
     spdlog::warn("no map to serve; put NAME.scanloc into the maps folder, then send SIGHUP");
   }
   const std::lock_guard lock(mutex_);
@@ -133,13 +190,19 @@ void MapKeeper::TellHealth() {
   const bool is_any_served = std::any_of(known.begin(), known.end(), [](const MapSummary& map) {
     return map.state == MapState::kServing;
   });
-  health_.Set("", have_all_been_tried_ && is_any_served);
+  health_.Set("", have_all_been_tried_ && (is_any_served || serves_without_maps_));
+}
+
+void MapKeeper::ServeWithoutMaps() {
+  const std::lock_guard lock(mutex_);
+  serves_without_maps_ = true;
 }
 
 void MapKeeper::Expect(const std::string& name) {
   if (IsKnown(name)) return;
   maps_.Add(name);
   health_.Set(HealthName(name), false);
+  health_.Set(CheckedHealthName(name), false);
   metrics_.StartCountingLoads(name);
 }
 

@@ -1,12 +1,15 @@
 #pragma once
 
 #include <atomic>
+#include <functional>
 #include <map>
 #include <mutex>
 #include <string>
+#include <utility>
 
 #include "absl/status/status.h"
 #include "front/memory_bound.hpp"
+#include "maps/map_scrubber.hpp"
 #include "maps/map_sources.hpp"
 #include "ops/metrics.hpp"
 #include "rpc/health_service.hpp"
@@ -32,13 +35,28 @@ class MapKeeper {
   [[nodiscard]] absl::Status LoadAll();
   void ReloadAll();
 
+  /// Puts the map of a file in service under a name that need not be known before, in place of the
+  /// one that is.
+  [[nodiscard]] absl::Status LoadFile(const MapSource& source) { return Load(source); }
+
+  /// The server as such serves without a map, too: it fetches what it is asked for.
+  void ServeWithoutMaps();
+
   /// Server::ReloadMap, LoadMap, UnloadMap.
   [[nodiscard]] absl::Status Reload(const std::string& name);
   [[nodiscard]] absl::Status LoadNew(const std::string& name);
   [[nodiscard]] absl::Status Unload(const std::string& name);
 
-  /// What is at many maps stops after the one at hand.
-  void Stop() { is_stopping_ = true; }
+  /// From then on told the name of every map that is taken out because it is damaged.
+  void OnDamage(std::function<void(const std::string& name)> tell) {
+    tell_damage_ = std::move(tell);
+  }
+
+  /// Takes a map out of service that was found damaged, by whoever read it.
+  void TakeOut(const ServedMap& map, const absl::Status& why);
+
+  /// What is at many maps stops after the one at hand, and nothing is checked any more.
+  void Stop();
 
  private:
   [[nodiscard]] absl::Status Load(const MapSource& source);
@@ -51,6 +69,9 @@ class MapKeeper {
   // With the map's mutex held.
   [[nodiscard]] absl::Status LoadNow(const MapSource& source);
   [[nodiscard]] absl::Status PutInService(const MapSource& source, Map map);
+  /// Whether the map in service under the name is the same.
+  [[nodiscard]] bool IsInService(const std::string& name, const Map& map) const;
+  void NoteScrubbed(const ServedMap& map, const absl::Status& status);
   [[nodiscard]] absl::Status Remove(const std::string& name);
 
   // With mutex_ held, which is taken after a map's.
@@ -68,6 +89,9 @@ class MapKeeper {
   std::mutex mutex_;
   std::map<std::string, std::mutex> map_mutexes_;  // one for every name there ever was
   bool have_all_been_tried_ = false;
+  bool serves_without_maps_ = false;
+  std::function<void(const std::string& name)> tell_damage_;
+  MapScrubber scrubber_;  // last: its thread uses all of the above
 };
 
 }  // namespace scanloc::server

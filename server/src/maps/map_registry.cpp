@@ -65,6 +65,16 @@ absl::Status MapRegistry::Serve(const std::string& name, const std::string& path
   return absl::OkStatus();
 }
 
+bool MapRegistry::Withdraw(const ServedMap& map) {
+  std::shared_ptr<const ServedMap> before;  // freed outside the lock, if this was its last holder
+  const std::lock_guard lock(mutex_);
+  const auto slot = slots_.find(map.info.name);
+  if (slot == slots_.end() || slot->second.served.get() != &map) return false;
+  before = std::move(slot->second.served);
+  slot->second.has_failed = true;
+  return true;
+}
+
 void MapRegistry::SetFailed(const std::string& name) {
   const std::lock_guard lock(mutex_);
   const auto slot = slots_.find(name);
@@ -84,7 +94,10 @@ std::vector<MapRegistry::Slots::const_iterator> MapRegistry::Unnamed() const {
 absl::StatusOr<std::shared_ptr<const ServedMap>> MapRegistry::ServedIn(
     const Slots::value_type& slot) {
   const auto& [name, state] = slot;
-  if (state.served != nullptr) return state.served;
+  if (state.served != nullptr) {
+    state.last_used = std::chrono::steady_clock::now();
+    return state.served;
+  }
   return state.has_failed
              ? proto::WithReason(
                    v1::ERROR_REASON_MAP_FAILED,
@@ -96,13 +109,17 @@ absl::StatusOr<std::shared_ptr<const ServedMap>> MapRegistry::ServedIn(
 }
 
 absl::StatusOr<std::shared_ptr<const ServedMap>> MapRegistry::Find(const std::string& name) const {
-  const std::lock_guard lock(mutex_);
+  std::unique_lock lock(mutex_);
   auto slot = slots_.find(name);
   if (name.empty()) {
     const std::vector<Slots::const_iterator> unnamed = Unnamed();
     slot = unnamed.size() == 1 ? unnamed.front() : slots_.end();
   }
   if (slot != slots_.end()) return ServedIn(*slot);
+  if (!name.empty() && ask_unknown_) {
+    lock.unlock();
+    return ask_unknown_(name);
+  }
   if (slots_.empty()) return absl::NotFoundError("this server has no map");
   const std::string what =
       name.empty() ? "the request names no map and this server has several"
@@ -132,6 +149,13 @@ absl::StatusOr<std::vector<std::shared_ptr<const ServedMap>>> MapRegistry::FindA
   if (!only.ok()) return only.status();
   found.push_back(*std::move(only));
   return found;
+}
+
+std::chrono::steady_clock::time_point MapRegistry::LastUsed(const std::string& name) const {
+  const std::lock_guard lock(mutex_);
+  const auto slot = slots_.find(name);
+  return slot == slots_.end() ? std::chrono::steady_clock::time_point::min()
+                              : slot->second.last_used;
 }
 
 std::vector<MapSummary> MapRegistry::List() const {

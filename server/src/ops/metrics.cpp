@@ -160,6 +160,16 @@ struct Metrics::State {
           .Name("scanloc_map_reload_failures_total")
           .Help("Loads and reloads that failed; the map before stays in service.")
           .Register(registry);
+  prometheus::Family<prometheus::Gauge>& checked_places =
+      prometheus::BuildGauge()
+          .Name("scanloc_map_checked_places")
+          .Help("Places of the map that were found sound since it was put in service.")
+          .Register(registry);
+  prometheus::Family<prometheus::Counter>& damaged_maps =
+      prometheus::BuildCounter()
+          .Name("scanloc_map_damaged_total")
+          .Help("Times that a map was taken out of service because its file is damaged.")
+          .Register(registry);
   prometheus::Family<prometheus::Counter>& fronts_made_anew =
       prometheus::BuildCounter()
           .Name("scanloc_front_rebuilds_total")
@@ -228,8 +238,17 @@ void Metrics::CountFailedLoad(const std::string& map) {
   state_->failed_loads.Add({{"map", map}}).Increment();
 }
 
+void Metrics::SetChecked(const std::string& map, std::size_t num_places) {
+  state_->checked_places.Add({{"map", map}}).Set(static_cast<double>(num_places));
+}
+
+void Metrics::CountDamaged(const std::string& map) {
+  state_->damaged_maps.Add({{"map", map}}).Increment();
+}
+
 void Metrics::StartCountingLoads(const std::string& map) {
   state_->failed_loads.Add({{"map", map}});
+  state_->damaged_maps.Add({{"map", map}});
 }
 
 void Metrics::StartCountingTlsReloads() { state_->failed_tls_reloads.Add({}); }

@@ -40,6 +40,10 @@ class Metrics {
   void CountCaptured(bool kept);
   void SetLoadTime(const std::string& map, double seconds);
   void CountFailedLoad(const std::string& map);
+  /// So many places of the map in service were found sound.
+  void SetChecked(const std::string& map, std::size_t num_places);
+  /// A map was taken out of service because its file is damaged.
+  void CountDamaged(const std::string& map);
 
   /// The counts of failures stand at 0 from then on, so that the first one is seen as a rise.
   void StartCountingLoads(const std::string& map);

@@ -1,5 +1,6 @@
 // What the LocalizationService says to one query, of one map or of all.
 #include <algorithm>
+#include <functional>
 #include <map>
 #include <string>
 #include <utility>
@@ -46,7 +47,8 @@ using DescribedBySignature = std::map<std::string, QueryDescriber::Described>;
 absl::StatusOr<std::vector<MapAnswer>> AskEach(
     const std::vector<std::shared_ptr<const ServedMap>>& maps,
     const DescribedBySignature& described, const Query& asked, int max_candidates,
-    SearchControl control) {
+    SearchControl control,
+    const std::function<absl::Status(const absl::Status&, const ServedMap&)>& error_of) {
   const std::int64_t end_ns = control.deadline_ns;
   std::vector<MapAnswer> answers;
   for (const auto& map : maps) {
@@ -59,7 +61,7 @@ absl::StatusOr<std::vector<MapAnswer>> AskEach(
     LimitCandidates(map->info.params, max_candidates, query);
     const ScanDescriptor& descriptor = described.at(map->signature).descriptor;
     auto answer = map->localizer->Localize(descriptor, query, control);
-    if (!answer.ok()) return answer.status();
+    if (!answer.ok()) return error_of(answer.status(), *map);
     answers.push_back({.map = map->info.name,
                        .params = map->info.params,
                        .num_posts = descriptor.structure.posts.size(),
@@ -106,6 +108,15 @@ absl::Status LocalizationService::CheckCost(const Query& query) const {
   return absl::OkStatus();
 }
 
+absl::Status LocalizationService::ErrorOf(const absl::Status& failed, const ServedMap& map) const {
+  if (!absl::IsDataLoss(failed)) return failed;
+  found_damage_(map, failed);
+  return proto::WithReason(v1::ERROR_REASON_MAP_FAILED,
+                           absl::UnavailableError(absl::StrCat(
+                               "map ", map.info.name, " was found damaged and is out of ",
+                               "service; the server's log says where")));
+}
+
 SearchControl LocalizationService::ControlOf(const grpc::CallbackServerContext& context,
                                              std::chrono::milliseconds budget) {
   SearchControl control = TimedBy(NowNs, std::chrono::nanoseconds(budget).count());
@@ -140,7 +151,10 @@ absl::StatusOr<LocalizeReply> LocalizationService::Answer(
   const std::int64_t decode_ns = NowNs() - arrival.started_ns - describe_ns;
 
   auto answers = AskEach(*maps, described, asked->query, limits_.max_candidates,
-                         ControlOf(context, asked->budget));
+                         ControlOf(context, asked->budget),
+                         [this](const absl::Status& failed, const ServedMap& map) {
+                           return ErrorOf(failed, map);
+                         });
   if (!answers.ok()) return answers.status();
   const QueryDescriber::Described& of_scan = described.begin()->second;
   MapAnswer told = answers->size() == 1 ? std::move(answers->front())

@@ -26,13 +26,14 @@ RobotStreams::Limits WithBytes(RobotStreams::Limits limits, std::int64_t max_byt
 LocalizationService::LocalizationService(const MapRegistry& maps, WorkerPool& workers,
                                          const CallWaits& waits, Admission& admission,
                                          Metrics& metrics, QueryCapture* capture,
-                                         const Limits& limits)
+                                         DamageCallback found_damage, const Limits& limits)
     : maps_(maps),
       workers_(workers),
       waits_(waits),
       admission_(admission),
       metrics_(metrics),
       capture_(capture),
+      found_damage_(std::move(found_damage)),
       limits_(limits),
       describers_(workers.num_threads()),
       waiting_bytes_(limits.max_waiting_bytes / 2),

@@ -38,10 +38,13 @@ class LocalizationService final : public RawService {
     std::int64_t max_waiting_bytes = 0;
   };
 
+  /// Told that what a query read of a map is damaged; returns once the map is out of service.
+  using DamageCallback = std::function<void(const ServedMap& map, const absl::Status& why)>;
+
   /// All but the limits must outlive the service, the waits of its calls, too; capture may be null.
   LocalizationService(const MapRegistry& maps, WorkerPool& workers, const CallWaits& waits,
                       Admission& admission, Metrics& metrics, QueryCapture* capture,
-                      const Limits& limits);
+                      DamageCallback found_damage, const Limits& limits);
 
   [[nodiscard]] int num_streams() const { return streams_.num_open(); }
 
@@ -88,6 +91,8 @@ class LocalizationService final : public RawService {
     std::chrono::milliseconds budget{0};
   };
   [[nodiscard]] absl::StatusOr<Asked> AskedBy(const v1::LocalizeRequest& request) const;
+  /// What a client is told of a search that failed.
+  [[nodiscard]] absl::Status ErrorOf(const absl::Status& failed, const ServedMap& map) const;
   [[nodiscard]] absl::Status CheckCost(const Query& query) const;
 
   /// Notes in the call what was said, counts it, and keeps the query if it found no place.
@@ -111,6 +116,7 @@ class LocalizationService final : public RawService {
   Admission& admission_;
   Metrics& metrics_;
   QueryCapture* const capture_;
+  const DamageCallback found_damage_;
   const Limits limits_;
   std::vector<QueryDescriber> describers_;  // by worker
   ByteBudget waiting_bytes_;

@@ -153,7 +153,7 @@ absl::StatusOr<v1::TrackedAnswer> LocalizationService::AnswerScan(v1::StreamScan
   if (T_last) T_last = TurnedStep(described->mount, *T_last);
   auto told = robot.tracker->Update(described->descriptor, T_last,
                                     ControlOf(*robot.context, robot.asked.budget));
-  if (!told.ok()) return told.status();
+  if (!told.ok()) return ErrorOf(told.status(), **map);
   robot.motion = {};
   told->answer.times.describe_ns = described->describe_ns;
   TellOfBase(described->mount, told->answer);

@@ -1,10 +1,13 @@
 #pragma once
 
+#include <chrono>
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
 #include <mutex>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "absl/status/status.h"
@@ -45,6 +48,19 @@ class MapRegistry {
   /// NotFound: no such name. InvalidArgument: the map's parameters are bad.
   absl::Status Serve(const std::string& name, const std::string& path, Map map);
 
+  /// Takes a map that was found damaged out of service: it counts as one that could not be loaded.
+  /// False: it was not in service any more.
+  bool Withdraw(const ServedMap& map);
+
+  /// From then on asked what to say of a name that is not known, from any thread. Before the first
+  /// Find.
+  void OnUnknown(std::function<absl::Status(const std::string& name)> ask) {
+    ask_unknown_ = std::move(ask);
+  }
+
+  /// When a map in service was last found by its name; the clock's least where it never was.
+  [[nodiscard]] std::chrono::steady_clock::time_point LastUsed(const std::string& name) const;
+
   /// Tells that the map's file could not be loaded. Has no effect on a map that is in service.
   void SetFailed(const std::string& name);
 
@@ -67,6 +83,8 @@ class MapRegistry {
     std::shared_ptr<const ServedMap> served;  // null while loading
     bool has_failed = false;
     bool is_late = false;  // was added when others were in service
+    mutable std::chrono::steady_clock::time_point last_used =
+        std::chrono::steady_clock::time_point::min();
   };
   using Slots = std::map<std::string, Slot>;
 
@@ -77,6 +95,7 @@ class MapRegistry {
 
   [[nodiscard]] std::string KnownNames() const;
 
+  std::function<absl::Status(const std::string& name)> ask_unknown_;
   mutable std::mutex mutex_;
   Slots slots_;
   std::map<std::string, std::uint64_t> generations_;  // of removed ones, too

@@ -13,12 +13,15 @@
 
 namespace scanloc::server {
 
-/// Reads the map at a path; mapdb::LoadMap in the program.
+/// Reads the map at a path; mapdb::OpenMap in the program.
 using MapLoader = std::function<absl::StatusOr<Map>(const std::string& path)>;
 
 /// The health service (grpc.health.v1) knows the server as a whole as "", which serves once every
 /// map was loaded or passed over, and each map under this name.
 [[nodiscard]] std::string HealthName(const std::string& map_name);
+/// That serves once all of the map was checked; before, queries are answered with what each reads
+/// being checked.
+[[nodiscard]] std::string CheckedHealthName(const std::string& map_name);
 
 /// A running scanlocd: listens from Start on, with every map NOT_SERVING until it is loaded.
 /// Thread-safe.

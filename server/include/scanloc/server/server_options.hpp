@@ -24,6 +24,17 @@ struct MapSource {
 /// OK, or InvalidArgument: not one to limits::kMaxNameBytes letters, digits, '.', '_' or '-'.
 [[nodiscard]] absl::Status CheckMapName(const std::string& name);
 
+/// Maps that are fetched as robots ask for them. No catalogue: none are.
+struct CatalogueOptions {
+  std::string catalogue;  ///< as catalogue::OpenCatalogue takes it
+  std::string store;      ///< as catalogue::OpenStore takes it
+  std::string cache_dir;  ///< folder for the maps that were fetched, of this server alone
+  /// Of the disk that these may take [bytes].
+  std::int64_t cache_bytes = std::int64_t{20} << 30;
+
+  [[nodiscard]] bool enabled() const { return !catalogue.empty(); }
+};
+
 /// Encryption: files in PEM format. All empty: none.
 struct TlsOptions {
   std::string cert_file;  ///< of the server, with its chain
@@ -39,11 +50,14 @@ enum class RequestLog : std::uint8_t { kNone, kFailed, kAll };
 
 /// How a server runs. What shapes its answers is not here but in the maps.
 struct ServerOptions {
-  std::vector<MapSource> maps;  ///< at least one, unless there is a folder
+  std::vector<MapSource> maps;  ///< at least one, unless there is a folder or a catalogue
 
   /// A folder whose files *.scanloc are served, too, each by its name without the ending, and from
   /// which an operator may load others later. Empty: none.
   std::string maps_dir;
+
+  /// Regions of a catalogue are served by their names, too, once a robot asks for them.
+  CatalogueOptions catalogue;
 
   /// Serves scanloc.v1.Admin to tokens of the role admin. Needs a token file.
   bool admin = false;
@@ -129,6 +143,15 @@ struct ServerOptions {
 
   /// Tells of its services by gRPC's server reflection.
   bool reflection = true;
+
+  /// Memory for contexts and structures of places that were compared last, of all maps [bytes];
+  /// what is not there is read from the map files.
+  std::int64_t cache_bytes = std::int64_t{256} << 20;
+
+  /// A map whose file has at most so many bytes is read into memory as a whole: it then answers a
+  /// little faster, and whatever becomes of its file. A larger one answers as soon as its keys are
+  /// read, needs a tenth of the memory, and reads what it compares from its file.
+  std::int64_t whole_bytes = std::int64_t{64} << 20;
 
   /// How long queries in flight may take to end once the server has been told to stop [s]; those
   /// that have not started by then are cancelled.

@@ -1,0 +1,126 @@
+#include "maps/map_cache_dir.hpp"
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <set>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "scanloc/catalogue/store.hpp"
+#include "scanloc/catalogue/version_file.hpp"
+
+namespace scanloc::server {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr char kEnding[] = ".scanloc";
+constexpr char kPart[] = ".part";
+constexpr char kRemembered[] = "/live.json";
+
+template <typename Act>
+void ForEachFile(const std::string& folder, Act&& act) {
+  std::error_code error;
+  for (fs::directory_iterator entry(folder, error), end; !error && entry != end;
+       entry.increment(error)) {
+    act(entry->path());
+  }
+}
+
+}  // namespace
+
+absl::StatusOr<MapCacheDir> MapCacheDir::Open(const std::string& folder) {
+  std::error_code error;
+  fs::create_directories(folder, error);
+  const std::string lock_path = absl::StrCat(folder, "/lock");
+  const int lock = open(lock_path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
+  if (lock < 0) {
+    return absl::PermissionDeniedError(
+        absl::StrCat("cannot write into the cache folder '", folder, "': ", std::strerror(errno)));
+  }
+  MapCacheDir opened(folder, lock);
+  if (flock(lock, LOCK_EX | LOCK_NB) != 0) {
+    return absl::AlreadyExistsError(
+        absl::StrCat("the cache folder '", folder, "' is another server's; give each its own"));
+  }
+  ForEachFile(folder, [](const fs::path& path) {
+    std::error_code ignored;  // what stays is looked at, and overwritten, later
+    if (path.extension() == kPart) fs::remove(path, ignored);
+  });
+  return opened;
+}
+
+MapCacheDir::MapCacheDir(MapCacheDir&& other) noexcept
+    : folder_(std::move(other.folder_)), lock_(std::exchange(other.lock_, -1)) {}
+
+MapCacheDir::~MapCacheDir() {
+  if (lock_ >= 0) close(lock_);
+}
+
+std::string MapCacheDir::PathOf(const catalogue::Version& version) const {
+  return absl::StrCat(folder_, "/", version.FileName());
+}
+
+std::string MapCacheDir::PartOf(const catalogue::Version& version) const {
+  return absl::StrCat(PathOf(version), kPart);
+}
+
+bool MapCacheDir::Has(const catalogue::Version& version) const {
+  std::error_code error;
+  const std::uintmax_t size = fs::file_size(PathOf(version), error);
+  return !error && static_cast<std::int64_t>(size) == version.num_bytes;
+}
+
+absl::Status MapCacheDir::Keep(const catalogue::Version& version) const {
+  const std::string part = PartOf(version);
+  const absl::StatusOr<std::string> sha256 = catalogue::Sha256OfFile(part);
+  if (!sha256.ok()) return sha256.status();
+  if (*sha256 != version.sha256) {
+    unlink(part.c_str());
+    return absl::DataLossError(absl::StrCat("what the store has as ", version.FileName(),
+                                            " is not what was published: its hash is ", *sha256,
+                                            ", not ", version.sha256));
+  }
+  if (rename(part.c_str(), PathOf(version).c_str()) == 0) return absl::OkStatus();
+  return absl::UnavailableError(absl::StrCat("cannot rename '", part, "': ", std::strerror(errno)));
+}
+
+void MapCacheDir::Remove(const catalogue::Version& version) const {
+  unlink(PathOf(version).c_str());
+}
+
+std::int64_t MapCacheDir::NumBytes() const {
+  std::int64_t sum = 0;
+  ForEachFile(folder_, [&](const fs::path& path) {
+    std::error_code error;
+    const std::uintmax_t size = fs::file_size(path, error);
+    if (!error) sum += static_cast<std::int64_t>(size);
+  });
+  return sum;
+}
+
+absl::Status MapCacheDir::RememberLive(const std::vector<catalogue::Version>& live) const {
+  return catalogue::WriteVersions(absl::StrCat(folder_, kRemembered), live);
+}
+
+absl::StatusOr<std::vector<catalogue::Version>> MapCacheDir::RecallLive() const {
+  return catalogue::ReadVersions(absl::StrCat(folder_, kRemembered));
+}
+
+void MapCacheDir::RemoveAllBut(const std::vector<catalogue::Version>& versions) const {
+  std::set<std::string> kept;
+  for (const catalogue::Version& version : versions) kept.insert(version.FileName());
+  ForEachFile(folder_, [&](const fs::path& path) {
+    std::error_code ignored;  // it counts as room that is taken
+    if (path.extension() == kEnding && !kept.contains(path.filename().string())) {
+      fs::remove(path, ignored);
+    }
+  });
+}
+
+}  // namespace scanloc::server

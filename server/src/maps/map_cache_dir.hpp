@@ -1,0 +1,49 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "scanloc/catalogue/catalogue.hpp"
+
+namespace scanloc::server {
+
+/// The folder into which maps are fetched: a file a version, and what the catalogue said last.
+/// Thread-safe, but two threads must not be at one version.
+class MapCacheDir {
+ public:
+  /// Makes the folder if there is none, takes it for this process, and removes what an interrupted
+  /// fetch left. AlreadyExists: another process has it.
+  [[nodiscard]] static absl::StatusOr<MapCacheDir> Open(const std::string& folder);
+
+  MapCacheDir(MapCacheDir&& other) noexcept;
+  MapCacheDir& operator=(MapCacheDir&&) = delete;
+  ~MapCacheDir();
+
+  [[nodiscard]] std::string PathOf(const catalogue::Version& version) const;
+  /// Where it is written before it is checked.
+  [[nodiscard]] std::string PartOf(const catalogue::Version& version) const;
+  /// Whether the file is there, with its size.
+  [[nodiscard]] bool Has(const catalogue::Version& version) const;
+  /// Gives the part its name if its bytes are the version's; else removes it: DataLoss.
+  [[nodiscard]] absl::Status Keep(const catalogue::Version& version) const;
+  void Remove(const catalogue::Version& version) const;
+  /// Of all files in it.
+  [[nodiscard]] std::int64_t NumBytes() const;
+
+  /// What is in force, for the next start without the catalogue.
+  [[nodiscard]] absl::Status RememberLive(const std::vector<catalogue::Version>& live) const;
+  [[nodiscard]] absl::StatusOr<std::vector<catalogue::Version>> RecallLive() const;
+  /// Removes the files of versions that are not among these.
+  void RemoveAllBut(const std::vector<catalogue::Version>& versions) const;
+
+ private:
+  MapCacheDir(std::string folder, int lock) : folder_(std::move(folder)), lock_(lock) {}
+
+  std::string folder_;
+  int lock_;
+};
+
+}  // namespace scanloc::server
