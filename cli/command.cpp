@@ -27,6 +27,9 @@ std::vector<std::unique_ptr<Command>> AllCommands() {
   commands.push_back(MakeEditCommand());
   commands.push_back(MakeExportCommand());
   commands.push_back(MakeAdminCommand());
+  commands.push_back(MakePublishCommand());
+  commands.push_back(MakeRollbackCommand());
+  commands.push_back(MakeCatalogueCommand());
   return commands;
 }
 

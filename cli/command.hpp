@@ -49,6 +49,9 @@ std::unique_ptr<Command> MakeEditCommand();
 std::unique_ptr<Command> MakeExportCommand();
 std::unique_ptr<Command> MakePlotCommand();
 std::unique_ptr<Command> MakeAdminCommand();
+std::unique_ptr<Command> MakePublishCommand();
+std::unique_ptr<Command> MakeRollbackCommand();
+std::unique_ptr<Command> MakeCatalogueCommand();
 
 /// All of them, in the order in which the help lists them.
 [[nodiscard]] std::vector<std::unique_ptr<Command>> AllCommands();

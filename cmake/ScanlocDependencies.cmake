@@ -13,6 +13,8 @@ find_package(prometheus-cpp CONFIG REQUIRED)  # prometheus-cpp-dev
 find_package(Ceres 2.1 REQUIRED)               # libceres-dev
 find_package(nanoflann REQUIRED)             # libnanoflann-dev
 find_package(nlohmann_json 3.11 REQUIRED)     # nlohmann-json3-dev
+find_package(PostgreSQL REQUIRED)           # libpq-dev
+find_package(CURL 7.88 REQUIRED)              # libcurl4-openssl-dev
 pkg_check_modules(XXHASH REQUIRED IMPORTED_TARGET libxxhash)  # libxxhash-dev
 
 pkg_check_modules(LZF REQUIRED IMPORTED_TARGET liblzf)        # liblzf-dev

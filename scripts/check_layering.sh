@@ -19,6 +19,8 @@ forbid core 'scanloc/(mapdb|dataset|sim|eval|slam|proto|server|client)/|cli/|rep
   'core computes: no files, sockets, clock, threads, logging or other modules'
 forbid mapdb 'scanloc/(dataset|sim|eval|proto|server|client)/|pcl/|grpc|google/|spdlog' \
   'mapdb knows core only'
+forbid catalogue 'scanloc/(mapdb|dataset|sim|eval|proto|server|client)/|sqlite3|pcl/|grpc|google/|spdlog' \
+  'the catalogue knows names, sizes and hashes of maps: it knows core only'
 forbid dataset 'scanloc/(mapdb|sim|eval|proto|server|client)/|pcl/|grpc|google/|spdlog' \
   'dataset knows core only'
 # rosbag2 records into SQLite; what reads it stays in one file.

@@ -9,9 +9,10 @@ packages=(
   libeigen3-dev libpcl-dev libnanoflann-dev libceres-dev libsqlite3-dev libxxhash-dev
   liblzf-dev libzstd-dev liblz4-dev libbz2-dev
   libgrpc++-dev libprotobuf-dev protobuf-compiler protobuf-compiler-grpc libabsl-dev
+  libpq-dev libcurl4-openssl-dev postgresql
   libssl-dev zlib1g-dev prometheus-cpp-dev libspdlog-dev libcli11-dev nlohmann-json3-dev
   cyclonedds-dev cyclonedds-tools libfastrtps-dev libfastcdr-dev
-  libgtest-dev libgmock-dev libbenchmark-dev openssl python3 haproxy
+  libgtest-dev libgmock-dev libbenchmark-dev openssl python3 haproxy parallel
   python3-dev python3-venv python3-numpy python3-grpcio python3-protobuf
   dpkg-dev help2man
 )

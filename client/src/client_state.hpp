@@ -85,6 +85,7 @@ struct Client::State {
     context.set_deadline(ToGpr(terms.deadline));
     ShowToken(options, context);
     SendRequestId(terms.request_id, context);
+    if constexpr (requires { request.map(); }) SendMapName(request.map(), context);
     Response response;
     const absl::Status status = proto::FromGrpc((service.*method)(&context, request, &response));
     // Nobody here cancels: it is how gRPC ends calls that meet a server in its last moment.

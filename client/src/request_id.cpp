@@ -5,6 +5,7 @@
 #include <cstddef>
 
 #include "absl/strings/str_cat.h"
+#include "scanloc/core/limits.hpp"
 
 namespace scanloc::client {
 namespace {
@@ -24,6 +25,14 @@ absl::Status CheckRequestId(const std::string& id) {
 
 void SendRequestId(const std::string& id, grpc::ClientContext& context) {
   if (!id.empty()) context.AddMetadata("x-request-id", id);
+}
+
+void SendMapName(const std::string& map, grpc::ClientContext& context) {
+  // What is no name of a map is for the server to refuse.
+  const bool is_text =
+      map.size() <= limits::kMaxNameBytes &&
+      std::all_of(map.begin(), map.end(), [](unsigned char c) { return std::isgraph(c) != 0; });
+  if (!map.empty() && is_text) context.AddMetadata("scanloc-map", map);
 }
 
 }  // namespace scanloc::client

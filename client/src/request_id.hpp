@@ -14,4 +14,8 @@ namespace scanloc::client {
 /// Sends the id, if there is one, with the call.
 void SendRequestId(const std::string& id, grpc::ClientContext& context);
 
+/// Says which map a call is for, in `scanloc-map`, to a balancer that sends calls for one map to
+/// one server; an empty name is not said.
+void SendMapName(const std::string& map, grpc::ClientContext& context);
+
 }  // namespace scanloc::client

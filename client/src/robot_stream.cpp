@@ -18,7 +18,7 @@ class Client::ServedRobot final : public RobotStream::Tracking {
         options_(options),
         timeout_(options.timeout.value_or(client_->options.timeout)),
         map_(std::move(map)),
-        call_(*client_->stub, client_->options, options.request_id) {}
+        call_(*client_->stub, client_->options, options.request_id, options.map) {}
   ~ServedRobot() override { (void)Close(); }
 
   absl::Status Open() {

@@ -9,9 +9,10 @@
 namespace scanloc::client {
 
 StreamCall::StreamCall(v1::Localization::Stub& stub, const ClientOptions& options,
-                       const std::string& request_id) {
+                       const std::string& request_id, const std::string& map) {
   ShowToken(options, context_);
   SendRequestId(request_id, context_);
+  SendMapName(map, context_);
   stub.async()->LocalizeStream(&context_, this);
   AddHold();  // reads and writes are started from outside
   StartCall();

@@ -21,7 +21,7 @@ class StreamCall final
  public:
   /// The stub must outlive the call.
   StreamCall(v1::Localization::Stub& stub, const ClientOptions& options,
-             const std::string& request_id);
+             const std::string& request_id, const std::string& map);
   ~StreamCall() override;  ///< cancels what is under way and waits for its end
 
   StreamCall(const StreamCall&) = delete;

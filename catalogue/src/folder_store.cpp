@@ -1,0 +1,106 @@
+#include "folder_store.hpp"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+
+namespace scanloc::catalogue {
+namespace {
+
+namespace fs = std::filesystem;
+
+class Descriptor {
+ public:
+  explicit Descriptor(int fd) : fd_(fd) {}
+  ~Descriptor() {
+    if (fd_ >= 0) close(fd_);
+  }
+  Descriptor(const Descriptor&) = delete;
+  Descriptor& operator=(const Descriptor&) = delete;
+  [[nodiscard]] int get() const { return fd_; }
+
+ private:
+  int fd_;
+};
+
+absl::Status FailedTo(absl::string_view what, const std::string& path, int error) {
+  const std::string text = absl::StrCat("cannot ", what, " '", path, "': ", std::strerror(error));
+  if (error == ENOSPC || error == EDQUOT || error == EFBIG) {
+    return absl::ResourceExhaustedError(absl::StrCat(text, "; make room on the disk"));
+  }
+  return absl::UnavailableError(text);
+}
+
+absl::Status Copy(const std::string& from, const std::string& to, std::int64_t max_bytes,
+                  const std::function<bool()>& go_on) {
+  const Descriptor source(open(from.c_str(), O_RDONLY | O_CLOEXEC));
+  if (source.get() < 0 && errno == ENOENT) {
+    return absl::NotFoundError(absl::StrCat("the store has no file '", from, "'"));
+  }
+  if (source.get() < 0) return FailedTo("read", from, errno);
+  const Descriptor target(open(to.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666));
+  if (target.get() < 0) return FailedTo("write", to, errno);
+  std::vector<char> block(1 << 20);
+  for (std::int64_t sum = 0;;) {
+    if (!go_on()) return absl::CancelledError("the transfer was stopped");
+    const ssize_t size = read(source.get(), block.data(), block.size());
+    if (size < 0) return FailedTo("read", from, errno);
+    if (size == 0) break;
+    sum += size;
+    if (sum > max_bytes) {
+      return absl::DataLossError(
+          absl::StrCat("'", from, "' has more than the ", max_bytes, " bytes that it should have"));
+    }
+    if (write(target.get(), block.data(), static_cast<std::size_t>(size)) != size) {
+      return FailedTo("write", to, errno == 0 ? ENOSPC : errno);
+    }
+  }
+  return fsync(target.get()) == 0 ? absl::OkStatus() : FailedTo("write", to, errno);
+}
+
+class FolderStore : public Store {
+ public:
+  explicit FolderStore(std::string folder) : folder_(std::move(folder)) {}
+
+  absl::Status Put(const std::string& name, const std::string& path) override {
+    const std::string target = absl::StrCat(folder_, "/", name);
+    std::error_code error;
+    if (fs::exists(target, error)) return absl::OkStatus();
+    const std::string part = absl::StrCat(target, ".part-", getpid());
+    absl::Status status =
+        Copy(path, part, std::numeric_limits<std::int64_t>::max(), [] { return true; });
+    if (status.ok() && rename(part.c_str(), target.c_str()) != 0) {
+      status = FailedTo("rename", part, errno);
+    }
+    if (!status.ok()) unlink(part.c_str());
+    return status;
+  }
+
+  absl::Status Get(const std::string& name, const std::string& path, std::int64_t max_bytes,
+                   const std::function<bool()>& go_on) override {
+    return Copy(absl::StrCat(folder_, "/", name), path, max_bytes, go_on);
+  }
+
+ private:
+  std::string folder_;
+};
+
+}  // namespace
+
+absl::StatusOr<std::unique_ptr<Store>> OpenFolderStore(const std::string& folder) {
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (error) {
+    return absl::UnavailableError(
+        absl::StrCat("cannot make the store's folder '", folder, "': ", error.message()));
+  }
+  return std::make_unique<FolderStore>(folder);
+}
+
+}  // namespace scanloc::catalogue

@@ -1,0 +1,276 @@
+#include "postgres_catalogue.hpp"
+
+#include <libpq-fe.h>
+#include <poll.h>
+
+#include <algorithm>
+#include <charconv>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "absl/strings/strip.h"
+
+namespace scanloc::catalogue {
+namespace {
+
+constexpr const char* kMakeTables[] = {
+    "SELECT pg_advisory_xact_lock(1397509955)",  // two at once would make them twice
+    "CREATE TABLE IF NOT EXISTS scanloc_versions (id BIGINT GENERATED ALWAYS AS IDENTITY PRIMARY "
+    "KEY,"
+    " region TEXT NOT NULL, content_id TEXT NOT NULL, sha256 TEXT NOT NULL, num_bytes BIGINT NOT "
+    "NULL,"
+    " num_places BIGINT NOT NULL, area POLYGON NOT NULL, published_by TEXT NOT NULL,"
+    " published_at TIMESTAMPTZ NOT NULL DEFAULT clock_timestamp())",
+    "CREATE INDEX IF NOT EXISTS scanloc_versions_region ON scanloc_versions (region, id)",
+    "CREATE TABLE IF NOT EXISTS scanloc_live (region TEXT PRIMARY KEY,"
+    " version BIGINT NOT NULL REFERENCES scanloc_versions (id),"
+    " since TIMESTAMPTZ NOT NULL DEFAULT clock_timestamp())"};
+// Publishers of one region come one after the other, so that the one who commits last is in force.
+constexpr const char* kLockRegion =
+    "SELECT pg_advisory_xact_lock(hashtextextended($1, 1397509955))";
+constexpr const char* kInsertVersion =
+    "INSERT INTO scanloc_versions (region, content_id, sha256, num_bytes, num_places, area,"
+    " published_by) VALUES ($1, $2, $3, $4, $5, $6, $7) RETURNING id";
+constexpr const char* kPutInForce =
+    "INSERT INTO scanloc_live (region, version) VALUES ($1, $2) ON CONFLICT (region)"
+    " DO UPDATE SET version = EXCLUDED.version, since = clock_timestamp()";
+constexpr const char* kWithdraw = "DELETE FROM scanloc_live WHERE region = $1 RETURNING region";
+constexpr const char* kFindBefore =
+    "SELECT v.id FROM scanloc_versions v JOIN scanloc_live l ON l.region = v.region"
+    " WHERE v.region = $1 AND v.id < l.version ORDER BY v.id DESC LIMIT 1";
+constexpr const char* kFindContent =
+    "SELECT id FROM scanloc_versions WHERE region = $1 AND content_id = $2 ORDER BY id DESC LIMIT "
+    "1";
+constexpr const char* kColumns =
+    "SELECT v.region, v.content_id, v.sha256, v.num_bytes, v.num_places, ((box(v.area))[1])[0],"
+    " ((box(v.area))[1])[1], ((box(v.area))[0])[0], ((box(v.area))[0])[1], v.published_by,"
+    " (extract(epoch FROM v.published_at) * 1000)::BIGINT FROM scanloc_versions v";
+constexpr const char* kNotify = "SELECT pg_notify('scanloc_live', $1)";
+constexpr const char* kListen = "LISTEN scanloc_live";
+
+using Texts = std::vector<std::string>;
+
+template <typename T>
+bool Parse(const char* text, T& value) {
+  const std::string_view all(text);
+  return std::from_chars(all.data(), all.data() + all.size(), value).ptr == all.data() + all.size();
+}
+
+class PostgresCatalogue : public Catalogue {
+ public:
+  explicit PostgresCatalogue(std::string url) : url_(std::move(url)) {}
+
+  absl::Status Publish(const Version& version) override {
+    if (absl::Status status = Validate(version); !status.ok()) return status;
+    const Area& area = version.area;
+    const std::string polygon = absl::StrFormat(
+        "((%.17g,%.17g),(%.17g,%.17g),(%.17g,%.17g),(%.17g,%.17g))", area.min_x_m, area.min_y_m,
+        area.max_x_m, area.min_y_m, area.max_x_m, area.max_y_m, area.min_x_m, area.max_y_m);
+    return Transaction([&]() -> absl::Status {
+      if (absl::Status status = Run(kLockRegion, {version.region}).status(); !status.ok()) {
+        return status;
+      }
+      const auto inserted =
+          Run(kInsertVersion,
+              {version.region, version.content_id, version.sha256, absl::StrCat(version.num_bytes),
+               absl::StrCat(version.num_places), polygon, version.published_by});
+      if (!inserted.ok()) return inserted.status();
+      return PutInForce(version.region, PQgetvalue(inserted->get(), 0, 0));
+    });
+  }
+
+  absl::StatusOr<Version> Rollback(const std::string& region,
+                                   const std::string& content_id) override {
+    Version now;
+    const absl::Status status = Transaction([&]() -> absl::Status {
+      if (absl::Status locked = Run(kLockRegion, {region}).status(); !locked.ok()) return locked;
+      const auto found =
+          content_id.empty() ? Run(kFindBefore, {region}) : Run(kFindContent, {region, content_id});
+      if (!found.ok()) return found.status();
+      if (PQntuples(found->get()) == 0) {
+        return absl::NotFoundError(
+            absl::StrCat("region ", region, " has no version ",
+                         content_id.empty() ? "before the one in force" : content_id,
+                         "; scanloc catalogue tells which it has"));
+      }
+      const std::string id = PQgetvalue(found->get(), 0, 0);
+      if (absl::Status put = PutInForce(region, id); !put.ok()) return put;
+      absl::StatusOr<std::vector<Version>> versions =
+          Select(absl::StrCat(kColumns, " WHERE v.id = $1"), {id});
+      if (!versions.ok()) return versions.status();
+      now = versions->front();
+      return absl::OkStatus();
+    });
+    if (!status.ok()) return status;
+    return now;
+  }
+
+  absl::Status Withdraw(const std::string& region) override {
+    return Transaction([&]() -> absl::Status {
+      const auto withdrawn = Run(kWithdraw, {region});
+      if (!withdrawn.ok()) return withdrawn.status();
+      if (PQntuples(withdrawn->get()) == 0) {
+        return absl::NotFoundError(absl::StrCat("no map of region ", region, " is in force"));
+      }
+      return Run(kNotify, {region}).status();
+    });
+  }
+
+  absl::StatusOr<std::vector<Version>> Live() override {
+    return Select(
+        absl::StrCat(kColumns, " JOIN scanloc_live l ON l.version = v.id ORDER BY v.region"), {});
+  }
+
+  absl::StatusOr<std::vector<Version>> History(const std::string& region) override {
+    return Select(absl::StrCat(kColumns, " WHERE v.region = $1 ORDER BY v.id DESC"), {region});
+  }
+
+  absl::Status AwaitChange(std::chrono::milliseconds longest) override {
+    if (absl::Status status = Connect(); !status.ok()) return status;
+    if (!is_listening_) {
+      if (absl::Status status = Run(kListen, {}).status(); !status.ok()) return status;
+      is_listening_ = true;
+      return absl::OkStatus();  // something may have changed before
+    }
+    if (TakeNotices()) return absl::OkStatus();
+    pollfd socket{PQsocket(connection_.get()), POLLIN, 0};
+    poll(&socket, 1, static_cast<int>(longest.count()));
+    if (PQconsumeInput(connection_.get()) == 0) return Lost("the connection ended");
+    (void)TakeNotices();
+    return absl::OkStatus();
+  }
+
+ private:
+  struct Finish {
+    void operator()(PGconn* connection) const { PQfinish(connection); }
+    void operator()(PGresult* result) const { PQclear(result); }
+  };
+  using Result = std::unique_ptr<PGresult, Finish>;
+
+  /// Unavailable; the next call connects anew.
+  absl::Status Lost(absl::string_view why) {
+    connection_.reset();
+    is_listening_ = false;
+    return absl::UnavailableError(
+        absl::StrCat("the catalogue's database cannot be reached: ", why,
+                     "; is it running, and is the URL of --catalogue right?"));
+  }
+
+  absl::Status Connect() {
+    if (connection_ != nullptr && PQstatus(connection_.get()) == CONNECTION_OK) {
+      return absl::OkStatus();
+    }
+    is_listening_ = false;
+    // A host that is gone is noticed within seconds, in a query, too.
+    const char* names[] = {"dbname",          "connect_timeout", "tcp_user_timeout",
+                           "keepalives_idle", "options",         nullptr};
+    const char* values[] = {url_.c_str(),
+                            "5",
+                            "5000",
+                            "5",
+                            "-c statement_timeout=10000 -c lock_timeout=10000 "
+                            "-c client_min_messages=warning",
+                            nullptr};
+    connection_.reset(PQconnectdbParams(names, values, 1));
+    if (connection_ == nullptr) return absl::ResourceExhaustedError("out of memory");
+    if (PQstatus(connection_.get()) != CONNECTION_OK) {
+      return Lost(absl::StripAsciiWhitespace(PQerrorMessage(connection_.get())));
+    }
+    return MakeTables();
+  }
+
+  absl::Status MakeTables() {
+    const auto exists = Run("SELECT to_regclass('scanloc_live')", {});
+    if (!exists.ok()) return exists.status();
+    if (PQgetisnull(exists->get(), 0, 0) == 0) return absl::OkStatus();
+    return TransactionOn([&]() -> absl::Status {
+      for (const char* sql : kMakeTables) {
+        if (absl::Status status = Run(sql, {}).status(); !status.ok()) return status;
+      }
+      return absl::OkStatus();
+    });
+  }
+
+  absl::StatusOr<Result> Run(const std::string& sql, const Texts& parameters) {
+    std::vector<const char*> values;
+    values.reserve(parameters.size());
+    for (const std::string& parameter : parameters) values.push_back(parameter.c_str());
+    Result result(PQexecParams(connection_.get(), sql.c_str(), static_cast<int>(values.size()),
+                               nullptr, values.data(), nullptr, nullptr, 0));
+    const ExecStatusType status = PQresultStatus(result.get());
+    if (status == PGRES_COMMAND_OK || status == PGRES_TUPLES_OK) return result;
+    const std::string why(absl::StripAsciiWhitespace(PQerrorMessage(connection_.get())));
+    if (PQstatus(connection_.get()) != CONNECTION_OK) return Lost(why);
+    return absl::UnavailableError(absl::StrCat("the catalogue's database refuses: ", why));
+  }
+
+  /// On a connection that is there.
+  template <typename Act>
+  absl::Status TransactionOn(Act&& act) {
+    if (absl::Status status = Run("BEGIN", {}).status(); !status.ok()) return status;
+    absl::Status status = act();
+    if (connection_ == nullptr) return status;
+    const absl::Status ended = Run(status.ok() ? "COMMIT" : "ROLLBACK", {}).status();
+    status.Update(ended);
+    return status;
+  }
+  template <typename Act>
+  absl::Status Transaction(Act&& act) {
+    if (absl::Status status = Connect(); !status.ok()) return status;
+    return TransactionOn(std::forward<Act>(act));
+  }
+
+  absl::Status PutInForce(const std::string& region, const std::string& id) {
+    absl::Status status = Run(kPutInForce, {region, id}).status();
+    return status.ok() ? Run(kNotify, {region}).status() : status;
+  }
+
+  absl::StatusOr<std::vector<Version>> Select(const std::string& sql, const Texts& parameters) {
+    if (absl::Status status = Connect(); !status.ok()) return status;
+    const auto rows = Run(sql, parameters);
+    if (!rows.ok()) return rows.status();
+    std::vector<Version> versions;
+    for (int row = 0; row < PQntuples(rows->get()); ++row) {
+      const auto text = [&](int column) { return PQgetvalue(rows->get(), row, column); };
+      Version version{.region = text(0),
+                      .content_id = text(1),
+                      .sha256 = text(2),
+                      .area = {},
+                      .published_by = text(9)};
+      const bool is_read =
+          Parse(text(3), version.num_bytes) && Parse(text(4), version.num_places) &&
+          Parse(text(5), version.area.min_x_m) && Parse(text(6), version.area.min_y_m) &&
+          Parse(text(7), version.area.max_x_m) && Parse(text(8), version.area.max_y_m) &&
+          Parse(text(10), version.published_ms);
+      const absl::Status status = Validate(version);
+      if (!is_read || !status.ok()) {
+        return absl::DataLossError(absl::StrCat("the catalogue's database holds no version in row ",
+                                                row, ": ", status.message()));
+      }
+      versions.push_back(std::move(version));
+    }
+    return versions;
+  }
+
+  bool TakeNotices() {
+    bool is_any = false;
+    while (PGnotify* notice = PQnotifies(connection_.get())) {
+      PQfreemem(notice);
+      is_any = true;
+    }
+    return is_any;
+  }
+
+  std::string url_;
+  std::unique_ptr<PGconn, Finish> connection_;
+  bool is_listening_ = false;
+};
+
+}  // namespace
+
+absl::StatusOr<std::unique_ptr<Catalogue>> OpenPostgresCatalogue(const std::string& url) {
+  return std::make_unique<PostgresCatalogue>(url);
+}
+
+}  // namespace scanloc::catalogue

@@ -1,0 +1,218 @@
+// Publishing maps: publish, rollback, catalogue.
+#include "scanloc/catalogue/catalogue.hpp"
+
+#include <pwd.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "absl/time/time.h"
+#include "cli/command.hpp"
+#include "cli/output.hpp"
+#include "scanloc/catalogue/store.hpp"
+#include "scanloc/core/printable.hpp"
+#include "scanloc/mapdb/map_file.hpp"
+
+namespace scanloc::cli {
+namespace {
+
+using catalogue::Catalogue;
+using catalogue::Version;
+
+void AddCatalogueOption(CLI::App& app, std::string* url) {
+  app.add_option("--catalogue", *url,
+                 "postgresql://USER@HOST/DATABASE, or a folder [$SCANLOC_CATALOGUE]")
+      ->envname("SCANLOC_CATALOGUE")
+      ->type_name("URL")
+      ->required();
+}
+
+std::string LoginName() {
+  const passwd* user = getpwuid(geteuid());
+  return user == nullptr ? absl::StrCat("uid ", geteuid()) : std::string(user->pw_name);
+}
+
+std::string TimeText(std::int64_t unix_ms) {
+  return absl::FormatTime("%Y-%m-%d %H:%M:%S", absl::FromUnixMillis(unix_ms), absl::UTCTimeZone());
+}
+
+nlohmann::json ToJson(const Version& version, bool is_live) {
+  const catalogue::Area& area = version.area;
+  return {{"region", version.region},
+          {"content_id", version.content_id},
+          {"file", version.FileName()},
+          {"sha256", version.sha256},
+          {"num_bytes", version.num_bytes},
+          {"num_places", version.num_places},
+          {"area_m", {area.min_x_m, area.min_y_m, area.max_x_m, area.max_y_m}},
+          {"published_by", version.published_by},
+          {"published_ms", version.published_ms},
+          {"live", is_live}};
+}
+
+std::string LineOf(const Version& version, bool is_live) {
+  return absl::StrFormat("%-4s  %-20s  %s  %9d places  %8.1f MB  %s  %s\n", is_live ? "live" : "",
+                         Printable(version.region), version.content_id, version.num_places,
+                         1e-6 * static_cast<double>(version.num_bytes),
+                         TimeText(version.published_ms), Printable(version.published_by));
+}
+
+class PublishCommand : public Command {
+ public:
+  [[nodiscard]] std::string name() const override { return "publish"; }
+  [[nodiscard]] std::string summary() const override {
+    return "Put a map into a store and in force for a region";
+  }
+  void Declare(CLI::App& app) override {
+    app.add_option("MAP", map_, "Map file to publish")->required();
+    AddCatalogueOption(app, &catalogue_);
+    app.add_option("--store", store_,
+                   "s3://BUCKET/PREFIX?endpoint=URL&region=NAME (keys in $AWS_ACCESS_KEY_ID and "
+                   "$AWS_SECRET_ACCESS_KEY), http(s)://HOST/PATH, or a folder [$SCANLOC_STORE]")
+        ->envname("SCANLOC_STORE")
+        ->type_name("URL")
+        ->required();
+    app.add_option("--region", region_, "Name by which robots ask for it")->required();
+    app.add_option("--by", by_, "Who publishes it [login name]");
+    app.footer(
+        "The map is verified first. It is in force once this has ended well; else, and while it\n"
+        "runs, the one before is.\n"
+        "Example:\n"
+        "  scanloc publish town.scanloc --region town --store /srv/store \\\n"
+        "      --catalogue postgresql://scanloc@db/maps");
+  }
+
+  [[nodiscard]] absl::Status Run() override {
+    const absl::StatusOr<Version> version = Look();
+    if (!version.ok()) return version.status();
+    if (absl::Status status = Validate(*version); !status.ok()) return status;
+    const absl::StatusOr<std::unique_ptr<Catalogue>> opened = catalogue::OpenCatalogue(catalogue_);
+    if (!opened.ok()) return opened.status();
+    const absl::StatusOr<std::unique_ptr<catalogue::Store>> store = catalogue::OpenStore(store_);
+    if (!store.ok()) return store.status();
+    // First the file, then the word that it is there: what is interrupted leaves nothing in force.
+    absl::Status status = (*store)->Put(version->FileName(), map_);
+    if (status.ok()) status = (*opened)->Publish(*version);
+    if (!status.ok()) return status;
+    return WriteText("-", absl::StrFormat("published %s as region %s\n"
+                                          "  content id  %s\n"
+                                          "  file        %s\n",
+                                          Printable(map_), Printable(region_), version->content_id,
+                                          version->FileName()));
+  }
+
+ private:
+  [[nodiscard]] absl::StatusOr<Version> Look() const {
+    const absl::StatusOr<mapdb::MapInfo> info = mapdb::ReadInfo(map_);
+    if (!info.ok()) return info.status();
+    if (!info->complete) {
+      return absl::FailedPreconditionError(
+          absl::StrCat("map '", map_, "' is incomplete; finish its build with --resume first"));
+    }
+    const absl::StatusOr<std::vector<std::string>> problems = mapdb::Verify(map_);
+    if (!problems.ok()) return problems.status();
+    if (!problems->empty()) {
+      return absl::DataLossError(absl::StrCat("map '", map_, "' is damaged: ", problems->front(),
+                                              "; scanloc verify tells more"));
+    }
+    absl::StatusOr<std::string> sha256 = catalogue::Sha256OfFile(map_);
+    if (!sha256.ok()) return sha256.status();
+    Version version{.region = region_,
+                    .content_id = info->content_id,
+                    .sha256 = *std::move(sha256),
+                    .num_bytes = info->file_bytes,
+                    .num_places = info->num_places,
+                    .area = {},
+                    .published_by = by_.empty() ? LoginName() : by_};
+    if (!info->extent_m.isEmpty()) {
+      version.area = {info->extent_m.min().x(), info->extent_m.min().y(), info->extent_m.max().x(),
+                      info->extent_m.max().y()};
+    }
+    return version;
+  }
+
+  std::string map_, catalogue_, store_, region_, by_;
+};
+
+class RollbackCommand : public Command {
+ public:
+  [[nodiscard]] std::string name() const override { return "rollback"; }
+  [[nodiscard]] std::string summary() const override {
+    return "Put an earlier map of a region in force again, or none";
+  }
+  void Declare(CLI::App& app) override {
+    app.add_option("REGION", region_, "Name of the region")->required();
+    AddCatalogueOption(app, &catalogue_);
+    auto* to = app.add_option("--to", content_id_,
+                              "Content id of the version [that published before the one in force]");
+    app.add_flag("--withdraw", withdraw_, "No version: the region is not answered for any more")
+        ->excludes(to);
+  }
+  [[nodiscard]] absl::Status Run() override {
+    const absl::StatusOr<std::unique_ptr<Catalogue>> opened = catalogue::OpenCatalogue(catalogue_);
+    if (!opened.ok()) return opened.status();
+    if (withdraw_) {
+      if (absl::Status status = (*opened)->Withdraw(region_); !status.ok()) return status;
+      return WriteText("-", absl::StrCat("region ", Printable(region_), " is withdrawn\n"));
+    }
+    const absl::StatusOr<Version> now = (*opened)->Rollback(region_, content_id_);
+    if (!now.ok()) return now.status();
+    return WriteText("-", LineOf(*now, true));
+  }
+
+ private:
+  std::string region_, catalogue_, content_id_;
+  bool withdraw_ = false;
+};
+
+class CatalogueCommand : public Command {
+ public:
+  [[nodiscard]] std::string name() const override { return "catalogue"; }
+  [[nodiscard]] std::string summary() const override {
+    return "Tell which maps are in force, or all that a region ever had";
+  }
+  void Declare(CLI::App& app) override {
+    app.add_option("REGION", region_, "All versions of this region [those in force, of all]");
+    AddCatalogueOption(app, &catalogue_);
+    app.add_flag("--json", json_, "Print JSON");
+  }
+  [[nodiscard]] absl::Status Run() override {
+    const absl::StatusOr<std::unique_ptr<Catalogue>> opened = catalogue::OpenCatalogue(catalogue_);
+    if (!opened.ok()) return opened.status();
+    const absl::StatusOr<std::vector<Version>> live = (*opened)->Live();
+    if (!live.ok()) return live.status();
+    const absl::StatusOr<std::vector<Version>> told =
+        region_.empty() ? live : (*opened)->History(region_);
+    if (!told.ok()) return told.status();
+    // Of versions that are alike in all, the one published last.
+    std::vector<Version> left = *live;
+    nlohmann::json json = nlohmann::json::array();
+    std::string text;
+    for (const Version& version : *told) {
+      const auto found = std::find(left.begin(), left.end(), version);
+      const bool is_live = found != left.end();
+      if (is_live) left.erase(found);
+      json.push_back(ToJson(version, is_live));
+      text += LineOf(version, is_live);
+    }
+    return WriteText("-", json_ ? absl::StrCat(json.dump(2), "\n") : text);
+  }
+
+ private:
+  std::string region_, catalogue_;
+  bool json_ = false;
+};
+
+}  // namespace
+
+std::unique_ptr<Command> MakePublishCommand() { return std::make_unique<PublishCommand>(); }
+std::unique_ptr<Command> MakeRollbackCommand() { return std::make_unique<RollbackCommand>(); }
+std::unique_ptr<Command> MakeCatalogueCommand() { return std::make_unique<CatalogueCommand>(); }
+
+}  // namespace scanloc::cli

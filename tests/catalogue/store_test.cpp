@@ -1,0 +1,116 @@
+#include "scanloc/catalogue/store.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <csignal>
+#include <filesystem>
+
+#include "support/paths.hpp"
+#include "support/process.hpp"
+#include "support/temp_dir.hpp"
+
+namespace scanloc::catalogue {
+namespace {
+
+namespace fs = std::filesystem;
+
+const auto kGoOn = [] { return true; };
+
+/// A folder, by its path and through a web server.
+class StoreTest : public testing::TestWithParam<bool> {
+ protected:
+  void SetUp() override {
+    fs::create_directories(folder_);
+    if (!GetParam()) return;
+    server_ = std::make_unique<test::Process>(std::vector<std::string>{
+        "/usr/bin/python3", test::SourceDir() + "/tests/support/web_store.py", folder_});
+    port_ = server_->ReadLine();
+    ASSERT_FALSE(port_.empty());
+  }
+  [[nodiscard]] std::unique_ptr<Store> Open(const StoreOptions& options = {}) const {
+    auto store = OpenStore(server_ ? "http://127.0.0.1:" + port_ : folder_, options);
+    EXPECT_TRUE(store.ok()) << store.status();
+    return *std::move(store);
+  }
+
+  test::TempDir dir_;
+  std::string folder_ = dir_.File("store");
+  std::unique_ptr<test::Process> server_;
+  std::string port_;
+};
+
+TEST_P(StoreTest, GivesWhatItWasGiven) {
+  std::string bytes(3'000'000, '\0');
+  for (std::size_t i = 0; i < bytes.size(); ++i) bytes[i] = static_cast<char>(i * i >> 3);
+  const std::string path = dir_.Write("file", bytes);
+  const auto store = Open();
+  ASSERT_TRUE(store->Put("name", path).ok());
+  const absl::Status got = store->Get("name", dir_.File("copy"), 3'000'000, kGoOn);
+  ASSERT_TRUE(got.ok()) << got;
+  EXPECT_EQ(test::ReadFile(dir_.File("copy")), bytes);
+  EXPECT_EQ(*Sha256OfFile(dir_.File("copy")), *Sha256OfFile(path));
+}
+
+TEST_P(StoreTest, RefusesWhatIsNotThereOrTooLong) {
+  const auto store = Open();
+  EXPECT_EQ(store->Get("none", dir_.File("copy"), 100, kGoOn).code(), absl::StatusCode::kNotFound);
+  ASSERT_TRUE(store->Put("name", dir_.Write("file", std::string(1000, 'x'))).ok());
+  EXPECT_EQ(store->Get("name", dir_.File("copy"), 999, kGoOn).code(), absl::StatusCode::kDataLoss);
+  EXPECT_FALSE(store->Get("name", dir_.File("no/folder/copy"), 1000, kGoOn).ok());
+  EXPECT_FALSE(store->Put("other", dir_.File("none")).ok());
+}
+
+TEST_P(StoreTest, StopsWhenNobodyWantsIt) {
+  const auto store = Open();
+  ASSERT_TRUE(store->Put("name", dir_.Write("file", std::string(1000, 'x'))).ok());
+  EXPECT_EQ(store->Get("name", dir_.File("copy"), 1000, [] { return false; }).code(),
+            absl::StatusCode::kCancelled);
+}
+
+INSTANTIATE_TEST_SUITE_P(Of, StoreTest, testing::Bool(), [](const auto& test) {
+  return std::string(test.param ? "AWebServer" : "AFolder");
+});
+
+class WebStoreTest : public StoreTest {};
+
+TEST_P(WebStoreTest, IsGivenUpWhenItIsAwayOrTooSlow) {
+  const auto store = Open({.connect_s = 2.0, .least_bytes_per_s = 1000, .slow_s = 1.0});
+  ASSERT_TRUE(store->Put("name", dir_.Write("file", std::string(1000, 'x'))).ok());
+  dir_.Write("store/slow", "");
+  EXPECT_EQ(store->Get("name", dir_.File("copy"), 1000, kGoOn).code(),
+            absl::StatusCode::kUnavailable);
+  fs::remove(folder_ + "/slow");
+  EXPECT_TRUE(store->Get("name", dir_.File("copy"), 1000, kGoOn).ok());
+  server_->Signal(SIGKILL);
+  server_->Wait();
+  EXPECT_EQ(store->Get("name", dir_.File("copy"), 1000, kGoOn).code(),
+            absl::StatusCode::kUnavailable);
+  EXPECT_EQ(store->Put("name", dir_.File("file")).code(), absl::StatusCode::kUnavailable);
+}
+
+INSTANTIATE_TEST_SUITE_P(Of, WebStoreTest, testing::Values(true));
+
+TEST(FolderStore, TellsThatTheDiskIsFull) {
+  const test::TempDir dir;
+  auto store = *OpenStore(dir.File("store"));
+  ASSERT_TRUE(store->Put("name", dir.Write("file", std::string(1000, 'x'))).ok());
+  EXPECT_EQ(store->Get("name", "/dev/full", 1000, kGoOn).code(),
+            absl::StatusCode::kResourceExhausted);
+}
+
+TEST(OpenStore, RefusesWhatIsNone) {
+  EXPECT_EQ(OpenStore("").status().code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_EQ(OpenStore("ftp://host/maps").status().code(), absl::StatusCode::kInvalidArgument);
+  unsetenv("AWS_ACCESS_KEY_ID");
+  EXPECT_EQ(OpenStore("s3://bucket/maps").status().code(), absl::StatusCode::kInvalidArgument);
+}
+
+TEST(Sha256OfFile, IsTheOneOfTheStandard) {
+  const test::TempDir dir;
+  EXPECT_EQ(*Sha256OfFile(dir.Write("abc", "abc")),
+            "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
+}
+
+}  // namespace
+}  // namespace scanloc::catalogue
