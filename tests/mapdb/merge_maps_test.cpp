@@ -81,7 +81,7 @@ TEST_F(MergeMapsTest, LeavesOutSessionsWithoutAPlace) {
   ASSERT_TRUE(MergeMaps(out_, {dir_.File("empty"), Input("one", 2, 1)}).ok());
   EXPECT_EQ(LoadMap(out_)->sessions, std::vector<std::string>{"one"});
   std::filesystem::remove(out_);
-  ExpectRefused({dir_.File("empty")}, absl::StatusCode::kInvalidArgument, "has a place");
+  ExpectRefused({dir_.File("empty")}, absl::StatusCode::kInvalidArgument, "no place");
 }
 
 TEST_F(MergeMapsTest, RefusesAnOutputThatExists) {
