@@ -73,7 +73,7 @@ TEST_F(LongLived, TakesADriveOfAnotherFrameInAndLeavesItOutAgain) {
   // It stands in the frame of the map: the truth says so.
   const json found = json::parse(MustScanloc({"locate", map_, "--scans", second, "--truth",
                                               second + "/poses.txt", "--every", "7", "--json"}));
-  EXPECT_EQ(found.at("num_false"), 0);
+  EXPECT_EQ(found.at("summary").at("num_false"), 0);
   const std::string edited = dir_.File("edited");
   MustScanloc({"edit", map_, edited, "--drop-session", "two", "--quiet"});
   EXPECT_EQ(ContentId(edited), before);

@@ -82,6 +82,8 @@ class FleetTest : public ScanlocdTest {
             .merge_stderr = true,
             .environment = {"LISTEN=" + address_, "WORKER_1=" + addresses_[0],
                             "WORKER_2=" + addresses_[1], "WORKER_3=" + addresses_[2]}});
+    Await("the balancer listens",
+          [&] { return client::Client::Connect({.address = address_}).ok(); });
   }
 
   /// Asks until there is an answer; false where there is none for as long as a robot waits.
