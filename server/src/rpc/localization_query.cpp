@@ -150,11 +150,9 @@ absl::StatusOr<LocalizeReply> LocalizationService::Answer(
   }
   const std::int64_t decode_ns = NowNs() - arrival.started_ns - describe_ns;
 
-  auto answers = AskEach(*maps, described, asked->query, limits_.max_candidates,
-                         ControlOf(context, asked->budget),
-                         [this](const absl::Status& failed, const ServedMap& map) {
-                           return ErrorOf(failed, map);
-                         });
+  auto answers = AskEach(
+      *maps, described, asked->query, limits_.max_candidates, ControlOf(context, asked->budget),
+      [this](const absl::Status& failed, const ServedMap& map) { return ErrorOf(failed, map); });
   if (!answers.ok()) return answers.status();
   const QueryDescriber::Described& of_scan = described.begin()->second;
   MapAnswer told = answers->size() == 1 ? std::move(answers->front())
