@@ -211,9 +211,7 @@ TEST(FirstPath, CsvHasTheDocumentedColumnsAndMoreOnlyWhenAsked) {
   EXPECT_EQ(plain.substr(0, plain.find('\n')), std::string(kHeader) + kPoseColumns);
   EXPECT_EQ(CountLines(plain), TinyTown::kNumScans + 1);
   Args more = locate;
-  // By a method that tells as many as are asked for; `auto` tells only what may be right.
-  more.insert(more.end(),
-              {"--method", "a-pc", "--candidates", "3", "--top", "3", "--truth", Town().Poses2()});
+  more.insert(more.end(), {"--top", "3", "--truth", Town().Poses2()});
   const std::string ranked = MustScanloc(more);
   EXPECT_EQ(
       ranked.substr(0, ranked.find('\n')),

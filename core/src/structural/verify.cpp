@@ -54,10 +54,7 @@ void CoarsePass(const QueryMatch& query, PlaceStructures& places, const SearchCo
   std::vector<Hypothesis> survivors = hypotheses;
   Lay(query, places, params.second, control, survivors);
   // Late before the second round began: the first round's word stands.
-  if (survivors.empty()) return;
-  std::erase_if(survivors, [least = survivors.front().score - params.hopeless_by](
-                               const Hypothesis& survivor) { return survivor.score < least; });
-  hypotheses = Separate(survivors, survivors.size(), params);
+  if (!survivors.empty()) hypotheses = Separate(survivors, survivors.size(), params);
 }
 
 bool AreOfOneSpot(const UprightPose& a, const UprightPose& b, const SelectionParams& params) {
@@ -103,12 +100,21 @@ std::vector<Hypothesis> Verify(QueryMatch& query, std::vector<Hypothesis> hypoth
   if (hypotheses.empty()) return {};
   CoarsePass(query, places, control, hypotheses);
   std::vector<Hypothesis> selected = Select(hypotheses, places, selection);
+  if (selected.empty()) return {};
+  const double least_coarse = selected.front().score - query.params().verify.hopeless_by;
+  double least_fine = 1.0;
   for (std::size_t i = 0; i < selected.size(); ++i) {
     if (i > 0 && control.IsOver()) {
       selected.resize(i);
       break;
     }
-    query.LayFinely(places.Posts(selected[i].place), selected[i]);
+    if (selected[i].score >= least_coarse) {
+      query.LayFinely(places.Posts(selected[i].place), selected[i]);
+      least_fine = std::min(least_fine, selected[i].score);
+    } else {
+      // No rival: told behind those that are.
+      selected[i].score = std::min(selected[i].score, least_fine);
+    }
   }
   std::stable_sort(selected.begin(), selected.end(), Better);
   return selected;
