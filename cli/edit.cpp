@@ -24,15 +24,6 @@ namespace {
 /// Places left out that are asked for again.
 constexpr std::size_t kMaxAsked = 200;
 
-ScanDescriptor QueryOf(const PlaceDescriptor& place) {
-  ScanDescriptor query;
-  if (!place.polar.empty()) query.polar = place.polar.front();
-  query.cart = place.cart;
-  query.structure = place.structure;
-  query.num_voxels = place.num_voxels;
-  return query;
-}
-
 /// How many of the places that thinning left out are found again, in a map without them.
 class ThinningCost {
  public:

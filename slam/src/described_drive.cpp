@@ -89,15 +89,6 @@ absl::StatusOr<DescribedDrive> DescribeDrive(const Params& params, const mapdb::
   return WithoutEmpty(std::move(drive));
 }
 
-ScanDescriptor QueryOf(const PlaceDescriptor& place) {
-  ScanDescriptor query;
-  if (!place.polar.empty()) query.polar = place.polar.front();
-  query.cart = place.cart;
-  query.structure = place.structure;
-  query.num_voxels = place.num_voxels;
-  return query;
-}
-
 PoseCovariance UntoldInformation() {
   constexpr double kUntold_m = 0.5;
   constexpr double kUntold_rad = 0.05;

@@ -27,9 +27,6 @@ struct DescribedDrive {
                                                            const mapdb::ScanLoader& load_scan,
                                                            const DriveOptions& options);
 
-/// What a query needs of a place.
-[[nodiscard]] ScanDescriptor QueryOf(const PlaceDescriptor& place);
-
 /// Loops among the scans of a drive that stand at these poses [one a scan of the plan].
 [[nodiscard]] absl::StatusOr<std::vector<FoundConstraint>> FindLoops(
     const Params& params, const DescribedDrive& drive, const std::vector<Pose>& T_map_scan,

@@ -182,6 +182,15 @@ absl::Status CheckStructure(const Structure& structure, const Params& params) {
 
 }  // namespace
 
+ScanDescriptor QueryOf(const PlaceDescriptor& place) {
+  ScanDescriptor query;
+  if (!place.polar.empty()) query.polar = place.polar.front();
+  query.cart = place.cart;
+  query.structure = place.structure;
+  query.num_voxels = place.num_voxels;
+  return query;
+}
+
 struct Describer::State {
   explicit State(const Params& p)
       : params(p),

@@ -57,6 +57,9 @@ struct PlaceDescriptor {
   friend bool operator==(const PlaceDescriptor&, const PlaceDescriptor&) = default;
 };
 
+/// A mapped scan, asked about again: without its root-shifted contexts.
+[[nodiscard]] ScanDescriptor QueryOf(const PlaceDescriptor& place);
+
 /// Makes descriptors of scans.
 ///
 /// Polar context (paper, Sec. IV-D1): num_rings × num_sectors; cell (i, j) holds the greatest
