@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "random.hpp"
+
 namespace scanloc::bench {
 namespace {
 
@@ -12,24 +14,6 @@ constexpr double kBlock_m = 12.0;  // of road that things are drawn for together
 constexpr double kReach_m = 80.0;
 constexpr float kSensorHeight_m = 1.8F;
 constexpr int kNumSectors = 720;  // of the horizon behind which nothing is seen
-
-/// SplitMix64: the same numbers on every machine.
-class Random {
- public:
-  explicit Random(std::uint64_t seed) : state_(seed) {}
-  double Uniform(double low, double high) {
-    state_ += 0x9E3779B97F4A7C15ULL;
-    std::uint64_t z = state_;
-    z = (z ^ z >> 30) * 0xBF58476D1CE4E5B9ULL;
-    z = (z ^ z >> 27) * 0x94D049BB133111EBULL;
-    z ^= z >> 31;
-    return low + (high - low) * static_cast<double>(z >> 11) * 0x1.0p-53;
-  }
-  bool Chance(double probability) { return Uniform(0.0, 1.0) < probability; }
-
- private:
-  std::uint64_t state_;
-};
 
 // The road runs east and swings to the sides: the integral of its heading has a closed form nearly
 // enough where it swings slowly, and what counts is that it is the same for all.
