@@ -147,11 +147,6 @@ absl::Status MapWriter::PrepareInserts() {
 }
 
 absl::Status MapWriter::StartSession(const SessionPlan& plan) {
-  return StartSession(plan.name, PlanHash(plan), static_cast<std::int64_t>(plan.scans.size()));
-}
-
-absl::Status MapWriter::StartSession(const std::string& name, const std::string& plan_hash,
-                                     std::int64_t num_scans) {
   // A commit writes the counts of the last session alone.
   if (absl::Status status = Commit(); !status.ok()) return status;
   const auto id = static_cast<std::int64_t>(head_.sessions.size());
@@ -161,9 +156,9 @@ absl::Status MapWriter::StartSession(const std::string& name, const std::string&
                      " sessions, the most that a map may have; start another map"));
   }
   SessionRow row;
-  row.name = name;
-  row.plan_hash = plan_hash;
-  row.num_scans = num_scans;
+  row.name = plan.name;
+  row.plan_hash = PlanHash(plan);
+  row.num_scans = static_cast<std::int64_t>(plan.scans.size());
   absl::StatusOr<Statement> insert = connection_.Prepare(schema::kInsertSession);
   if (!insert.ok()) return insert.status();
   insert->Bind(1, id);

@@ -40,8 +40,6 @@ class MapWriter {
 
   /// Adds a session and commits, so that the file has it from the start on.
   [[nodiscard]] absl::Status StartSession(const SessionPlan& plan);
-  [[nodiscard]] absl::Status StartSession(const std::string& name, const std::string& plan_hash,
-                                          std::int64_t num_scans);
   /// Adds a place to the last session. Requires Validate(descriptor, head().params).ok().
   [[nodiscard]] absl::Status AddPlace(const PlannedScan& scan, const PlaceDescriptor& descriptor);
   /// Counts a scan of the last session that is no place.

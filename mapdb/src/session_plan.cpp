@@ -31,11 +31,12 @@ absl::Status Validate(const SessionPlan& plan) {
 }
 
 std::string PlanHash(const SessionPlan& plan) {
-  PlanHasher hasher(plan.name);
+  Hasher hasher;
+  hasher.Add("plan").Add(plan.name);
   for (const PlannedScan& scan : plan.scans) {
-    hasher.AddScan(scan.name, scan.stamp_ns, EncodePose(scan.T_map_place));
+    hasher.Add(scan.name).Add(scan.stamp_ns).Add(EncodePose(scan.T_map_place));
   }
-  return hasher.Hash();
+  return hasher.Digest128();
 }
 
 std::string DescribeDifference(const SessionRow& stored, const std::vector<PlaceRow>& places,
