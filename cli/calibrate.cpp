@@ -26,13 +26,19 @@ absl::StatusOr<std::string> CalibrateAndTell(const std::string& path, int num_th
                            .is_cancelled = &Interrupted});
   progress.Clear();
   if (absl::IsCancelled(summary.status())) {
-    return absl::CancelledError(
-        absl::StrCat("interrupted while calibrating; map ", path,
-                     " holds all its places: give the same command with --resume to calibrate it"));
+    return absl::CancelledError("interrupted while calibrating");
   }
   if (!summary.ok()) return summary.status();
   return absl::StrFormat("  confusable  %d pairs of places in %d trials (scanloc info)\n",
                          summary->num_confusable, summary->calibration.num_trials);
+}
+
+mapdb::Finish Calibrating(int num_threads, bool quiet, std::string* text) {
+  return [num_threads, quiet, text](const std::string& path) {
+    absl::StatusOr<std::string> told = CalibrateAndTell(path, num_threads, quiet);
+    if (told.ok()) *text = *std::move(told);
+    return told.status();
+  };
 }
 
 }  // namespace scanloc::cli

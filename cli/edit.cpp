@@ -148,8 +148,10 @@ absl::Status EditCommand::Run() {
     edits.push_back(one.edit);
     absl::StrAppend(&command, " ", one.text);
   }
+  std::string calibration;
   const absl::StatusOr<mapdb::EditSummary> summary =
-      mapdb::EditMap(in_, out_, edits, MadeNow(command));
+      mapdb::EditMap(in_, out_, edits, MadeNow(command),
+                     Calibrating(num_threads_, quiet_, &calibration));
   if (!summary.ok()) return summary.status();
   std::string text = absl::StrFormat("edited %s into %s\n", Printable(in_), Printable(out_));
   std::size_t num_before = summary->num_places_before;
@@ -160,11 +162,9 @@ absl::Status EditCommand::Run() {
     num_before = num_left;
   }
   absl::StrAppend(&text, "  content id  ", summary->content_id, "\n");
-  const absl::StatusOr<std::string> calibration = CalibrateAndTell(out_, num_threads_, quiet_);
-  if (!calibration.ok()) return calibration.status();
   const absl::StatusOr<std::string> cost = CostOfThinning(edits, *summary);
   if (!cost.ok()) return cost.status();
-  return WriteText("-", text + *calibration + *cost);
+  return WriteText("-", text + calibration + *cost);
 }
 
 }  // namespace

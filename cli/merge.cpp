@@ -37,19 +37,18 @@ class MergeCommand : public Command {
         "  scanloc merge town.scanloc north.scanloc south.scanloc");
   }
   [[nodiscard]] absl::Status Run() override {
-    const absl::StatusOr<std::string> content_id =
-        mapdb::MergeMaps(out_, inputs_, rename_sessions_,
-                         MadeNow(absl::StrCat("merge ", absl::StrJoin(inputs_, " "))));
+    std::string calibration;
+    const absl::StatusOr<std::string> content_id = mapdb::MergeMaps(
+        out_, inputs_, rename_sessions_, MadeNow(absl::StrCat("merge ", absl::StrJoin(inputs_, " "))),
+        Calibrating(num_threads_, quiet_, &calibration));
     if (!content_id.ok()) return content_id.status();
     const absl::StatusOr<mapdb::MapInfo> info = mapdb::ReadInfo(out_);
     if (!info.ok()) return info.status();
-    const absl::StatusOr<std::string> calibration = CalibrateAndTell(out_, num_threads_, quiet_);
-    if (!calibration.ok()) return calibration.status();
     return WriteText("-", absl::StrFormat("merged %d maps into %s\n"
                                           "  places      %d in %d sessions\n"
                                           "  content id  %s\n%s",
                                           inputs_.size(), Printable(out_), info->num_places,
-                                          info->sessions.size(), *content_id, *calibration));
+                                          info->sessions.size(), *content_id, calibration));
   }
 
  private:

@@ -206,7 +206,7 @@ std::vector<CopiedPlace> AllPlaces(const CopySource& source) {
 }
 
 absl::StatusOr<std::string> WriteCopy(const std::string& out, const std::vector<CopyPart>& parts,
-                                      HistoryEntry made_by) {
+                                      HistoryEntry made_by, const Finish& finish) {
   if (absl::Status status = CheckIsNew(out); !status.ok()) return status;
   bool is_empty = true;
   for (const CopyPart& part : parts) {
@@ -224,9 +224,10 @@ absl::StatusOr<std::string> WriteCopy(const std::string& out, const std::vector<
   const std::string partial = absl::StrCat(out, ".partial-", getpid());
   absl::StatusOr<std::string> content_id =
       WriteParts(partial, parts, HistoryOf(parts, std::move(made_by)));
-  if (content_id.ok()) {
-    if (absl::Status status = RenameNew(partial, out); !status.ok()) content_id = status;
-  }
+  absl::Status status = content_id.status();
+  if (status.ok() && finish) status = finish(partial);
+  if (status.ok()) status = RenameNew(partial, out);
+  if (!status.ok()) content_id = status;
   if (!content_id.ok()) unlink(partial.c_str());
   return content_id;
 }

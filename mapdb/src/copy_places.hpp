@@ -12,6 +12,7 @@
 #include "scanloc/core/scan/pose.hpp"
 #include "scanloc/mapdb/history.hpp"
 #include "scanloc/mapdb/map_file.hpp"
+#include "scanloc/mapdb/merge_maps.hpp"
 
 /// New maps made of places of others: what merge, edit and refresh share.
 namespace scanloc::mapdb {
@@ -43,12 +44,12 @@ struct CopyPart {
 /// Writes a new map of all parts, in their order, and gives its content id. Its history is that of
 /// the sources and made_by, with their content ids as parents, unless made_by has no command.
 ///
-/// The file appears under its name in one step, whole and on disk, and only if there is none of
-/// that name: AlreadyExists. What a killed process leaves is named `OUT.partial-PID`.
+/// The file appears under its name in one step, finished, whole and on disk, and only if there is
+/// none of that name: AlreadyExists. What a killed process leaves is named `OUT.partial-PID`.
 /// FailedPrecondition: sources of other parameters. InvalidArgument: no place at all.
 [[nodiscard]] absl::StatusOr<std::string> WriteCopy(const std::string& out,
                                                     const std::vector<CopyPart>& parts,
-                                                    HistoryEntry made_by);
+                                                    HistoryEntry made_by, const Finish& finish);
 
 /// The name, or the first of NAME-2, NAME-3, ... that is not taken.
 [[nodiscard]] std::string FreeName(const std::string& name, const std::set<std::string>& taken);

@@ -8,7 +8,8 @@
 namespace scanloc::mapdb {
 
 absl::StatusOr<EditSummary> EditMap(const std::string& in, const std::string& out,
-                                    const std::vector<Edit>& edits, HistoryEntry made_by) {
+                                    const std::vector<Edit>& edits, HistoryEntry made_by,
+                                    const Finish& finish) {
   if (absl::Status status = CheckIsNew(out); !status.ok()) return status;
   const absl::StatusOr<CopySource> source = ReadSource(in);
   if (!source.ok()) return source.status();
@@ -27,7 +28,7 @@ absl::StatusOr<EditSummary> EditMap(const std::string& in, const std::string& ou
     part.places.push_back(
         {static_cast<std::int64_t>(edited.place), edited.session, edited.T_map_place});
   }
-  absl::StatusOr<std::string> content_id = WriteCopy(out, {part}, std::move(made_by));
+  absl::StatusOr<std::string> content_id = WriteCopy(out, {part}, std::move(made_by), finish);
   if (!content_id.ok()) return content_id.status();
   summary.content_id = *std::move(content_id);
   return summary;
@@ -36,7 +37,7 @@ absl::StatusOr<EditSummary> EditMap(const std::string& in, const std::string& ou
 absl::StatusOr<std::string> ReplacePlaces(const std::string& old_map,
                                           const std::vector<bool>& replaced,
                                           const std::string& new_map, const std::string& out,
-                                          HistoryEntry made_by) {
+                                          HistoryEntry made_by, const Finish& finish) {
   if (absl::Status status = CheckIsNew(out); !status.ok()) return status;
   const absl::StatusOr<CopySource> before = ReadSource(old_map);
   if (!before.ok()) return before.status();
@@ -55,7 +56,7 @@ absl::StatusOr<std::string> ReplacePlaces(const std::string& old_map,
   }
   CopyPart added{.source = &*after, .places = AllPlaces(*after)};
   for (CopiedPlace& copied : added.places) copied.session = FreeName(copied.session, taken);
-  return WriteCopy(out, {std::move(stays), std::move(added)}, std::move(made_by));
+  return WriteCopy(out, {std::move(stays), std::move(added)}, std::move(made_by), finish);
 }
 
 }  // namespace scanloc::mapdb

@@ -34,7 +34,7 @@ absl::StatusOr<CopyPart> PartOf(const CopySource& source, bool rename_sessions,
 
 absl::StatusOr<std::string> MergeMaps(const std::string& out,
                                       const std::vector<std::string>& inputs, bool rename_sessions,
-                                      HistoryEntry made_by) {
+                                      HistoryEntry made_by, const Finish& finish) {
   if (inputs.empty()) return absl::InvalidArgumentError("there is no map to merge; name some");
   std::vector<CopySource> sources;
   sources.reserve(inputs.size());
@@ -50,7 +50,7 @@ absl::StatusOr<std::string> MergeMaps(const std::string& out,
     if (!part.ok()) return part.status();
     parts.push_back(*std::move(part));
   }
-  return WriteCopy(out, parts, std::move(made_by));
+  return WriteCopy(out, parts, std::move(made_by), finish);
 }
 
 }  // namespace scanloc::mapdb

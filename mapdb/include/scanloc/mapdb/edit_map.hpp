@@ -13,6 +13,7 @@
 #include "absl/status/statusor.h"
 #include "scanloc/core/scan/pose.hpp"
 #include "scanloc/mapdb/history.hpp"
+#include "scanloc/mapdb/merge_maps.hpp"
 
 namespace scanloc::mapdb {
 
@@ -85,13 +86,13 @@ struct EditSummary {
   EditPlan plan;
 };
 
-/// Writes a new map that is `in` as edited; `in` is not changed. Only the calibration is missing.
+/// Writes a new map that is `in` as edited; `in` is not changed. Calibrating it is for `finish`.
 ///
 /// As of MergeMaps: the file appears whole or not at all, and has a history. AlreadyExists,
 /// FailedPrecondition (incomplete) and the errors of map_file.hpp and PlanEdits.
 [[nodiscard]] absl::StatusOr<EditSummary> EditMap(const std::string& in, const std::string& out,
                                                   const std::vector<Edit>& edits,
-                                                  HistoryEntry made_by);
+                                                  HistoryEntry made_by, const Finish& finish = {});
 
 /// A new map of the places of `old_map` that are not in `replaced`, and behind them all of
 /// `new_map`, whose sessions get names that are free. Errors as of EditMap.
@@ -99,6 +100,7 @@ struct EditSummary {
                                                         const std::vector<bool>& replaced,
                                                         const std::string& new_map,
                                                         const std::string& out,
-                                                        HistoryEntry made_by);
+                                                        HistoryEntry made_by,
+                                                        const Finish& finish = {});
 
 }  // namespace scanloc::mapdb

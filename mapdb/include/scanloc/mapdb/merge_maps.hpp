@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -7,6 +8,10 @@
 #include "scanloc/mapdb/history.hpp"
 
 namespace scanloc::mapdb {
+
+/// What is still to be done to a new map, at this path, before it gets its name: calibrate it.
+/// Where it fails there is no new map, and its error is given.
+using Finish = std::function<absl::Status(const std::string& path)>;
 
 /// Writes a new map that holds the sessions of all inputs, in their order, and gives its content
 /// id.
@@ -20,6 +25,7 @@ namespace scanloc::mapdb {
 [[nodiscard]] absl::StatusOr<std::string> MergeMaps(const std::string& out,
                                                     const std::vector<std::string>& inputs,
                                                     bool rename_sessions = false,
-                                                    HistoryEntry made_by = {});
+                                                    HistoryEntry made_by = {},
+                                                    const Finish& finish = {});
 
 }  // namespace scanloc::mapdb
