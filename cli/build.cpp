@@ -327,9 +327,9 @@ absl::Status BuildCommand::Run() {
   if (!calibrate_) return WriteText("-", text);
   const absl::StatusOr<std::string> calibration = CalibrateAndTell(map_, num_threads_, quiet_);
   if (absl::IsCancelled(calibration.status())) {
-    return absl::CancelledError(absl::StrCat(
-        calibration.status().message(), "; map ", map_,
-        " holds all its places: give the same command with --resume to calibrate it"));
+    return absl::CancelledError(
+        absl::StrCat(calibration.status().message(), "; map ", map_,
+                     " holds all its places: give the same command with --resume to calibrate it"));
   }
   if (!calibration.ok()) return calibration.status();
   return WriteText("-", text + *calibration);

@@ -149,9 +149,8 @@ absl::Status EditCommand::Run() {
     absl::StrAppend(&command, " ", one.text);
   }
   std::string calibration;
-  const absl::StatusOr<mapdb::EditSummary> summary =
-      mapdb::EditMap(in_, out_, edits, MadeNow(command),
-                     Calibrating(num_threads_, quiet_, &calibration));
+  const absl::StatusOr<mapdb::EditSummary> summary = mapdb::EditMap(
+      in_, out_, edits, MadeNow(command), Calibrating(num_threads_, quiet_, &calibration));
   if (!summary.ok()) return summary.status();
   std::string text = absl::StrFormat("edited %s into %s\n", Printable(in_), Printable(out_));
   std::size_t num_before = summary->num_places_before;

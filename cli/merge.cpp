@@ -38,9 +38,10 @@ class MergeCommand : public Command {
   }
   [[nodiscard]] absl::Status Run() override {
     std::string calibration;
-    const absl::StatusOr<std::string> content_id = mapdb::MergeMaps(
-        out_, inputs_, rename_sessions_, MadeNow(absl::StrCat("merge ", absl::StrJoin(inputs_, " "))),
-        Calibrating(num_threads_, quiet_, &calibration));
+    const absl::StatusOr<std::string> content_id =
+        mapdb::MergeMaps(out_, inputs_, rename_sessions_,
+                         MadeNow(absl::StrCat("merge ", absl::StrJoin(inputs_, " "))),
+                         Calibrating(num_threads_, quiet_, &calibration));
     if (!content_id.ok()) return content_id.status();
     const absl::StatusOr<mapdb::MapInfo> info = mapdb::ReadInfo(out_);
     if (!info.ok()) return info.status();

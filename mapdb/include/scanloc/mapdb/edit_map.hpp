@@ -96,11 +96,8 @@ struct EditSummary {
 
 /// A new map of the places of `old_map` that are not in `replaced`, and behind them all of
 /// `new_map`, whose sessions get names that are free. Errors as of EditMap.
-[[nodiscard]] absl::StatusOr<std::string> ReplacePlaces(const std::string& old_map,
-                                                        const std::vector<bool>& replaced,
-                                                        const std::string& new_map,
-                                                        const std::string& out,
-                                                        HistoryEntry made_by,
-                                                        const Finish& finish = {});
+[[nodiscard]] absl::StatusOr<std::string> ReplacePlaces(
+    const std::string& old_map, const std::vector<bool>& replaced, const std::string& new_map,
+    const std::string& out, HistoryEntry made_by, const Finish& finish = {});
 
 }  // namespace scanloc::mapdb
