@@ -2,7 +2,7 @@
 
 #include <grpcpp/generic/generic_stub.h>
 #include <grpcpp/grpcpp.h>
-#include <grpcpp/impl/codegen/proto_utils.h>
+#include <grpcpp/support/proto_buffer_reader.h>
 
 #include <algorithm>
 #include <atomic>
@@ -145,7 +145,8 @@ class Load {
         std::this_thread::sleep_until(due);
         v1::LocalizeRequest query;
         grpc::ByteBuffer bytes = requests_[number++ % requests_.size()];
-        if (!grpc::SerializationTraits<v1::LocalizeRequest>::Deserialize(&bytes, &query).ok()) {
+        grpc::ProtoBufferReader reader(&bytes);
+        if (!reader.status().ok() || !query.ParseFromZeroCopyStream(&reader)) {
           throw std::runtime_error("a request is none");
         }
         v1::StreamScan& scan = *request.mutable_scan();

@@ -2,6 +2,8 @@
 
 #include <arpa/inet.h>
 #include <grpc/support/time.h>
+#include <grpcpp/support/proto_buffer_reader.h>
+#include <grpcpp/support/proto_buffer_writer.h>
 
 #include <algorithm>
 #include <cstdint>
@@ -55,6 +57,30 @@ std::string AddressOfPeer(const std::string& peer) {
   std::fill(&bytes.s6_addr[8], &bytes.s6_addr[16], std::uint8_t{0});
   inet_ntop(AF_INET6, &bytes, text, sizeof text);
   return absl::StrCat("ipv6:", text, "/64");
+}
+
+absl::Status Parse(const grpc::ByteBuffer& bytes, google::protobuf::Message* message) {
+  if (bytes.Valid()) {
+    grpc::ByteBuffer shared = bytes;  // the reader takes no constant one
+    grpc::ProtoBufferReader reader(&shared);
+    if (reader.status().ok() && message->ParseFromZeroCopyStream(&reader)) {
+      return absl::OkStatus();
+    }
+  }
+  return absl::InvalidArgumentError(absl::StrCat("the ", bytes.Valid() ? bytes.Length() : 0,
+                                                 " bytes of the request are not a ",
+                                                 message->GetDescriptor()->full_name()));
+}
+
+absl::Status Serialize(const google::protobuf::Message& message, grpc::ByteBuffer* bytes) {
+  grpc::ByteBuffer packed;  // the writer takes none that holds something
+  grpc::ProtoBufferWriter writer(&packed, grpc::kProtoBufferWriterMaxBufferLength,
+                                 static_cast<int>(message.ByteSizeLong()));
+  if (!message.SerializeToZeroCopyStream(&writer)) {
+    return absl::InternalError("the answer could not be packed");
+  }
+  bytes->Swap(&packed);
+  return absl::OkStatus();
 }
 
 }  // namespace scanloc::server

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <grpcpp/impl/codegen/proto_utils.h>
+#include <google/protobuf/message.h>
 #include <grpcpp/server_context.h>
 #include <grpcpp/support/byte_buffer.h>
 
@@ -49,25 +49,9 @@ absl::Status Guard(Work&& work) {
 [[nodiscard]] absl::Status CheckSmall(const grpc::ByteBuffer& request);
 
 /// InvalidArgument if the bytes are not a message of the type.
-template <typename Message>
-absl::Status Parse(const grpc::ByteBuffer& bytes, Message* message) {
-  grpc::ByteBuffer unread = bytes;  // shares the bytes; parsing empties it
-  if (bytes.Valid() && grpc::SerializationTraits<Message>::Deserialize(&unread, message).ok()) {
-    return absl::OkStatus();
-  }
-  return absl::InvalidArgumentError(absl::StrCat("the ", bytes.Valid() ? bytes.Length() : 0,
-                                                 " bytes of the request are not a ",
-                                                 Message::descriptor()->full_name()));
-}
-
-template <typename Message>
-absl::Status Serialize(const Message& message, grpc::ByteBuffer* bytes) {
-  bool own_buffer = false;
-  if (grpc::SerializationTraits<Message>::Serialize(message, bytes, &own_buffer).ok()) {
-    return absl::OkStatus();
-  }
-  return absl::InternalError("the answer could not be packed");
-}
+[[nodiscard]] absl::Status Parse(const grpc::ByteBuffer& bytes, google::protobuf::Message* message);
+[[nodiscard]] absl::Status Serialize(const google::protobuf::Message& message,
+                                     grpc::ByteBuffer* bytes);
 
 /// Unpacks the request, lets act(request) make an absl::StatusOr<Response>, and packs that.
 template <typename Request, typename Act>
