@@ -18,7 +18,7 @@ forbid() {
 forbid core 'scanloc/(mapdb|dataset|sim|eval|slam|proto|server|client)/|cli/|report/|sqlite3|pcl/|grpc|google/|spdlog|thread|mutex|chrono|fstream|filesystem' \
   'core computes: no files, sockets, clock, threads, logging or other modules'
 forbid mapdb 'scanloc/(dataset|sim|eval|proto|server|client)/|pcl/|grpc|google/|spdlog' \
-  'mapdb knows core only'
+  'mapdb knows core and jobs only'
 forbid catalogue 'scanloc/(mapdb|dataset|sim|eval|proto|server|client)/|sqlite3|pcl/|grpc|google/|spdlog' \
   'the catalogue knows names, sizes and hashes of maps: it knows core only'
 forbid dataset 'scanloc/(mapdb|sim|eval|proto|server|client)/|pcl/|grpc|google/|spdlog' \
@@ -44,7 +44,7 @@ forbid server 'scanloc/(dataset|sim|eval|client)/|sqlite3|pcl/' \
 forbid 'client/src client/include' 'scanloc/(mapdb|dataset|sim|eval|server)/|sqlite3|pcl/' \
   'the client library knows core and proto only'
 forbid sim 'scanloc/(mapdb|eval|proto|server|client)/|sqlite3|pcl/|grpc|google/|spdlog' \
-  'sim makes worlds and scans of them: it knows core and dataset only'
+  'sim makes worlds and scans of them: it knows core, dataset and jobs only'
 forbid ros2 'scanloc/(mapdb|sim|eval|report|server|proto/convert)|sqlite3|pcl/|grpc|google/' \
   'ros2 is thin, over the faces of client and dataset'
 forbid 'core mapdb dataset sim eval report proto server client cli' 'dds/|ros2/|fastdds|fastrtps' \

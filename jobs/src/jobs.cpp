@@ -5,8 +5,9 @@
 #include <condition_variable>
 #include <limits>
 #include <mutex>
-#include <thread>
-#include <vector>
+#include <system_error>
+
+#include "absl/strings/str_cat.h"
 
 namespace scanloc {
 namespace {
@@ -17,13 +18,11 @@ class JobRun {
 
   absl::Status Run(std::size_t num_threads, const std::function<void(std::size_t)>& told) {
     num_working_ = num_threads;
-    std::vector<std::thread> threads;
-    threads.reserve(num_threads);
-    for (std::size_t i = 0; i < num_threads; ++i) {
-      threads.emplace_back([this, i] { Work(i); });
-    }
+    const auto threads = StartThreads(num_threads, [this](std::size_t worker) { Work(worker); });
+    if (!threads.ok()) return threads.status();
     std::size_t num_told = 0;
     std::unique_lock lock(mutex_);
+    num_working_ -= num_threads - threads->size();
     while (num_working_ > 0 || num_told < num_done_) {
       has_news_.wait(lock, [&] { return num_working_ == 0 || num_told < num_done_; });
       if (num_told == num_done_) continue;
@@ -32,8 +31,6 @@ class JobRun {
       told(num_told);
       lock.lock();
     }
-    lock.unlock();
-    for (std::thread& thread : threads) thread.join();
     return error_;
   }
 
@@ -76,9 +73,26 @@ std::size_t NumThreads(int asked) {
   return std::max(1U, std::thread::hardware_concurrency());
 }
 
+absl::StatusOr<std::vector<std::jthread>> StartThreads(
+    std::size_t num_wanted, const std::function<void(std::size_t)>& work) {
+  std::vector<std::jthread> threads;
+  threads.reserve(num_wanted);
+  try {
+    while (threads.size() < num_wanted) {
+      threads.emplace_back([work, worker = threads.size()] { work(worker); });
+    }
+  } catch (const std::system_error& error) {
+    if (threads.empty()) {
+      return absl::ResourceExhaustedError(
+          absl::StrCat("cannot start a thread: ", error.what(), "; end other programs"));
+    }
+  }
+  return threads;
+}
+
 absl::Status RunJobs(std::size_t num_threads, std::size_t num_jobs, const NumberedJob& job,
                      const std::function<void(std::size_t)>& told) {
-  return JobRun(num_jobs, job).Run(num_threads, told);
+  return JobRun(num_jobs, job).Run(std::min(num_threads, num_jobs), told);
 }
 
 }  // namespace scanloc

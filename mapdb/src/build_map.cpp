@@ -1,16 +1,12 @@
 #include "scanloc/mapdb/build_map.hpp"
 
 #include <algorithm>
-#include <condition_variable>
-#include <mutex>
-#include <optional>
-#include <system_error>
-#include <thread>
 #include <utility>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "scanloc/core/scan/descriptor.hpp"
+#include "scanloc/jobs/ordered_jobs.hpp"
 
 namespace scanloc::mapdb {
 namespace {
@@ -23,86 +19,6 @@ struct DescribedScan {
   absl::Status load_status;
   PlaceDescriptor descriptor;
   ScanCounts counts;
-};
-
-// Loads and describes scans on threads, ahead of the one who takes them in order by no more than a
-// window.
-class ScanPipeline {
- public:
-  ScanPipeline(const ScanLoader& load_scan, std::size_t first, std::size_t end, std::size_t window)
-      : load_scan_(load_scan), next_claim_(first), next_take_(first), end_(end), window_(window) {}
-
-  ScanPipeline(const ScanPipeline&) = delete;
-  ScanPipeline& operator=(const ScanPipeline&) = delete;
-
-  ~ScanPipeline() {
-    {
-      const std::lock_guard lock(mutex_);
-      is_stopped_ = true;
-    }
-    may_claim_.notify_all();
-    for (std::thread& thread : threads_) thread.join();
-  }
-
-  absl::Status Start(std::vector<Describer> describers) {
-    describers_ = std::move(describers);
-    slots_.resize(window_);
-    for (Describer& describer : describers_) {
-      try {
-        threads_.emplace_back([this, &describer] { Work(describer); });
-      } catch (const std::system_error& error) {
-        if (!threads_.empty()) break;
-        return absl::ResourceExhaustedError(
-            absl::StrCat("cannot start a thread: ", error.what(), "; end other programs"));
-      }
-    }
-    return absl::OkStatus();
-  }
-
-  // The next scan in order; waits for it.
-  DescribedScan Take() {
-    std::unique_lock lock(mutex_);
-    is_ready_.wait(lock, [&] { return slots_[next_take_ % window_].has_value(); });
-    std::optional<DescribedScan> scan = std::exchange(slots_[next_take_ % window_], std::nullopt);
-    ++next_take_;
-    may_claim_.notify_one();
-    return *std::move(scan);
-  }
-
- private:
-  void Work(Describer& describer) {
-    while (const std::optional<std::size_t> scan = Claim()) {
-      DescribedScan result;
-      absl::StatusOr<PointCloud> points = load_scan_(*scan);
-      result.load_status = points.status();
-      if (points.ok()) result.descriptor = describer.DescribePlace(*points, &result.counts);
-      const std::lock_guard lock(mutex_);
-      slots_[*scan % window_] = std::move(result);
-      is_ready_.notify_one();
-    }
-  }
-
-  std::optional<std::size_t> Claim() {
-    std::unique_lock lock(mutex_);
-    may_claim_.wait(lock, [&] {
-      return is_stopped_ || next_claim_ == end_ || next_claim_ < next_take_ + window_;
-    });
-    if (is_stopped_ || next_claim_ == end_) return std::nullopt;
-    return next_claim_++;
-  }
-
-  const ScanLoader& load_scan_;
-  std::vector<Describer> describers_;
-  std::mutex mutex_;
-  std::condition_variable may_claim_;
-  std::condition_variable is_ready_;
-  std::size_t next_claim_;
-  std::size_t next_take_;
-  const std::size_t end_;
-  const std::size_t window_;
-  bool is_stopped_ = false;
-  std::vector<std::optional<DescribedScan>> slots_;
-  std::vector<std::thread> threads_;
 };
 
 absl::StatusOr<MapBuilder> OpenBuilder(const BuildOptions& options, const SessionPlan& plan) {
@@ -147,18 +63,25 @@ absl::Status BuildAll(const BuildOptions& options, const ScanLoader& load_scan,
   const std::size_t num_scans = builder.plan().scans.size();
   const std::size_t num_left = num_scans - builder.next_scan();
   if (num_left == 0) return absl::OkStatus();
-  const std::size_t wanted = options.num_threads > 0
-                                 ? static_cast<std::size_t>(options.num_threads)
-                                 : std::max(1U, std::thread::hardware_concurrency());
-  absl::StatusOr<std::vector<Describer>> describers =
-      MakeDescribers(builder.params(), std::min({wanted, num_left, std::size_t{kMaxThreads}}));
+  const std::size_t num_threads =
+      std::min({NumThreads(options.num_threads), num_left, std::size_t{kMaxThreads}});
+  absl::StatusOr<std::vector<Describer>> describers = MakeDescribers(builder.params(), num_threads);
   if (!describers.ok()) return describers.status();
-  ScanPipeline pipeline(load_scan, builder.next_scan(), num_scans,
-                        kWindowPerThread * describers->size());
-  if (absl::Status status = pipeline.Start(*std::move(describers)); !status.ok()) return status;
+  OrderedJobs<DescribedScan> scans(builder.next_scan(), num_scans, kWindowPerThread * num_threads,
+                                   [&](std::size_t scan, std::size_t worker) {
+                                     DescribedScan described;
+                                     const absl::StatusOr<PointCloud> points = load_scan(scan);
+                                     described.load_status = points.status();
+                                     if (points.ok()) {
+                                       described.descriptor = (*describers)[worker].DescribePlace(
+                                           *points, &described.counts);
+                                     }
+                                     return described;
+                                   });
+  if (absl::Status status = scans.Start(num_threads); !status.ok()) return status;
 
   for (int num_uncommitted = 1; builder.next_scan() < num_scans; ++num_uncommitted) {
-    absl::Status status = WriteScan(pipeline.Take(), options.skip_unreadable, builder, summary);
+    absl::Status status = WriteScan(scans.Take(), options.skip_unreadable, builder, summary);
     if (status.ok() && num_uncommitted % options.commit_interval == 0) status = builder.Commit();
     if (!status.ok()) return status;
     if (progress) progress({builder.next_scan(), num_scans});

@@ -1,18 +1,13 @@
 #include "scanloc/mapdb/calibrate_map.hpp"
 
-#include <algorithm>
-#include <atomic>
-#include <condition_variable>
 #include <memory>
-#include <mutex>
-#include <system_error>
-#include <thread>
 #include <utility>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "map_writer.hpp"
 #include "scanloc/core/structural/calibrate.hpp"
+#include "scanloc/jobs/jobs.hpp"
 #include "scanloc/mapdb/map_file.hpp"
 
 namespace scanloc::mapdb {
@@ -22,86 +17,26 @@ constexpr int kMaxThreads = 256;
 /// A file of up to so many bytes is read as a whole: its trials then read nothing twice.
 constexpr std::int64_t kWholeBytes = std::int64_t{64} << 20;
 
-// Runs all trials on threads and tells the caller's thread how far they are.
-class TrialRun {
- public:
-  TrialRun(const Calibrator& calibrator, const CalibrateOptions& options)
-      : calibrator_(calibrator), options_(options), trials_(calibrator.num_trials()) {}
-
-  absl::StatusOr<std::vector<Calibrator::Trial>> Run() {
-    std::vector<std::thread> threads;
-    const absl::Status started = Start(threads);
-    if (started.ok()) ReportUntilDone();
-    for (std::thread& thread : threads) thread.join();
-    if (!started.ok()) return started;
-    if (!error_.ok()) return error_;
-    if (is_cancelled_) return absl::CancelledError("the calibration was interrupted");
-    return std::move(trials_);
-  }
-
- private:
-  absl::Status Start(std::vector<std::thread>& threads) {
-    const std::size_t wanted = options_.num_threads > 0
-                                   ? static_cast<std::size_t>(options_.num_threads)
-                                   : std::max(1U, std::thread::hardware_concurrency());
-    const std::size_t num_threads =
-        std::min({wanted, trials_.size(), static_cast<std::size_t>(kMaxThreads)});
-    for (std::size_t i = 0; i < num_threads; ++i) {
-      try {
-        num_working_.fetch_add(1);
-        threads.emplace_back([this] { Work(); });
-      } catch (const std::system_error& error) {
-        num_working_.fetch_sub(1);
-        if (!threads.empty()) break;
-        return absl::ResourceExhaustedError(
-            absl::StrCat("cannot start a thread: ", error.what(), "; end other programs"));
-      }
+absl::StatusOr<std::vector<Calibrator::Trial>> RunTrials(const Calibrator& calibrator,
+                                                         const CalibrateOptions& options) {
+  std::vector<Calibrator::Trial> trials(calibrator.num_trials());
+  const auto run = [&](std::size_t i, std::size_t /*worker*/) {
+    if (options.is_cancelled && options.is_cancelled()) {
+      return absl::CancelledError("the calibration was interrupted");
     }
-    return absl::OkStatus();
+    const absl::StatusOr<Calibrator::Trial> trial = calibrator.Run(i);
+    if (trial.ok()) trials[i] = *trial;
+    return trial.status();
+  };
+  const auto tell = [&](std::size_t num_done) {
+    if (options.progress) options.progress({num_done, trials.size()});
+  };
+  if (absl::Status status = RunJobs(NumThreads(options.num_threads), trials.size(), run, tell);
+      !status.ok()) {
+    return status;
   }
-
-  void Work() {
-    while (true) {
-      if (options_.is_cancelled && options_.is_cancelled()) is_cancelled_ = true;
-      const std::size_t i = next_.fetch_add(1);
-      const bool is_over = is_cancelled_ || i >= trials_.size();
-      absl::StatusOr<Calibrator::Trial> trial = Calibrator::Trial{};
-      if (!is_over) trial = calibrator_.Run(i);
-      const std::lock_guard lock(mutex_);
-      if (trial.ok() && !is_over) trials_[i] = *trial;
-      if (!trial.ok()) {
-        error_.Update(trial.status());
-        is_cancelled_ = true;
-      }
-      is_over ? --num_working_ : ++num_done_;
-      has_news_.notify_one();
-      if (is_over) return;
-    }
-  }
-
-  void ReportUntilDone() {
-    std::unique_lock lock(mutex_);
-    for (std::size_t num_reported = 0; num_working_ > 0 || num_done_ != num_reported;) {
-      has_news_.wait(lock, [&] { return num_done_ != num_reported || num_working_ == 0; });
-      num_reported = num_done_;
-      if (!options_.progress) continue;
-      lock.unlock();
-      options_.progress({num_reported, trials_.size()});
-      lock.lock();
-    }
-  }
-
-  const Calibrator& calibrator_;
-  const CalibrateOptions& options_;
-  std::vector<Calibrator::Trial> trials_;
-  std::atomic<std::size_t> next_ = 0;
-  std::atomic<int> num_working_ = 0;
-  std::atomic<bool> is_cancelled_ = false;
-  std::mutex mutex_;
-  std::condition_variable has_news_;
-  std::size_t num_done_ = 0;
-  absl::Status error_;  // of the first trial that failed
-};
+  return trials;
+}
 
 absl::Status CheckCanCalibrate(const MapInfo& info, const CalibrateOptions& options) {
   if (options.num_threads < 0 || options.num_threads > kMaxThreads) {
@@ -136,7 +71,7 @@ absl::StatusOr<CalibrateSummary> CalibrateMap(const CalibrateOptions& options) {
   if (!loaded.ok()) return loaded.status();
   const auto map = std::make_shared<const Map>(*std::move(loaded));
   const Calibrator calibrator(map);
-  const absl::StatusOr<std::vector<Calibrator::Trial>> trials = TrialRun(calibrator, options).Run();
+  const absl::StatusOr<std::vector<Calibrator::Trial>> trials = RunTrials(calibrator, options);
   if (!trials.ok()) return trials.status();
   StoredCalibration stored;
   stored.calibration.num_trials = static_cast<std::int32_t>(trials->size());

@@ -2,19 +2,17 @@
 
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <cerrno>
 #include <cstdio>
 #include <limits>
-#include <mutex>
 #include <string>
 #include <string_view>
 #include <system_error>
-#include <thread>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "poses.hpp"
+#include "scanloc/jobs/jobs.hpp"
 #include "sim_text.hpp"
 
 namespace scanloc::sim {
@@ -104,47 +102,6 @@ absl::Status WriteScan(const SimulatedDrive& drive, std::size_t i, const fs::pat
   return WriteFile(folder / (name + ".bin"), rows.data(), rows.size() * sizeof(rows[0]));
 }
 
-/// Scans shared out among threads; the first error stops them all.
-class ScanWriter {
- public:
-  ScanWriter(const SimulatedDrive& drive, fs::path folder, const DriveProgress& progress)
-      : drive_(drive), folder_(std::move(folder)), progress_(progress) {}
-
-  absl::Status Run(int num_threads) {
-    std::vector<std::jthread> threads;
-    for (int i = 1; i < num_threads; ++i) threads.emplace_back([this] { Work(); });
-    Work();
-    threads.clear();  // joins
-    return status_;
-  }
-
- private:
-  void Work() {
-    while (!stopped_) {
-      const std::size_t i = next_++;
-      if (i >= drive_.size()) return;
-      const absl::Status status = WriteScan(drive_, i, folder_);
-      const std::lock_guard lock(mutex_);
-      if (!status.ok()) {
-        if (status_.ok()) status_ = status;
-        stopped_ = true;
-        return;
-      }
-      ++num_done_;
-      if (progress_) progress_(num_done_, drive_.size());
-    }
-  }
-
-  const SimulatedDrive& drive_;
-  const fs::path folder_;
-  const DriveProgress& progress_;
-  std::atomic<std::size_t> next_ = 0;
-  std::atomic<bool> stopped_ = false;
-  std::mutex mutex_;
-  std::size_t num_done_ = 0;                // guarded by mutex_
-  absl::Status status_ = absl::OkStatus();  // guarded by mutex_
-};
-
 absl::Status MakeFolders(const fs::path& out, const fs::path& scans) {
   std::error_code error;
   const fs::file_status status = fs::status(out, error);
@@ -170,7 +127,13 @@ absl::Status WriteDrive(const SimulatedDrive& drive, const fs::path& out, int nu
   if (auto s = MakeFolders(out, scans); !s.ok()) return s;
   if (auto s = WriteFile(out / "simulation.txt", Describe(drive.options())); !s.ok()) return s;
   if (auto s = WriteFile(out / "times.txt", TimeRows(drive)); !s.ok()) return s;
-  if (auto s = ScanWriter(drive, scans, progress).Run(num_threads); !s.ok()) return s;
+  const auto write = [&](std::size_t i, std::size_t /*worker*/) {
+    return WriteScan(drive, i, scans);
+  };
+  const auto tell = [&](std::size_t num_done) {
+    if (progress) progress(num_done, drive.size());
+  };
+  if (auto s = RunJobs(NumThreads(num_threads), drive.size(), write, tell); !s.ok()) return s;
   const std::vector<Pose> poses = PosesOf(drive);
   const SessionOptions& session = drive.options().session;
   if (session.odometry_noise_percent > 0.0) {

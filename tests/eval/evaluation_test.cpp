@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include "absl/strings/str_cat.h"
-#include "scanloc/jobs/jobs.hpp"
 #include "support/small_evaluation.hpp"
 
 namespace scanloc::eval {
@@ -32,38 +31,6 @@ TEST(CheckServes, LooksAtTheContextsThatABaselineWorksOn) {
   EXPECT_TRUE(CheckServes(params, ParseEvalMethod("a-pc-key").value()).ok());
   EXPECT_TRUE(CheckServes(params, ParseEvalMethod("m2dp").value()).ok());
   EXPECT_FALSE(CheckServes(params, ParseEvalMethod("a-cc-trees").value()).ok());
-}
-
-TEST(RunJobs, DoesAllAndTellsTheFirstErrorInOrder) {
-  std::vector<int> num_done(50, 0);
-  std::size_t told = 0;
-  EXPECT_TRUE(RunJobs(
-                  3, num_done.size(),
-                  [&](std::size_t number, std::size_t worker) {
-                    EXPECT_LT(worker, 3U);
-                    ++num_done[number];
-                    return absl::OkStatus();
-                  },
-                  [&](std::size_t num) { told = num; })
-                  .ok());
-  EXPECT_EQ(num_done, std::vector<int>(50, 1));
-  EXPECT_EQ(told, 50U);
-  // However soon they are done.
-  for (int round = 0; round < 200; ++round) {
-    told = 0;
-    EXPECT_TRUE(RunJobs(
-                    3, 3, [](std::size_t, std::size_t) { return absl::OkStatus(); },
-                    [&](std::size_t num) { told = num; })
-                    .ok());
-    ASSERT_EQ(told, 3U);
-  }
-  const absl::Status failed = RunJobs(
-      1, 10,
-      [](std::size_t number, std::size_t) {
-        return number < 4 ? absl::OkStatus() : absl::NotFoundError(absl::StrCat("job ", number));
-      },
-      [](std::size_t) {});
-  EXPECT_EQ(failed, absl::NotFoundError("job 4"));
 }
 
 TEST(Evaluate, JudgesEveryMethodByTheSameTruth) {

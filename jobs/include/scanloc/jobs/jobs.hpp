@@ -2,20 +2,28 @@
 
 #include <cstddef>
 #include <functional>
+#include <thread>
+#include <vector>
 
 #include "absl/status/status.h"
+#include "absl/status/statusor.h"
 
 namespace scanloc {
 
 /// Threads for a number of them as given on the command line: 0 is one a processor.
 [[nodiscard]] std::size_t NumThreads(int asked);
 
+/// Threads that each do work(worker), counted from 0: as many of those wanted as the machine lets
+/// be started. They are joined when they go. ResourceExhausted: not one could be.
+[[nodiscard]] absl::StatusOr<std::vector<std::jthread>> StartThreads(
+    std::size_t num_wanted, const std::function<void(std::size_t worker)>& work);
+
 /// One job of RunJobs; no two at once have the same worker, which counts from 0.
 using NumberedJob = std::function<absl::Status(std::size_t number, std::size_t worker)>;
 
-/// Does the jobs 0 ... num_jobs - 1 on so many threads. `told` is called from this thread with how
-/// many are done. Returns the error of the first job, in order, that fails; no new ones are begun
-/// then.
+/// Does the jobs 0 ... num_jobs - 1 on up to so many threads. `told` is called from this thread
+/// with how many are done. Returns the error of the first job, in order, that fails; no new ones
+/// are begun then. ResourceExhausted: no thread could be started.
 [[nodiscard]] absl::Status RunJobs(std::size_t num_threads, std::size_t num_jobs,
                                    const NumberedJob& job,
                                    const std::function<void(std::size_t num_done)>& told);

@@ -9,7 +9,7 @@
 
 namespace scanloc::sim {
 
-/// Called after each scan written, one call at a time, from any of the writing threads.
+/// Called as scans are written, from the thread that asked for it.
 using DriveProgress = std::function<void(std::size_t num_done, std::size_t num_total)>;
 
 /// Writes a drive as KITTI folders, the same bytes for any number of threads:
