@@ -115,16 +115,22 @@ std::vector<std::int32_t> ContextTable::retrieval_key_cm(std::size_t i) const {
 }
 
 void ContextTable::ReadRetrievalKey(std::size_t i, std::span<std::int32_t> key_cm) const {
-  const std::size_t number = has_flips() ? i / 2 : i;
-  const auto large =
-      large_retrieval_cm_.empty() ? large_retrieval_cm_.end() : large_retrieval_cm_.find(number);
-  if (large != large_retrieval_cm_.end()) {
-    std::copy(large->second.begin(), large->second.end(), key_cm.begin());
+  const HeldKey held = held_retrieval_key(i);
+  if (held.cm.empty() && num_rows_ > 0) {
+    std::ranges::copy(large_retrieval_cm_.at(has_flips() ? i / 2 : i), key_cm.begin());
   } else {
-    std::copy_n(retrieval_cm_.begin() + static_cast<std::ptrdiff_t>(number * key_cm.size()),
-                key_cm.size(), key_cm.begin());
+    std::ranges::copy(held.cm, key_cm.begin());
   }
-  if (has_flips() && i % 2 == 1) std::reverse(key_cm.begin(), key_cm.end());
+  if (held.is_reversed) std::reverse(key_cm.begin(), key_cm.end());
+}
+
+ContextTable::HeldKey ContextTable::held_retrieval_key(std::size_t i) const {
+  const std::size_t number = has_flips() ? i / 2 : i;
+  HeldKey held{.cm = {}, .is_reversed = has_flips() && i % 2 == 1};
+  if (!large_retrieval_cm_.empty() && large_retrieval_cm_.contains(number)) return held;
+  const auto num_rows = static_cast<std::size_t>(num_rows_);
+  held.cm = std::span(retrieval_cm_).subspan(number * num_rows, num_rows);
+  return held;
 }
 
 Map MakeEmptyMap(const Params& params) {

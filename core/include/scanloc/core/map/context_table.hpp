@@ -75,6 +75,13 @@ class ContextTable {
   [[nodiscard]] std::vector<std::int32_t> retrieval_key_cm(std::size_t i) const;
   /// The same into num_rows() values.
   void ReadRetrievalKey(std::size_t i, std::span<std::int32_t> key_cm) const;
+  /// An entry's key as the table has it, without a copy: of a flip reversed, and none where a sum
+  /// does not fit into 16 bits.
+  struct HeldKey {
+    std::span<const std::uint16_t> cm;
+    bool is_reversed = false;
+  };
+  [[nodiscard]] HeldKey held_retrieval_key(std::size_t i) const;
 
  private:
   [[nodiscard]] std::size_t num_cells() const {
