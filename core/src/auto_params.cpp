@@ -38,9 +38,9 @@ AutoParams AutoParamsAtScale(double scale) {
   for (double* length_m :
        {&params.posts.cell_m, &params.posts.reach_m, &params.posts.min_extent_m,
         &params.ground.reach_m, &params.ground.cell_m, &params.ground.wide_m,
-        &params.ground.narrow_m, &params.shortlist.bearing_ring_m, &params.verify.cutoff_m,
-        &params.verify.coarse_cell_m, &params.verify.fine_cell_m, &params.verify.met_m,
-        &params.verify.overlap_m, &params.verify.horizon_margin_m}) {
+        &params.ground.narrow_m, &params.shortlist.apart_m, &params.shortlist.bearing_ring_m,
+        &params.verify.cutoff_m, &params.verify.coarse_cell_m, &params.verify.fine_cell_m,
+        &params.verify.met_m, &params.verify.overlap_m, &params.verify.horizon_margin_m}) {
     *length_m *= scale;
   }
   Scale(scale, params.verify.first.steps);

@@ -109,6 +109,11 @@ std::int64_t KeysChecksum(const KeysRow& row, Hasher& scratch) {
       .Digest64();
 }
 
+std::int64_t BearingsChecksum(const BearingsRow& row, Hasher& scratch) {
+  scratch.Reset();
+  return scratch.Add("bearings").Add(row.place).Add(row.rings).Digest64();
+}
+
 std::int64_t CalibrationChecksum(const CalibrationRow& row) {
   return Hasher()
       .Add("calibration")

@@ -90,6 +90,11 @@ struct KeysRow {
   std::span<const std::byte> checksums;       ///< of the contexts in order and of the structure
   std::int64_t checksum = 0;
 };
+struct BearingsRow {
+  std::int64_t place = 0;
+  std::span<const std::byte> rings;
+  std::int64_t checksum = 0;
+};
 struct CalibrationRow {
   std::string content_id;  ///< of the map that it was made for
   Calibration calibration;
@@ -103,6 +108,7 @@ struct CalibrationRow {
 [[nodiscard]] std::int64_t ContextChecksum(const ContextRow& row, Hasher& scratch);
 [[nodiscard]] std::int64_t StructureChecksum(const StructureRow& row, Hasher& scratch);
 [[nodiscard]] std::int64_t KeysChecksum(const KeysRow& row, Hasher& scratch);
+[[nodiscard]] std::int64_t BearingsChecksum(const BearingsRow& row, Hasher& scratch);
 [[nodiscard]] std::int64_t CalibrationChecksum(const CalibrationRow& row);
 [[nodiscard]] std::int64_t ConfusableChecksum(std::int64_t id, const ConfusablePair& pair);
 /// The calibration id, 16 hex digits: what a calibration says, whatever map it was made for.

@@ -13,6 +13,7 @@
 #include "scanloc/core/limits.hpp"
 #include "scanloc/core/printable.hpp"
 #include "scanloc/core/scan/descriptor.hpp"
+#include "schema.hpp"
 
 namespace scanloc::mapdb {
 namespace {
@@ -67,10 +68,23 @@ bool ParseField(std::string_view text, std::vector<double>& values) {
   return true;
 }
 
-/// What of `auto` maps of version 3 do not hold.
-constexpr std::string_view kSinceVersion4[] = {"auto.verify.fine.num_posts",
-                                               "auto.verify.hopeless_by", "auto.verify.met_m",
-                                               "auto.verify.met_rad"};
+/// The schema version that brought a number of `auto`.
+int VersionOf(std::string_view name) {
+  constexpr std::pair<std::string_view, int> kLater[] = {{"auto.verify.fine.num_posts", 4},
+                                                         {"auto.verify.hopeless_by", 4},
+                                                         {"auto.verify.met_m", 4},
+                                                         {"auto.verify.met_rad", 4},
+                                                         {"auto.shortlist.found_share", 6},
+                                                         {"auto.shortlist.max_found", 6},
+                                                         {"auto.shortlist.agreement_per_octave", 6},
+                                                         {"auto.shortlist.apart_m", 6},
+                                                         {"auto.rivals.along_step_m", 6},
+                                                         {"auto.rivals.along_m", 6}};
+  for (const auto& [later, version] : kLater) {
+    if (later == name) return version;
+  }
+  return 3;
+}
 
 }  // namespace
 
@@ -89,16 +103,14 @@ absl::StatusOr<Params> DecodeParams(const ParamTexts& texts, int schema_version)
     text_of["structure.enabled"] = FieldText(false);
     text_of["search.min_confidence"] = FieldText(SearchParams{}.min_confidence);
   }
-  if (schema_version < 4) {
+  if (schema_version < schema::kVersion) {
     double scale = AutoParams{}.scale;
     if (const auto text = text_of.find("auto.scale"); text != text_of.end()) {
       ParseField(text->second, scale);
     }
     const AutoParams usual = AutoParamsAtScale(scale);
     VisitAutoFields(usual, [&](const char* name, auto field, auto /*least*/, auto /*most*/) {
-      const bool is_new = std::find(std::begin(kSinceVersion4), std::end(kSinceVersion4),
-                                    std::string_view(name)) != std::end(kSinceVersion4);
-      if (schema_version < 3 || is_new) text_of.try_emplace(name, FieldText(field));
+      if (schema_version < VersionOf(name)) text_of.try_emplace(name, FieldText(field));
     });
   }
   Params params;
@@ -201,6 +213,22 @@ void AppendInt64(std::int64_t value, Bytes& bytes) {
 
 std::int64_t Int64At(std::span<const std::byte> bytes, std::size_t i) {
   return LoadNumber<std::int64_t>(bytes.data() + sizeof(std::int64_t) * i);
+}
+
+void EncodeBearings(const BearingGrid& bearings, Bytes& bytes) {
+  bytes.clear();
+  for (const std::uint64_t ring : bearings.rings()) {
+    AppendInt64(static_cast<std::int64_t>(ring), bytes);
+  }
+}
+
+std::optional<BearingGrid> DecodeBearings(std::span<const std::byte> bytes) {
+  BearingGrid::Rings rings;
+  if (bytes.size() != sizeof(rings)) return std::nullopt;
+  for (std::size_t i = 0; i < rings.size(); ++i) {
+    rings[i] = static_cast<std::uint64_t>(Int64At(bytes, i));
+  }
+  return BearingGrid(rings);
 }
 
 void EncodeCells(std::span<const std::uint16_t> cells_cm, Bytes& bytes) {

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -13,6 +14,7 @@
 #include "absl/strings/string_view.h"
 #include "scanloc/core/method.hpp"
 #include "scanloc/core/params.hpp"
+#include "scanloc/core/scan/bearing_grid.hpp"
 #include "scanloc/core/scan/pose.hpp"
 #include "scanloc/core/scan/structure.hpp"
 
@@ -61,6 +63,10 @@ void EncodePosts(std::span<const Post> posts, Bytes& bytes);
 /// Fills posts. False: not a whole number of posts, or more than Structure::kMaxPosts. Does
 /// not check where they lie; scanloc::Validate(Structure) does.
 [[nodiscard]] bool DecodePosts(std::span<const std::byte> bytes, std::vector<Post>& posts);
+
+void EncodeBearings(const BearingGrid& bearings, Bytes& bytes);
+/// None: wrong length.
+[[nodiscard]] std::optional<BearingGrid> DecodeBearings(std::span<const std::byte> bytes);
 
 /// OK, or InvalidArgument: a name is 1 to kMaxNameBytes bytes of UTF-8 without control characters.
 [[nodiscard]] absl::Status CheckName(absl::string_view what, const std::string& name);

@@ -74,7 +74,7 @@ FilePayload::FilePayload(const MapHead& head, ExpectedRows expected,
                          std::shared_ptr<PayloadCache> cache)
     : shapes_(ContextShapes(head.params)),
       has_structures_(head.params.structure.enabled),
-      reach_m_(head.params.automatic.posts.reach_m),
+      params_(head.params),
       expected_(std::move(expected)),
       cache_(std::move(cache)),
       number_(cache_->NewMap()) {}
@@ -100,10 +100,17 @@ absl::StatusOr<std::unique_ptr<FilePayload::Reader>> FilePayload::OpenReader(
   if (!structure.ok()) return structure.status();
   absl::StatusOr<Statement> keys = connection->Prepare(schema::kSelectKeysOfPlace);
   if (!keys.ok()) return keys.status();
+  std::optional<Statement> bearings;
+  if (head.schema_version >= schema::kBearingsVersion) {
+    absl::StatusOr<Statement> prepared = connection->Prepare(schema::kSelectBearingsOfPlace);
+    if (!prepared.ok()) return prepared.status();
+    bearings = *std::move(prepared);
+  }
   return std::make_unique<Reader>(Reader{*std::move(connection),
                                          *std::move(context),
                                          *std::move(structure),
                                          *std::move(keys),
+                                         std::move(bearings),
                                          KeysRowReader(head.params, path),
                                          {},
                                          {}});
@@ -153,8 +160,8 @@ absl::StatusOr<std::shared_ptr<const Payload>> FilePayload::ReadRow(const Payloa
   std::int64_t checksum = 0;
   absl::Status status;
   if (is_structure) {
-    status = ReadStructureRow(statement, place, reach_m_, path_, reader.hasher, payload->structure,
-                              checksum);
+    status = ReadStructureRow(statement, place, params_.automatic.posts.reach_m, path_,
+                              reader.hasher, payload->structure, checksum);
   } else {
     status = ReadContextRow(statement, shapes_[part], place, row_id, path_, reader.hasher,
                             reader.values);
@@ -191,6 +198,7 @@ void FilePayload::EndReading(absl::Status& status, Reader& reader) {
   for (Statement* statement : {&reader.context, &reader.structure, &reader.keys}) {
     statement->Reset();
   }
+  if (reader.bearings.has_value()) reader.bearings->Reset();
   status.Update(reader.connection.Execute(schema::kRollback));
 }
 
@@ -241,6 +249,26 @@ absl::Status FilePayload::Read(std::span<const PayloadId> ids, const SearchContr
   return absl::OkStatus();
 }
 
+absl::Status FilePayload::ScrubBearings(std::int64_t place, const Structure& structure,
+                                        Reader& reader) const {
+  reader.bearings->Reset();
+  reader.bearings->Bind(1, place);
+  const absl::StatusOr<bool> row = reader.bearings->Step();
+  if (!row.ok()) return row.status();
+  const auto damaged = [&](absl::string_view what) {
+    return DamagedError(path_, absl::StrCat("bearings of place ", place, ": ", what));
+  };
+  if (!*row) return damaged("their row is missing");
+  const absl::StatusOr<BearingGrid> bearings =
+      ReadBearingsRow(*reader.bearings, place, path_, reader.hasher);
+  reader.bearings->Reset();
+  if (!bearings.ok()) return bearings.status();
+  if (*bearings != BearingsOf(structure.posts, params_)) {
+    return damaged("they are not those of its structure");
+  }
+  return absl::OkStatus();
+}
+
 absl::Status FilePayload::ScrubPlace(std::int64_t place, Reader& reader) const {
   const auto damaged = [&](absl::string_view what) {
     return DamagedError(path_, absl::StrCat("keys of place ", place, ": ", what));
@@ -271,7 +299,7 @@ absl::Status FilePayload::ScrubPlace(std::int64_t place, Reader& reader) const {
   if (keys.ground != PlaceGround{read.ground(), !read.posts.empty()}) {
     return damaged("their ground is not that of its structure");
   }
-  return absl::OkStatus();
+  return reader.bearings.has_value() ? ScrubBearings(place, read, reader) : absl::OkStatus();
 }
 
 absl::Status FilePayload::ScrubPlaces(std::size_t begin, std::size_t end, Reader& reader) const {

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -54,6 +55,7 @@ class FilePayload : public PayloadReader {
     Statement context;
     Statement structure;
     Statement keys;
+    std::optional<Statement> bearings;  // where the file has them
     KeysRowReader keys_reader;
     Hasher hasher;
     ContextValues values;
@@ -73,6 +75,9 @@ class FilePayload : public PayloadReader {
                                       const std::vector<std::size_t>& missing,
                                       const SearchControl& control, Reader& reader,
                                       std::vector<std::shared_ptr<const Payload>>& payloads) const;
+  /// Compares the bearings of a place with what its structure says.
+  [[nodiscard]] absl::Status ScrubBearings(std::int64_t place, const Structure& structure,
+                                           Reader& reader) const;
   /// Compares the keys of a place with its contexts and structure.
   [[nodiscard]] absl::Status ScrubPlace(std::int64_t place, Reader& reader) const;
   [[nodiscard]] absl::Status ScrubPlaces(std::size_t begin, std::size_t end, Reader& reader) const;
@@ -81,7 +86,7 @@ class FilePayload : public PayloadReader {
 
   const std::vector<ContextShape> shapes_;
   const bool has_structures_;
-  const double reach_m_;
+  const Params params_;
   const ExpectedRows expected_;
   std::string path_;
   const std::shared_ptr<PayloadCache> cache_;

@@ -1,5 +1,6 @@
 #include "key_rows.hpp"
 
+#include <optional>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -89,6 +90,48 @@ absl::Status KeysRowReader::Read(const Statement& statement, std::int64_t place,
   if (absl::Status status = Validate(ground); !status.ok()) return damaged(status.message());
   keys.ground = {ground.ground(), row.num_posts > 0};
   return absl::OkStatus();
+}
+
+absl::StatusOr<BearingGrid> ReadBearingsRow(const Statement& statement, std::int64_t place,
+                                            const std::string& path, Hasher& scratch) {
+  const auto damaged = [&](absl::string_view what) {
+    return DamagedError(path, absl::StrCat("bearings of place ", place, ": ", what));
+  };
+  const BearingsRow row{statement.Int(0), statement.Blob(2), statement.Int(1)};
+  if (BearingsChecksum(row, scratch) != row.checksum) {
+    return damaged("their checksum does not match");
+  }
+  if (row.place != place) return damaged(absl::StrCat("their row is that of place ", row.place));
+  const std::optional<BearingGrid> bearings = DecodeBearings(row.rings);
+  if (!bearings) return damaged(absl::StrCat("they have ", row.rings.size(), " bytes"));
+  return *bearings;
+}
+
+absl::StatusOr<BearingsCursor> BearingsCursor::Open(Connection& connection, const MapHead& head) {
+  if (head.schema_version < schema::kBearingsVersion) {
+    absl::StatusOr<StructureCursor> structures = StructureCursor::Open(connection, head);
+    if (!structures.ok()) return structures.status();
+    return BearingsCursor(*std::move(structures), head, connection.path());
+  }
+  absl::StatusOr<Statement> statement = connection.Prepare(schema::kSelectBearings);
+  if (!statement.ok()) return statement.status();
+  return BearingsCursor(*std::move(statement), head, connection.path());
+}
+
+absl::StatusOr<bool> BearingsCursor::Step() {
+  absl::StatusOr<bool> row = std::visit([](auto& rows) { return rows.Step(); }, rows_);
+  if (row.ok() && *row) ++next_place_;
+  return row;
+}
+
+absl::StatusOr<BearingGrid> BearingsCursor::Read() {
+  if (const auto* statement = std::get_if<Statement>(&rows_)) {
+    return ReadBearingsRow(*statement, next_place_ - 1, path_, hasher_);
+  }
+  std::int64_t checksum = 0;
+  absl::Status status = std::get<StructureCursor>(rows_).Read(structure_, checksum);
+  if (!status.ok()) return status;
+  return BearingsOf(structure_.posts, head_->params);
 }
 
 }  // namespace scanloc::mapdb

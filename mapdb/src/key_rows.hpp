@@ -4,6 +4,7 @@
 #include <span>
 #include <string>
 #include <utility>
+#include <variant>
 #include <vector>
 
 #include "absl/status/status.h"
@@ -14,8 +15,8 @@
 #include "scanloc/core/map/map.hpp"
 #include "sqlite.hpp"
 
-/// The table `keys` of a map file: what is needed to find candidates, so that a map can be opened
-/// without its contexts and structures being read.
+/// The tables `keys` and `bearings` of a map file: what is needed to find candidates, so that a map
+/// can be opened without its contexts and structures being read.
 namespace scanloc::mapdb {
 
 /// One row, decoded.
@@ -78,6 +79,36 @@ class KeysCursor {
   Statement statement_;
   KeysRowReader reader_;
   std::int64_t next_place_ = 0;
+};
+
+/// Decodes the row of kSelectBearings or kSelectBearingsOfPlace that a statement is at, which must
+/// be that of a place; checks its checksum.
+[[nodiscard]] absl::StatusOr<BearingGrid> ReadBearingsRow(const Statement& statement,
+                                                          std::int64_t place,
+                                                          const std::string& path, Hasher& scratch);
+
+/// The bearings of a map with structures in order: the rows of `bearings`, or of a file of an older
+/// schema what its structures say, which takes long where they are many.
+class BearingsCursor {
+ public:
+  [[nodiscard]] static absl::StatusOr<BearingsCursor> Open(Connection& connection,
+                                                           const MapHead& head);
+
+  /// False after the last row, as PlaceCursor.
+  [[nodiscard]] absl::StatusOr<bool> Step();
+  [[nodiscard]] absl::StatusOr<BearingGrid> Read();
+
+ private:
+  BearingsCursor(std::variant<Statement, StructureCursor> rows, const MapHead& head,
+                 std::string path)
+      : rows_(std::move(rows)), head_(&head), path_(std::move(path)) {}
+
+  std::variant<Statement, StructureCursor> rows_;
+  const MapHead* head_;
+  std::string path_;
+  std::int64_t next_place_ = 0;
+  Structure structure_;
+  Hasher hasher_;
 };
 
 }  // namespace scanloc::mapdb

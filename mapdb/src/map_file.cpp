@@ -1,6 +1,7 @@
 #include "scanloc/mapdb/map_file.hpp"
 
 #include <algorithm>
+#include <optional>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -63,6 +64,7 @@ void AppendContext(std::int32_t place, const ContextShape& shape, const ContextV
 void ReserveFor(std::size_t num_places, bool with_contexts, Map& map) {
   map.places.reserve(num_places);
   if (map.params.structure.enabled) map.grounds.reserve(num_places);
+  if (map.params.structure.enabled) map.bearings.reserve(num_places);
   if (map.params.structure.enabled && with_contexts) map.structures.reserve(num_places);
   if (map.params.polar.enabled) {
     map.polar.Reserve(num_places * (1 + map.params.polar.root_shifts_m.size()), false,
@@ -94,14 +96,19 @@ absl::Status AddCalibration(OpenMapFile& file, Map& map) {
   return absl::OkStatus();
 }
 
-// Reads the keys of place after place beside the rows of `places`.
+// Reads the keys and bearings of place after place beside the rows of `places`.
 class KeysLoader {
  public:
-  KeysLoader(KeysCursor cursor, const Params& params, std::string path, Map& map)
-      : cursor_(std::move(cursor)),
-        shapes_(ContextShapes(params)),
-        path_(std::move(path)),
-        map_(map) {}
+  static absl::StatusOr<KeysLoader> Open(Connection& connection, const MapHead& head, Map& map) {
+    absl::StatusOr<KeysCursor> keys = KeysCursor::Open(connection, head);
+    if (!keys.ok()) return keys.status();
+    KeysLoader loader(*std::move(keys), connection.path(), map);
+    if (!map.params.structure.enabled) return loader;
+    absl::StatusOr<BearingsCursor> bearings = BearingsCursor::Open(connection, head);
+    if (!bearings.ok()) return bearings.status();
+    loader.bearings_ = *std::move(bearings);
+    return loader;
+  }
 
   absl::Status Add(const PlaceRow& row) {
     const absl::StatusOr<bool> has_row = cursor_.Step();
@@ -121,19 +128,40 @@ class KeysLoader {
           .AppendKey(EntryOf(static_cast<std::int32_t>(row.id), shapes_[i]), keys_.retrieval_cm[i]);
       AppendFlip(shapes_[i].kind, map_);
     }
-    if (map_.params.structure.enabled) map_.grounds.push_back(keys_.ground);
-    return absl::OkStatus();
+    if (!bearings_.has_value()) return absl::OkStatus();
+    map_.grounds.push_back(keys_.ground);
+    return AddBearings();
   }
 
   absl::StatusOr<ExpectedRows> Finish() {
     const absl::StatusOr<bool> has_row = cursor_.Step();
     if (!has_row.ok()) return has_row.status();
     if (*has_row) return DamagedError(path_, "it has more keys than its places need");
+    if (!bearings_.has_value()) return std::move(expected_);
+    const absl::StatusOr<bool> has_bearings = bearings_->Step();
+    if (!has_bearings.ok()) return has_bearings.status();
+    if (*has_bearings) return DamagedError(path_, "it has more bearings than its places need");
     return std::move(expected_);
   }
 
  private:
+  KeysLoader(KeysCursor cursor, std::string path, Map& map)
+      : cursor_(std::move(cursor)),
+        shapes_(ContextShapes(map.params)),
+        path_(std::move(path)),
+        map_(map) {}
+
+  absl::Status AddBearings() {
+    const absl::StatusOr<bool> has_row = bearings_->Step();
+    if (!has_row.ok()) return has_row.status();
+    if (!*has_row) return DamagedError(path_, "bearings are missing at its end");
+    const absl::StatusOr<BearingGrid> bearings = bearings_->Read();
+    if (bearings.ok()) map_.bearings.push_back(*bearings);
+    return bearings.status();
+  }
+
   KeysCursor cursor_;
+  std::optional<BearingsCursor> bearings_;  // where the map has structures
   std::vector<ContextShape> shapes_;
   std::string path_;
   Map& map_;
@@ -190,15 +218,14 @@ absl::StatusOr<Map> OpenMap(const std::string& path, const OpenOptions& options)
     return LoadMap(path);
   }
   Map map = StartMap(file->head, false);
-  absl::StatusOr<KeysCursor> cursor = KeysCursor::Open(file->connection, file->head);
-  if (!cursor.ok()) return cursor.status();
-  KeysLoader keys(*std::move(cursor), file->head.params, path, map);
+  absl::StatusOr<KeysLoader> keys = KeysLoader::Open(file->connection, file->head, map);
+  if (!keys.ok()) return keys.status();
   absl::Status status = VisitPlacesOf(*file, [&](const PlaceRow& row) {
     map.places.push_back(PlaceOf(row));
-    return keys.Add(row);
+    return keys->Add(row);
   });
   if (!status.ok()) return status;
-  absl::StatusOr<ExpectedRows> expected = keys.Finish();
+  absl::StatusOr<ExpectedRows> expected = keys->Finish();
   if (!expected.ok()) return expected.status();
   if (status = AddCalibration(*file, map); !status.ok()) return status;
   absl::StatusOr<std::shared_ptr<const FilePayload>> payload =

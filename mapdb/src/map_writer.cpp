@@ -17,6 +17,14 @@ constexpr char kBuiltBy[] = "scanloc " SCANLOC_VERSION;
 // Another writer holds its lock to its end, so waiting for it is in vain; a reader soon lets go.
 constexpr int kOtherWriterTimeout_ms = 200;
 
+/// Runs a statement with these values for its parameters, in their order.
+template <typename... Values>
+absl::Status RunWith(Statement& statement, const Values&... values) {
+  int parameter = 0;
+  (statement.Bind(++parameter, values), ...);
+  return statement.Run();
+}
+
 }  // namespace
 
 absl::StatusOr<MapWriter> MapWriter::Open(const std::string& path) {
@@ -84,10 +92,8 @@ absl::Status MapWriter::InsertPairs(const char* sql, const ParamTexts& pairs,
   absl::StatusOr<Statement> insert = connection_.Prepare(sql);
   if (!insert.ok()) return insert.status();
   for (const auto& [key, value] : pairs) {
-    insert->Bind(1, key);
-    insert->Bind(2, value);
-    insert->Bind(3, checksum(key, value));
-    if (absl::Status status = insert->Run(); !status.ok()) return status;
+    absl::Status status = RunWith(*insert, key, value, checksum(key, value));
+    if (!status.ok()) return status;
   }
   return absl::OkStatus();
 }
@@ -126,22 +132,26 @@ absl::Status MapWriter::Initialize(const Params& params) {
 absl::Status MapWriter::PrepareInserts() {
   shapes_ = ContextShapes(head_.params);
   contexts_.resize(shapes_.size());
-  absl::StatusOr<Statement> place = connection_.Prepare(schema::kInsertPlace);
-  if (!place.ok()) return place.status();
-  absl::StatusOr<Statement> context = connection_.Prepare(schema::kInsertContext);
-  if (!context.ok()) return context.status();
-  insert_place_ = *std::move(place);
-  insert_context_ = *std::move(context);
-  if (head_.params.structure.enabled) {
-    absl::StatusOr<Statement> structure = connection_.Prepare(
-        head_.schema_version < 3 ? schema::kInsertStructure2 : schema::kInsertStructure);
-    if (!structure.ok()) return structure.status();
-    insert_structure_ = *std::move(structure);
-  }
-  if (head_.schema_version >= schema::kKeysVersion) {
-    absl::StatusOr<Statement> keys = connection_.Prepare(schema::kInsertKeys);
-    if (!keys.ok()) return keys.status();
-    insert_keys_ = *std::move(keys);
+  const int version = head_.schema_version;
+  const bool has_structures = head_.params.structure.enabled;
+  const struct {
+    std::optional<Statement>& insert;
+    const char* sql;
+    bool has_table = true;
+  } inserts[] = {
+      {insert_place_, schema::kInsertPlace},
+      {insert_context_, schema::kInsertContext},
+      {insert_structure_, version < 3 ? schema::kInsertStructure2 : schema::kInsertStructure,
+       has_structures},
+      {insert_keys_, schema::kInsertKeys, version >= schema::kKeysVersion},
+      {insert_bearings_, schema::kInsertBearings,
+       has_structures && version >= schema::kBearingsVersion},
+  };
+  for (const auto& [insert, sql, has_table] : inserts) {
+    if (!has_table) continue;
+    absl::StatusOr<Statement> prepared = connection_.Prepare(sql);
+    if (!prepared.ok()) return prepared.status();
+    insert = *std::move(prepared);
   }
   return absl::OkStatus();
 }
@@ -161,15 +171,9 @@ absl::Status MapWriter::StartSession(const SessionPlan& plan) {
   row.num_scans = static_cast<std::int64_t>(plan.scans.size());
   absl::StatusOr<Statement> insert = connection_.Prepare(schema::kInsertSession);
   if (!insert.ok()) return insert.status();
-  insert->Bind(1, id);
-  insert->Bind(2, row.name);
-  insert->Bind(3, row.plan_hash);
-  insert->Bind(4, row.num_scans);
-  insert->Bind(5, row.num_places);
-  insert->Bind(6, row.num_empty);
-  insert->Bind(7, row.num_unreadable);
-  insert->Bind(8, SessionChecksum(id, row));
-  if (absl::Status status = insert->Run(); !status.ok()) return status;
+  absl::Status status = RunWith(*insert, id, row.name, row.plan_hash, row.num_scans, row.num_places,
+                                row.num_empty, row.num_unreadable, SessionChecksum(id, row));
+  if (!status.ok()) return status;
   head_.sessions.push_back(std::move(row));
   content_->AddSessionsBefore(head_.sessions.size(), head_.sessions);
   has_changes_ = true;
@@ -209,6 +213,7 @@ void MapWriter::EncodeDescriptor(const PlaceDescriptor& descriptor, PlaceRow& pl
 
 void MapWriter::EncodeStructure(const Structure& structure, std::int64_t place) {
   EncodePosts(structure.posts, posts_);
+  EncodeBearings(BearingsOf(structure.posts, head_.params), rings_);
   // SQLite keeps no sign of a zero; adding 0 takes it off.
   structure_ = {
       place, structure.roll_rad + 0.0, structure.pitch_rad + 0.0, structure.height_m + 0.0, posts_,
@@ -217,48 +222,28 @@ void MapWriter::EncodeStructure(const Structure& structure, std::int64_t place) 
 }
 
 absl::Status MapWriter::InsertPlace(const PlaceRow& place) {
-  insert_place_->Bind(1, place.id);
-  insert_place_->Bind(2, place.session);
-  insert_place_->Bind(3, place.stamp_ns);
-  insert_place_->Bind(4, std::span(place.pose));
-  insert_place_->Bind(5, place.scan);
-  insert_place_->Bind(6, place.num_voxels);
-  insert_place_->Bind(7, place.checksum);
-  return insert_place_->Run();
+  return RunWith(*insert_place_, place.id, place.session, place.stamp_ns, std::span(place.pose),
+                 place.scan, place.num_voxels, place.checksum);
 }
 
 absl::Status MapWriter::InsertContext(const ContextRow& context) {
-  insert_context_->Bind(1, context.id);
-  insert_context_->Bind(2, context.place);
-  insert_context_->Bind(3, context.kind);
-  insert_context_->Bind(4, context.variant);
-  insert_context_->Bind(5, context.checksum);
-  insert_context_->Bind(6, context.retrieval_key);
-  insert_context_->Bind(7, context.aligning_key);
-  insert_context_->Bind(8, context.cells);
-  return insert_context_->Run();
+  return RunWith(*insert_context_, context.id, context.place, context.kind, context.variant,
+                 context.checksum, context.retrieval_key, context.aligning_key, context.cells);
 }
 
 absl::Status MapWriter::InsertStructure() {
-  insert_structure_->Bind(1, structure_.place);
-  insert_structure_->Bind(2, structure_.roll_rad);
-  insert_structure_->Bind(3, structure_.pitch_rad);
-  insert_structure_->Bind(4, structure_.height_m);
-  insert_structure_->Bind(5, structure_.checksum);
-  insert_structure_->Bind(6, structure_.posts);
-  return insert_structure_->Run();
+  return RunWith(*insert_structure_, structure_.place, structure_.roll_rad, structure_.pitch_rad,
+                 structure_.height_m, structure_.checksum, structure_.posts);
 }
 
 absl::Status MapWriter::InsertKeys(const KeysRow& row) {
-  insert_keys_->Bind(1, row.place);
-  insert_keys_->Bind(2, row.roll_rad);
-  insert_keys_->Bind(3, row.pitch_rad);
-  insert_keys_->Bind(4, row.height_m);
-  insert_keys_->Bind(5, row.num_posts);
-  insert_keys_->Bind(6, row.checksum);
-  insert_keys_->Bind(7, row.retrieval_keys);
-  insert_keys_->Bind(8, row.checksums);
-  return insert_keys_->Run();
+  return RunWith(*insert_keys_, row.place, row.roll_rad, row.pitch_rad, row.height_m, row.num_posts,
+                 row.checksum, row.retrieval_keys, row.checksums);
+}
+
+absl::Status MapWriter::InsertBearings() {
+  const BearingsRow row{.place = structure_.place, .rings = rings_};
+  return RunWith(*insert_bearings_, row.place, BearingsChecksum(row, context_hasher_), row.rings);
 }
 
 absl::Status MapWriter::AddPlace(const PlannedScan& scan, const PlaceDescriptor& descriptor) {
@@ -285,6 +270,9 @@ absl::Status MapWriter::AddPlace(const PlannedScan& scan, const PlaceDescriptor&
   if (insert_keys_.has_value()) {
     if (absl::Status status = InsertKeys(keys_.Finish()); !status.ok()) return status;
   }
+  if (insert_bearings_.has_value()) {
+    if (absl::Status status = InsertBearings(); !status.ok()) return status;
+  }
   content_->AddPlace(place);
   ++num_places_;
   ++head_.sessions.back().num_places;
@@ -303,20 +291,15 @@ absl::Status MapWriter::WriteCountsAndContentId() {
   const SessionRow& session = head_.sessions.back();
   absl::StatusOr<Statement> update = connection_.Prepare(schema::kUpdateSession);
   if (!update.ok()) return update.status();
-  update->Bind(1, id);
-  update->Bind(2, session.num_places);
-  update->Bind(3, session.num_empty);
-  update->Bind(4, session.num_unreadable);
-  update->Bind(5, SessionChecksum(id, session));
-  if (absl::Status status = update->Run(); !status.ok()) return status;
+  absl::Status status = RunWith(*update, id, session.num_places, session.num_empty,
+                                session.num_unreadable, SessionChecksum(id, session));
+  if (!status.ok()) return status;
 
   head_.content_id = content_->ContentId();
   absl::StatusOr<Statement> update_meta = connection_.Prepare(schema::kUpdateMeta);
   if (!update_meta.ok()) return update_meta.status();
-  update_meta->Bind(1, std::string_view(schema::kContentIdKey));
-  update_meta->Bind(2, head_.content_id);
-  update_meta->Bind(3, MetaChecksum(schema::kContentIdKey, head_.content_id));
-  return update_meta->Run();
+  return RunWith(*update_meta, std::string_view(schema::kContentIdKey), head_.content_id,
+                 MetaChecksum(schema::kContentIdKey, head_.content_id));
 }
 
 // The lock of a writer is held already: only readers can be in the way.

@@ -78,6 +78,7 @@ class MapWriter {
   absl::Status InsertContext(const ContextRow& context);
   absl::Status InsertStructure();
   absl::Status InsertKeys(const KeysRow& row);
+  absl::Status InsertBearings();
   absl::Status WriteCountsAndContentId();
 
   Connection connection_;
@@ -86,11 +87,13 @@ class MapWriter {
   std::vector<EncodedContext> contexts_;  // of the place being added, one per shape
   Bytes posts_;                           // of the place being added
   StructureRow structure_;
+  Bytes rings_;  // of the place being added
   std::optional<ContentHasher> content_;
   std::optional<Statement> insert_place_;
   std::optional<Statement> insert_context_;
   std::optional<Statement> insert_structure_;  // where the map has structures
   std::optional<Statement> insert_keys_;       // where the schema has the table
+  std::optional<Statement> insert_bearings_;   // likewise, and the map structures
   KeysRowMaker keys_;                          // of the place being added
   std::int64_t num_places_ = 0;
   std::optional<std::int64_t> data_version_;  // of the last own commit

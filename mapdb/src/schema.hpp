@@ -7,7 +7,7 @@
 namespace scanloc::mapdb::schema {
 
 inline constexpr std::uint32_t kApplicationId = 0x534C4F43;  // "SLOC"; persisted, never change
-inline constexpr int kVersion = 5;                           ///< of the files that this code writes
+inline constexpr int kVersion = 6;                           ///< of the files that this code writes
 inline constexpr int kCompatibleVersion = 3;  ///< oldest version whose readers can read these files
 
 struct Table {
@@ -24,7 +24,7 @@ struct Table {
 inline constexpr const char* kMetaTable = "meta";  ///< the same in all versions
 
 /// The checksum in a row covers all other columns of the row.
-inline constexpr std::array<Table, 10> kTables = {{
+inline constexpr std::array<Table, 11> kTables = {{
     {kMetaTable,
      "CREATE TABLE meta (key TEXT NOT NULL PRIMARY KEY, value TEXT NOT NULL,"
      " checksum INTEGER NOT NULL) STRICT, WITHOUT ROWID",
@@ -78,9 +78,14 @@ inline constexpr std::array<Table, 10> kTables = {{
      " num_posts INTEGER NOT NULL, checksum INTEGER NOT NULL, retrieval_keys BLOB NOT NULL,"
      " checksums BLOB NOT NULL) STRICT",
      5},
+    {"bearings",
+     "CREATE TABLE bearings (place INTEGER NOT NULL PRIMARY KEY REFERENCES places (id),"
+     " checksum INTEGER NOT NULL, rings BLOB NOT NULL) STRICT",
+     6},
 }};
 
-inline constexpr int kKeysVersion = 5;  ///< the first whose files have the table `keys`
+inline constexpr int kKeysVersion = 5;      ///< the first whose files have the table `keys`
+inline constexpr int kBearingsVersion = 6;  ///< the first whose files have the table `bearings`
 
 // Keys of meta.
 inline constexpr const char* kVersionKey = "version";
@@ -142,6 +147,10 @@ inline constexpr const char* kSelectKeys =
 inline constexpr const char* kSelectKeysOfPlace =
     "SELECT place, roll_rad, pitch_rad, height_m, num_posts, checksum, retrieval_keys, checksums"
     " FROM keys WHERE place = ?1";
+inline constexpr const char* kSelectBearings =
+    "SELECT place, checksum, rings FROM bearings ORDER BY place";
+inline constexpr const char* kSelectBearingsOfPlace =
+    "SELECT place, checksum, rings FROM bearings WHERE place = ?1";
 inline constexpr const char* kSelectCalibration =
     "SELECT id, content_id, bias, score_weight, margin_weight, num_trials, num_confusable, checksum"
     " FROM calibration ORDER BY id";
@@ -170,6 +179,8 @@ inline constexpr const char* kInsertStructure =
 inline constexpr const char* kInsertKeys =
     "INSERT INTO keys (place, roll_rad, pitch_rad, height_m, num_posts, checksum, retrieval_keys,"
     " checksums) VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8)";
+inline constexpr const char* kInsertBearings =
+    "INSERT INTO bearings (place, checksum, rings) VALUES (?1, ?2, ?3)";
 inline constexpr const char* kDeleteCalibration = "DELETE FROM calibration";
 inline constexpr const char* kDeleteConfusable = "DELETE FROM confusable";
 inline constexpr const char* kInsertCalibration =

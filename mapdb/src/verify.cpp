@@ -71,7 +71,8 @@ bool KeysMatchCells(const ContextShape& shape, ContextValues& values) {
 // What other rows say of a row again.
 struct RowSums {
   std::int64_t checksum = 0;
-  std::int64_t keys_hash = 0;  // of a context's retrieval key, of a structure's ground
+  std::int64_t keys_hash = 0;      // of a context's retrieval key, of a structure's ground
+  std::int64_t bearings_hash = 0;  // of a structure
 };
 
 std::int64_t HashOf(const std::vector<std::int32_t>& key_cm) {
@@ -88,6 +89,12 @@ std::int64_t HashOf(const PlaceGround& place) {
       .Add(double{ground.height_m})
       .Add(std::int64_t{place.has_posts})
       .Digest64();
+}
+
+std::int64_t HashOf(const BearingGrid& bearings) {
+  Hasher hasher;
+  for (const std::uint64_t ring : bearings.rings()) hasher.Add(static_cast<std::int64_t>(ring));
+  return hasher.Digest64();
 }
 
 // Gives the sums of all contexts in order, for the checksums of the places and the keys.
@@ -118,6 +125,7 @@ std::vector<RowSums> CheckStructures(Connection& connection, const MapHead& head
     RowSums& sums = checksums.emplace_back();
     problems.Add(structures->Read(structure, sums.checksum));
     sums.keys_hash = HashOf(PlaceGround{structure.ground(), !structure.posts.empty()});
+    sums.bearings_hash = HashOf(BearingsOf(structure.posts, head.params));
   }
   return checksums;
 }
@@ -200,6 +208,23 @@ void CheckKeys(Connection& connection, const MapHead& head, const std::vector<Ro
   CheckCount("keys", num_rows, static_cast<std::size_t>(head.num_places()), 1, problems);
 }
 
+void CheckBearings(Connection& connection, const MapHead& head,
+                   const std::vector<RowSums>& structures, Problems& problems) {
+  absl::StatusOr<BearingsCursor> cursor = BearingsCursor::Open(connection, head);
+  if (!problems.Add(cursor.status())) return;
+  std::size_t num_rows = 0;
+  for (; Next(*cursor, problems); ++num_rows) {
+    const absl::StatusOr<BearingGrid> bearings = cursor->Read();
+    if (!problems.Add(bearings.status())) continue;
+    if (num_rows >= structures.size() || structures[num_rows].bearings_hash != HashOf(*bearings)) {
+      problems.Add(
+          absl::StrCat("bearings of place ", num_rows, ": they are not those of its structure"));
+    }
+  }
+  CheckCount("bearings", num_rows, static_cast<std::size_t>(head.num_places()),
+             head.params.structure.enabled ? 1 : 0, problems);
+}
+
 void CheckRows(Connection& connection, const MapHead& head, Problems& problems) {
   const std::vector<RowSums> contexts = CheckContexts(connection, head.params, problems);
   std::vector<RowSums> structures;
@@ -207,6 +232,9 @@ void CheckRows(Connection& connection, const MapHead& head, Problems& problems) 
   CheckPlaces(connection, head, contexts, structures, problems);
   if (head.schema_version >= schema::kKeysVersion) {
     CheckKeys(connection, head, contexts, structures, problems);
+  }
+  if (head.schema_version >= schema::kBearingsVersion) {
+    CheckBearings(connection, head, structures, problems);
   }
   problems.Add(ReadCalibration(connection, head).status());
 }

@@ -117,8 +117,8 @@ TEST(VisitFields, NamesEveryFieldOnce) {
     names.insert(name);
     ++count;
   });
-  EXPECT_EQ(count, 22 + 81);
-  EXPECT_EQ(names.size(), 22U + 81U);
+  EXPECT_EQ(count, 22 + 87);
+  EXPECT_EQ(names.size(), 22U + 87U);
 }
 
 TEST(Method, NamesAreReadBack) {

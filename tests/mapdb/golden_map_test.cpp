@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
+#include <vector>
 
 #include "scanloc/mapdb/map_file.hpp"
 #include "support/map_equality.hpp"
@@ -29,11 +30,10 @@ struct Golden {
   }
 };
 
-constexpr Golden kGoldens[] = {{1, "cfb06ece459fc7898dd2e31ec0f8b41b"},
-                               {2, "fdba44550c143156202ea809d68c04e8"},
-                               {3, "c1e3c145e98f1c3f29e929981272aaea"},
-                               {4, "94d186b8448cc438c3e5d4e73314e275", 3},
-                               {5, "94d186b8448cc438c3e5d4e73314e275", 3}};
+constexpr Golden kGoldens[] = {
+    {1, "cfb06ece459fc7898dd2e31ec0f8b41b"},    {2, "fdba44550c143156202ea809d68c04e8"},
+    {3, "c1e3c145e98f1c3f29e929981272aaea"},    {4, "94d186b8448cc438c3e5d4e73314e275", 3},
+    {5, "94d186b8448cc438c3e5d4e73314e275", 3}, {6, "b29f9a8af2426d636b7ba0d4be6cd7ac", 3}};
 
 class GoldenMap : public testing::TestWithParam<Golden> {};
 
@@ -76,6 +76,17 @@ TEST_P(GoldenMap, LoadsWithTheContentItWasMadeOf) {
                      {evening.scans[0].T_map_place, evening.scans[0].stamp_ns, 1}};
   for (int i = 0; i < 3; ++i) expected.AppendDescriptor(i, GetParam().DescriptorOf(i));
   EXPECT_TRUE(test::SameMap(*map, expected));
+}
+
+TEST_P(GoldenMap, OpensWithTheBearingsOfItsPosts) {
+  const auto map = OpenMap(GetParam().Path());
+  ASSERT_TRUE(map.ok()) << map.status();
+  EXPECT_EQ(map->payload != nullptr, GetParam().version >= 5);
+  std::vector<BearingGrid> expected;
+  for (int i = 0; i < 3 && map->params.structure.enabled; ++i) {
+    expected.push_back(BearingsOf(GetParam().DescriptorOf(i).structure.posts, map->params));
+  }
+  EXPECT_EQ(map->bearings, expected);
 }
 
 TEST_P(GoldenMap, IsResumed) {

@@ -141,12 +141,15 @@ TEST_F(MapDamage, ExchangedPagesAreNoticed) {
     for (std::size_t b = a + 1; b < num_pages; ++b) {
       Put(a * kPageBytes, bytes_.substr(b * kPageBytes, kPageBytes));
       Put(b * kPageBytes, bytes_.substr(a * kPageBytes, kPageBytes));
+      const int num_loaded = num_loaded_;
       CheckAnswers("pages " + std::to_string(a) + " and " + std::to_string(b));
+      // Loading passes over keys and bearings.
+      EXPECT_TRUE(num_loaded_ == num_loaded || !Verify(path_)->empty()) << a << " and " << b;
       Restore();
       if (HasFatalFailure()) return;
     }
   }
-  EXPECT_EQ(num_loaded_, 0);
+  EXPECT_LE(num_loaded_, 1);
 }
 
 TEST_F(MapDamage, IsFoundByVerifyWhereverLoadingFinds) {

@@ -5,8 +5,10 @@
 #include <filesystem>
 #include <thread>
 
+#include "absl/strings/escaping.h"
 #include "absl/strings/str_cat.h"
 #include "checksum.hpp"
+#include "encoding.hpp"
 #include "scanloc/core/localizer.hpp"
 #include "scanloc/mapdb/map_file.hpp"
 #include "support/same_answer.hpp"
@@ -170,6 +172,8 @@ TEST_F(OpenMapTest, TellsDamageWhenItIsReadAndWhenItIsScrubbed) {
            {"DELETE FROM contexts WHERE place = 5", "missing"},
            {"UPDATE keys SET num_posts = 0 WHERE place = 5", "checksum", true},
            {"DELETE FROM keys WHERE place = 5", "keys", true},
+           {"UPDATE bearings SET rings = zeroblob(120) WHERE place = 5", "checksum", true},
+           {"DELETE FROM bearings WHERE place = 5", "bearings of place 5", true},
        }) {
     dir_.Write("a.scanloc", good);
     const auto opened = LocalizerOf(OpenMap(path_));
@@ -223,6 +227,42 @@ TEST_F(OpenMapTest, ScrubComparesKeysWithContexts) {
   const absl::Status scrubbed = opened->payload->Scrub([](std::size_t) { return true; });
   EXPECT_THAT(std::string(scrubbed.message()), HasSubstr("keys of place 5"));
   EXPECT_THAT(*Verify(path_), testing::ElementsAre(HasSubstr("keys of place 5")));
+}
+
+/// Gives place 5 of a map these rings, with the right checksum.
+void WriteRings(const std::string& path, const Bytes& rings) {
+  const absl::string_view text(reinterpret_cast<const char*>(rings.data()), rings.size());
+  Hasher hasher;
+  test::Sql(path, absl::StrCat("UPDATE bearings SET rings = X'", absl::BytesToHexString(text),
+                               "', checksum = ", BearingsChecksum({5, rings}, hasher),
+                               " WHERE place = 5"));
+}
+
+TEST_F(OpenMapTest, ScrubComparesBearingsWithStructures) {
+  Bytes rings;
+  EncodeBearings(LoadMap(path_)->bearings[6], rings);
+  WriteRings(path_, rings);
+  const auto opened = OpenMap(path_);
+  ASSERT_TRUE(opened.ok()) << opened.status();
+  const absl::Status scrubbed = opened->payload->Scrub([](std::size_t) { return true; });
+  EXPECT_THAT(std::string(scrubbed.message()), HasSubstr("bearings of place 5"));
+  EXPECT_THAT(*Verify(path_), testing::ElementsAre(HasSubstr("bearings of place 5")));
+}
+
+TEST_F(OpenMapTest, RefusesBearingsThatAreNone) {
+  for (const std::size_t size : {0U, 8U, 119U, 121U, 128U}) {
+    WriteRings(path_, Bytes(size));
+    const absl::Status status = OpenMap(path_).status();
+    EXPECT_EQ(status.code(), absl::StatusCode::kDataLoss) << size;
+    EXPECT_THAT(std::string(status.message()), HasSubstr("bearings of place 5")) << size;
+    EXPECT_FALSE(Verify(path_)->empty()) << size;
+  }
+}
+
+TEST_F(OpenMapTest, RefusesMoreBearingsThanPlaces) {
+  test::Sql(path_, "INSERT INTO bearings SELECT 24, checksum, rings FROM bearings WHERE place = 5");
+  EXPECT_EQ(OpenMap(path_).status().code(), absl::StatusCode::kDataLoss);
+  EXPECT_FALSE(Verify(path_)->empty());
 }
 
 TEST_F(OpenMapTest, ScrubTellsHowFarItIsAndCanBeStopped) {

@@ -48,13 +48,24 @@ inline Params GoldenParams(int version) {
   });
   params.automatic.posts.reach_m = 61.25;
   params.automatic.ground.reach_m = 20.5;
-  if (version > 3) return params;
-  // What version 4 brought.
-  const VerificationParams usual = AutoParamsAtScale(params.automatic.scale).verify;
-  params.automatic.verify.hopeless_by = usual.hopeless_by;
-  params.automatic.verify.met_m = usual.met_m;
-  params.automatic.verify.met_rad = usual.met_rad;
-  params.automatic.verify.fine.num_posts = usual.fine.num_posts;
+  // What later versions brought.
+  const AutoParams usual = AutoParamsAtScale(params.automatic.scale);
+  if (version < 6) {
+    ShortlistParams& shortlist = params.automatic.shortlist;
+    shortlist.found_share = usual.shortlist.found_share;
+    shortlist.max_found = usual.shortlist.max_found;
+    shortlist.agreement_per_octave = usual.shortlist.agreement_per_octave;
+    shortlist.apart_m = usual.shortlist.apart_m;
+    params.automatic.rivals.along_m = usual.rivals.along_m;
+    params.automatic.rivals.along_step_m = usual.rivals.along_step_m;
+  }
+  if (version < 4) {
+    VerificationParams& verify = params.automatic.verify;
+    verify.hopeless_by = usual.verify.hopeless_by;
+    verify.met_m = usual.verify.met_m;
+    verify.met_rad = usual.verify.met_rad;
+    verify.fine.num_posts = usual.verify.fine.num_posts;
+  }
   return params;
 }
 
@@ -81,7 +92,7 @@ inline PlaceDescriptor GoldenDescriptor(int seed) {
 /// Makes a map of two sessions: `morning` of 3 scans, the second one empty, and an unfinished
 /// `evening` of which 1 of 2 scans is done. Gives its content id.
 inline absl::Status MakeGoldenMap(const std::string& path) {
-  auto morning = mapdb::MapBuilder::Create(path, GoldenParams(4), GoldenPlan("morning", 3));
+  auto morning = mapdb::MapBuilder::Create(path, GoldenParams(6), GoldenPlan("morning", 3));
   if (!morning.ok()) return morning.status();
   if (absl::Status status = morning->Add(GoldenDescriptor(0)); !status.ok()) return status;
   if (absl::Status status = morning->Skip(mapdb::SkipReason::kEmpty); !status.ok()) return status;

@@ -42,6 +42,7 @@ inline testing::AssertionResult SameMap(const Map& a, const Map& b) {
     return testing::AssertionFailure() << "places differ";
   }
   if (a.structures != b.structures) return testing::AssertionFailure() << "structures differ";
+  if (a.bearings != b.bearings) return testing::AssertionFailure() << "bearings differ";
   if (a.calibration != b.calibration || a.confusable != b.confusable) {
     return testing::AssertionFailure() << "calibrations differ";
   }

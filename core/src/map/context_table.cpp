@@ -141,8 +141,13 @@ Map MakeEmptyMap(const Params& params) {
   return map;
 }
 
+BearingGrid BearingsOf(std::span<const Post> posts, const Params& params) {
+  return BearingGrid(posts, params.automatic.shortlist.bearing_ring_m).Widened();
+}
+
 void Map::AppendStructure(Structure structure) {
   grounds.push_back({structure.ground(), !structure.posts.empty()});
+  bearings.push_back(BearingsOf(structure.posts, params));
   structures.push_back(std::move(structure));
 }
 

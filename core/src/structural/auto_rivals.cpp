@@ -65,10 +65,31 @@ std::vector<double> AutoSearch::Levels() const {
   return levels_m;
 }
 
+std::vector<Hypothesis> AutoSearch::HypothesesAlong(const Structure& query, const Pose& T_map_query,
+                                                    std::int32_t place,
+                                                    const SearchControl& control) const {
+  const RivalParams& params = map_.params.automatic.rivals;
+  const Eigen::Vector3d ahead = T_map_query.linear().col(0);
+  std::vector<Hypothesis> along;
+  for (double along_m = params.along_step_m; along_m <= params.along_m;
+       along_m += params.along_step_m) {
+    for (const double signed_m : {along_m, -along_m}) {
+      Pose T_map_there = T_map_query;
+      T_map_there.pretranslate(signed_m * ahead);
+      const auto there = HypothesisAt(query, T_map_there, control);
+      if (there && there->place != place) along.push_back(*there);
+    }
+  }
+  return along;
+}
+
 std::vector<Hypothesis> AutoSearch::VerifyRivals(QueryMatch& match, const Structure& query,
-                                                 PlaceStructures& places, const Hypothesis& best,
+                                                 PayloadView& payload, const Hypothesis& best,
                                                  const SearchControl& control) const {
-  const std::span<const Post> place = places.Posts(best.place);
+  const auto posts_of = [&](std::int32_t number) {
+    return std::span<const Post>(payload.StructureOf(static_cast<std::size_t>(number)).posts);
+  };
+  const std::span<const Post> place = posts_of(best.place);
   const RivalParams& params = match.params().rivals;
   const StageParams& stage = match.params().verify.at_once;
   const PlanarPoints coarse(place, static_cast<std::size_t>(stage.num_posts));
@@ -76,10 +97,11 @@ std::vector<Hypothesis> AutoSearch::VerifyRivals(QueryMatch& match, const Struct
   match.SetPlace(place);
   Hypothesis again = best;
   match.LayCoarsely(coarse, stage.steps, again);
+  const double least_coarse = again.score - match.params().verify.hopeless_by;
   for (const PlanarPose& guess : TurnedGuesses(place, best.T_place_query)) {
     Hypothesis rival{best.place, guess};
     match.LayCoarsely(coarse, stage.steps, rival);
-    if (rival.score < again.score - match.params().verify.hopeless_by) continue;
+    if (rival.score < least_coarse) continue;
     rival.T_place_query = match.Settle(rival.T_place_query);
     rival.score = match.Score(rival.T_place_query);
     rivals.push_back(rival);
@@ -89,7 +111,7 @@ std::vector<Hypothesis> AutoSearch::VerifyRivals(QueryMatch& match, const Struct
     rival.score = match.Score(rival.T_place_query);
   }
   const auto lay = [&](Hypothesis hypothesis) {
-    match.LayFinely(places.Posts(hypothesis.place), hypothesis);
+    match.LayFinely(posts_of(hypothesis.place), hypothesis);
     rivals.push_back(hypothesis);
   };
   // Where a turned or shifted pose has a place nearer to it, that one sees it from its own side.
@@ -101,6 +123,16 @@ std::vector<Hypothesis> AutoSearch::VerifyRivals(QueryMatch& match, const Struct
     if (!MissOf(DifferenceOf(T_map_best, T_map_rival, up_)).any()) continue;
     const auto there = HypothesisAt(query, T_map_rival, control);
     if (there && there->place != best.place) lay(*there);
+  }
+  std::vector<Hypothesis> along = HypothesesAlong(query, T_map_best, best.place, control);
+  for (const Hypothesis& there : along) {
+    payload.WillUseStructure(static_cast<std::size_t>(there.place));
+  }
+  payload.Fetch();
+  for (Hypothesis& there : along) {
+    const PlanarPoints posts(posts_of(there.place), static_cast<std::size_t>(stage.num_posts));
+    match.LayCoarsely(posts, stage.steps, there);
+    if (there.score >= least_coarse) lay(there);
   }
   std::int32_t last = best.place;
   for (const double level_m : levels_m_) {

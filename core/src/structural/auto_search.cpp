@@ -3,80 +3,14 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <map>
 #include <numbers>
 #include <utility>
 
 #include "scanloc/core/scan/pose_difference.hpp"
-#include "scanloc/core/scan_context/match.hpp"
 #include "structural/uncertainty.hpp"
 
 namespace scanloc {
 namespace {
-
-/// Collects hypotheses grouped by place, places in the order in which they were first proposed.
-class Proposals {
- public:
-  /// Of one place's, those are left out that would meet a known one at once.
-  explicit Proposals(const VerificationParams& params) : params_(params) {}
-
-  void Add(std::int32_t place, double lateral_m, double yaw_rad) {
-    const auto [it, is_new] = slots_.try_emplace(place, groups_.size());
-    if (is_new) groups_.emplace_back();
-    AddTo(groups_[it->second], {place, {0.0, lateral_m, yaw_rad}, 0.0});
-  }
-
-  /// As a place's groups have them, further headings.
-  template <typename HeadingsOf>
-  void AddHeadings(HeadingsOf&& headings_of) {
-    for (std::vector<Hypothesis>& group : groups_) {
-      const std::int32_t place = group.front().place;
-      for (const double yaw_rad : headings_of(place)) {
-        AddTo(group, {place, {0.0, 0.0, yaw_rad}, 0.0});
-      }
-    }
-  }
-
-  [[nodiscard]] std::vector<Hypothesis> Take() const {
-    std::vector<Hypothesis> all;
-    for (const std::vector<Hypothesis>& group : groups_) {
-      all.insert(all.end(), group.begin(), group.end());
-    }
-    return all;
-  }
-
- private:
-  void AddTo(std::vector<Hypothesis>& group, const Hypothesis& hypothesis) const {
-    if (!HasMet(hypothesis, group, params_)) group.push_back(hypothesis);
-  }
-
-  const VerificationParams& params_;
-  std::map<std::int32_t, std::size_t> slots_;
-  std::vector<std::vector<Hypothesis>> groups_;
-};
-
-/// One retrieved entry's relative pose by its aligning key: a polar column is a turn, a cart column
-/// a lateral displacement.
-void ProposePolar(const ContextTable& table, const ContextView& query, std::size_t entry,
-                  PayloadView& payload, Proposals& proposals) {
-  if (!payload.Has(DescriptorKind::kPolar, entry)) return;
-  const int shift =
-      PreAlign(query, payload.Context(DescriptorKind::kPolar, entry), {ShiftMode::kCircular});
-  const double sector_rad = 2.0 * std::numbers::pi / table.num_cols();
-  proposals.Add(table.entry(entry).place, table.entry(entry).root_shift_m,
-                WrapAngle(shift * sector_rad));
-}
-
-void ProposeCart(const ContextTable& table, const CartParams& params, const ContextView& query,
-                 std::size_t entry, PayloadView& payload, Proposals& proposals) {
-  if (!payload.Has(DescriptorKind::kCart, entry)) return;
-  const int shift = PreAlign(query, payload.Context(DescriptorKind::kCart, entry),
-                             {ShiftMode::kBounded, params.max_shift_cols});
-  const double lateral_m = shift * 2.0 * params.max_y_m / params.num_cols;
-  const bool flipped = table.entry(entry).flipped;
-  proposals.Add(table.entry(entry).place, flipped ? -lateral_m : lateral_m,
-                flipped ? std::numbers::pi : 0.0);
-}
 
 Pose PlanarTransform(const PlanarPose& pose, double z_m) {
   Pose transform = Pose::Identity();
@@ -134,77 +68,10 @@ void AutoSearch::Extend(const Eigen::Vector3d& up) {
     highest_m_ = std::max(highest_m_, height_m);
   }
   levels_m_ = Levels();
-  for (std::size_t i = num_known; i < map_.structures.size(); ++i) {
-    bearings_.push_back(
-        BearingGrid(map_.structures[i].posts, map_.params.automatic.shortlist.bearing_ring_m)
-            .Widened());
-  }
   num_known_ = map_.places.size();
   places_.Extend();
   if (polar_) polar_->Extend();
   if (cart_) cart_->Extend();
-}
-
-std::array<std::vector<Hypothesis>, 2> AutoSearch::Propose(const ScanDescriptor& query,
-                                                           int shortlist, PayloadView& payload,
-                                                           const SearchControl& control,
-                                                           StageTimes& times) const {
-  const ShortlistParams& params = map_.params.automatic.shortlist;
-  const auto search = [&](const KeyIndex& index, const Keys& keys) {
-    return index.Search(keys.retrieval_cm, std::max(shortlist, params.num_places), true,
-                        control.excluded);
-  };
-  const auto view = [](const Context& context, const Keys& keys) {
-    return ContextView{context.num_rows, context.num_cols, context.cells_cm, keys.aligning_cm};
-  };
-
-  const std::int64_t start_ns = control.Now_ns();
-  const Keys polar_keys = polar_ ? MakeKeys(query.polar) : Keys{};
-  const Keys cart_keys = cart_ ? MakeKeys(query.cart) : Keys{};
-  std::vector<KeyIndex::Neighbor> polar_found;
-  std::vector<KeyIndex::Neighbor> cart_found;
-  if (polar_) polar_found = search(*polar_, polar_keys);
-  if (cart_) cart_found = search(*cart_, cart_keys);
-  const std::int64_t retrieved_ns = control.Now_ns();
-  for (std::size_t i = 0; i < std::max(polar_found.size(), cart_found.size()); ++i) {
-    const auto will_use = [&](DescriptorKind kind, const ContextTable& table, std::size_t entry) {
-      payload.WillUse(kind, entry);
-      payload.WillUseStructure(static_cast<std::size_t>(table.entry(entry).place));
-    };
-    if (i < polar_found.size()) will_use(DescriptorKind::kPolar, map_.polar, polar_found[i].entry);
-    if (i < cart_found.size()) will_use(DescriptorKind::kCart, map_.cart, cart_found[i].entry);
-  }
-  payload.Fetch();
-
-  // In turns, so that the best of both kinds are verified first should time run out.
-  const VerificationParams& verify = map_.params.automatic.verify;
-  std::array<Proposals, 2> proposals = {Proposals(verify), Proposals(verify)};
-  for (std::size_t i = 0; i < std::max(polar_found.size(), cart_found.size()); ++i) {
-    Proposals& part = proposals[i < static_cast<std::size_t>(params.num_places) ? 0 : 1];
-    if (i < polar_found.size()) {
-      ProposePolar(map_.polar, view(query.polar, polar_keys), polar_found[i].entry, payload, part);
-    }
-    if (i < cart_found.size()) {
-      ProposeCart(map_.cart, map_.params.cart, view(query.cart, cart_keys), cart_found[i].entry,
-                  payload, part);
-    }
-  }
-  const BearingGrid bearings(query.structure.posts, params.bearing_ring_m);
-  std::array<std::vector<Hypothesis>, 2> proposed;
-  for (std::size_t part = 0; part < proposals.size(); ++part) {
-    proposals[part].AddHeadings([&](std::int32_t number) {
-      const auto place = static_cast<std::size_t>(number);
-      if (!bearings_.empty()) return bearings_[place].BestHeadings(bearings, params.num_headings);
-      if (!payload.HasStructure(place)) return std::vector<double>();
-      return BearingGrid(payload.StructureOf(place).posts, params.bearing_ring_m)
-          .Widened()
-          .BestHeadings(bearings, params.num_headings);
-    });
-    proposed[part] = proposals[part].Take();
-  }
-  times.retrieve_ns = retrieved_ns - start_ns;
-  times.match_ns = control.Now_ns() - retrieved_ns;
-  return proposed;
 }
 
 Pose AutoSearch::T_map_level(std::size_t place) const {
@@ -237,7 +104,7 @@ absl::StatusOr<std::vector<Spot>> AutoSearch::Find(const ScanDescriptor& query,
   if (verified.empty()) return std::vector<Spot>();
   const auto worse = [](const Hypothesis& a, const Hypothesis& b) { return a.score < b.score; };
   // Whatever the time: without its rivals the best would look surer than it is.
-  add(VerifyRivals(match, structure, structures,
+  add(VerifyRivals(match, structure, payload,
                    *std::max_element(verified.begin(), verified.end(), worse), control));
   std::vector<Spot> spots = Distinct(structure, std::move(verified));
   const int num_seen = std::max(options.num_supported, options.num_measured);

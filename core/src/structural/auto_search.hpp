@@ -11,11 +11,11 @@
 #include "map/place_tree.hpp"
 #include "scanloc/core/answer.hpp"
 #include "scanloc/core/map/map.hpp"
+#include "scanloc/core/scan/bearing_grid.hpp"
 #include "scanloc/core/scan/descriptor.hpp"
 #include "scanloc/core/scan_context/key_index.hpp"
 #include "scanloc/core/search_control.hpp"
 #include "scanloc/core/structural/verify.hpp"
-#include "structural/bearing_grid.hpp"
 #include "structural/evidence.hpp"
 
 namespace scanloc {
@@ -80,8 +80,35 @@ class AutoSearch {
   [[nodiscard]] std::optional<Hypothesis> HypothesisAt(const Structure& query,
                                                        const Pose& T_map_query,
                                                        const SearchControl& control) const;
-  /// How the query may lie on the places of the shortlist: first of the places that every query
-  /// looks at, then of those that it asks for beyond.
+  /// A place that the keys have found.
+  struct Listed {
+    std::int32_t place = 0;
+    int rank = 0;  ///< the better one of both kinds of key
+    std::optional<std::size_t> polar_entry = {};
+    std::optional<std::size_t> cart_entry = {};
+    double score = 0.0;
+    bool is_usual = false;  ///< of rank num_usual or better
+  };
+  /// The places that are nearest by each kind of key, the usual ones first, best score first.
+  [[nodiscard]] std::vector<Listed> Retrieve(const Keys& polar_keys, const Keys& cart_keys,
+                                             const TurnedBearings& bearings, int num_usual,
+                                             int num_places, const SearchControl& control) const;
+  /// Takes so many of those listed out of the list: first those that are apart from all better
+  /// ones.
+  [[nodiscard]] std::vector<Listed> TakeApart(std::vector<Listed>& listed,
+                                              std::size_t num_places) const;
+  /// The shortlist: the places that every query looks at, and those that it asks for beyond.
+  [[nodiscard]] std::array<std::vector<Listed>, 2> List(const Keys& polar_keys,
+                                                        const Keys& cart_keys,
+                                                        const TurnedBearings& bearings,
+                                                        int shortlist,
+                                                        const SearchControl& control) const;
+  /// How the query may lie on one of them: as its aligning keys and the posts' bearings say.
+  [[nodiscard]] std::vector<Hypothesis> GuessesOn(const Listed& here, const ContextView& polar,
+                                                  const ContextView& cart,
+                                                  const TurnedBearings& bearings,
+                                                  PayloadView& payload) const;
+  /// How the query may lie on the places of the shortlist, as List has them.
   [[nodiscard]] std::array<std::vector<Hypothesis>, 2> Propose(const ScanDescriptor& query,
                                                                int shortlist, PayloadView& payload,
                                                                const SearchControl& control,
@@ -96,10 +123,14 @@ class AutoSearch {
                                            std::vector<Hypothesis> verified) const;
   /// Heights at which there may be places, from the lowest to the highest.
   [[nodiscard]] std::vector<double> Levels() const;
+  /// The query ahead and behind of a pose, where other places stand: a street looks alike a few
+  /// doors on, and the shortlist need not hold those places.
+  [[nodiscard]] std::vector<Hypothesis> HypothesesAlong(const Structure& query,
+                                                        const Pose& T_map_query, std::int32_t place,
+                                                        const SearchControl& control) const;
   /// What else the query may be at the best hypothesis' place, verified.
   [[nodiscard]] std::vector<Hypothesis> VerifyRivals(QueryMatch& match, const Structure& query,
-                                                     PlaceStructures& places,
-                                                     const Hypothesis& best,
+                                                     PayloadView& payload, const Hypothesis& best,
                                                      const SearchControl& control) const;
 
   const Map& map_;
@@ -108,8 +139,6 @@ class AutoSearch {
   double lowest_m_, highest_m_;        // of the places, along up_
   std::vector<double> levels_m_;       // heights along up_ that are probed for places
   std::size_t num_known_ = 0;          // places taken in
-  std::vector<BearingGrid>
-      bearings_;  // of the places, widened; none where structures are in a file
   std::unique_ptr<KeyIndex> polar_;
   std::unique_ptr<KeyIndex> cart_;
 };

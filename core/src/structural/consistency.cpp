@@ -6,8 +6,8 @@
 #include <numeric>
 
 #include "absl/strings/str_cat.h"
+#include "scanloc/core/scan/bearing_grid.hpp"
 #include "scanloc/core/scan/pose_difference.hpp"
-#include "structural/bearing_grid.hpp"
 #include "structural/query_match.hpp"
 
 namespace scanloc {

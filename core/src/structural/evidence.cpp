@@ -6,9 +6,9 @@
 #include <limits>
 #include <numbers>
 
+#include "scan/bearing.hpp"
+#include "scanloc/core/scan/bearing_grid.hpp"
 #include "scanloc/core/scan/pose_difference.hpp"
-#include "structural/bearing.hpp"
-#include "structural/bearing_grid.hpp"
 
 namespace scanloc {
 namespace {

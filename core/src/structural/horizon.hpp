@@ -3,8 +3,8 @@
 #include <array>
 #include <span>
 
+#include "scan/bearing.hpp"
 #include "scanloc/core/scan/structure.hpp"
-#include "structural/bearing.hpp"
 
 namespace scanloc {
 

@@ -38,6 +38,33 @@ TEST(LocalizerAuto, FindsPlaceAndPoseInSixDegreesOfFreedom) {
   }
 }
 
+// The keys of a scan from two metres aside, with half of the view, are nearer to those of many
+// other places. As many places are verified however many the keys have found.
+TEST(LocalizerAuto, FindsInALargerMapWhatManyPlacesHaveNearerKeysThan) {
+  constexpr int kNumPlaces = 150;
+  std::vector<std::uint64_t> scenes;
+  for (int i = 0; i < kNumPlaces; ++i) scenes.push_back(1000 + static_cast<std::uint64_t>(i));
+  const auto num_found = [&](double found_share) {
+    Params params;
+    params.automatic.shortlist.num_places = 5;
+    params.automatic.shortlist.found_share = found_share;
+    const PostWorld world(scenes, params);
+    auto describer = *Describer::Create(params);
+    int num_right = 0;
+    for (std::int32_t place = 0; place < kNumPlaces; place += 7) {
+      PointCloud seen = scenes::SeenFrom(world.Scene(place), Offset(1.5, 1.5, 0.0, 0.8));
+      std::erase_if(seen, [](const Point& p) { return p.x < 0.0F; });
+      const Answer answer = world.Ask(describer.Describe(seen));
+      const bool is_right = answer.candidates.front().place == place;
+      num_right += is_right ? 1 : 0;
+      EXPECT_TRUE(is_right || answer.outcome != Outcome::kLocalized);
+    }
+    return num_right;
+  };
+  const int num_by_keys = num_found(0.0);
+  EXPECT_GE(num_found(0.5), num_by_keys + 10) << num_by_keys << " of 22";
+}
+
 TEST(LocalizerAuto, SaysAmbiguousOfTwinsAndNamesBoth) {
   const PostWorld world({1, 2, 3, 4, 2, 6});
   const Answer answer = world.Ask(world.Seen(1, Offset(0.0, 0.5, 0.0, 0.2)), {.max_answers = 5});

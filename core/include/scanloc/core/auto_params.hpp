@@ -29,9 +29,16 @@ struct GroundParams {
 
 /// Places that may be the query's, and how it may lie on them.
 struct ShortlistParams {
-  /// Of each kind of context that every query looks at; more are looked at beside them, so that no
+  /// Half of the places that every query looks at; more are looked at beside them, so that no
   /// rival drops out of a longer list. With 30 one hard query in fifty misses its own place.
   int num_places = 100;
+  /// The keys of each kind find this share of the map's places, within num_places and this many;
+  /// those go on whose posts stand in the same directions.
+  double found_share = 0.2;
+  int max_found = 700;
+  /// By how much more agreement makes up for twice the rank among the keys.
+  double agreement_per_octave = 0.02;
+  double apart_m = 2.0;         ///< of places nearer to each other the better one goes first
   int num_headings = 2;         ///< that the posts' bearings tell, beside those of the contexts
   double bearing_ring_m = 4.0;  ///< rings of the bearing grid: as coarse as a pose may be off
 
@@ -95,6 +102,8 @@ struct VerificationParams {
 struct RivalParams {
   double near_shift_m = 2.5;    ///< shifts that are tried: pillars stand at equal distances ...
   double far_shift_m = 4.5;     ///< ... seldom the same in two buildings
+  double along_step_m = 3.0;    ///< ahead and behind along the way, in such steps ...
+  double along_m = 24.0;        ///< ... as far as this, on the places that stand there
   double worth_a_look = 0.6;    ///< of the best score; with less a rival is not seen from nearer by
   double level_step_m = 1.5;    ///< floors are farther apart than two probes for them
   double above_radius_m = 3.0;  ///< places above and below that see the same lie within, in plan
@@ -191,6 +200,10 @@ void VisitAutoFields(P& params, Visitor&& visit) {
   visit("auto.ground.narrow_m", params.ground.narrow_m, 0.01, 10.0);
   visit("auto.ground.max_tilt_rad", params.ground.max_tilt_rad, 0.0, 1.5);
   visit("auto.shortlist.num_places", params.shortlist.num_places, 1, 10000);
+  visit("auto.shortlist.found_share", params.shortlist.found_share, 0.0, 1.0);
+  visit("auto.shortlist.max_found", params.shortlist.max_found, 1, 10000);
+  visit("auto.shortlist.agreement_per_octave", params.shortlist.agreement_per_octave, 0.0, 1.0);
+  visit("auto.shortlist.apart_m", params.shortlist.apart_m, 0.0, 50.0);
   visit("auto.shortlist.num_headings", params.shortlist.num_headings, 0, 16);
   visit("auto.shortlist.bearing_ring_m", params.shortlist.bearing_ring_m, 0.05, 50.0);
   visit("auto.verify.cutoff_m", params.verify.cutoff_m, 0.05, 20.0);
@@ -227,6 +240,8 @@ void VisitAutoFields(P& params, Visitor&& visit) {
   visit("auto.verify.horizon_margin_m", params.verify.horizon_margin_m, 0.0, 50.0);
   visit("auto.rivals.near_shift_m", params.rivals.near_shift_m, 0.1, 50.0);
   visit("auto.rivals.far_shift_m", params.rivals.far_shift_m, 0.1, 50.0);
+  visit("auto.rivals.along_step_m", params.rivals.along_step_m, 0.25, 50.0);
+  visit("auto.rivals.along_m", params.rivals.along_m, 0.0, 100.0);
   visit("auto.rivals.worth_a_look", params.rivals.worth_a_look, 0.0, 1.0);
   visit("auto.rivals.level_step_m", params.rivals.level_step_m, 0.1, 50.0);
   visit("auto.rivals.above_radius_m", params.rivals.above_radius_m, 0.1, 50.0);

@@ -2,12 +2,14 @@
 
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "scanloc/core/map/context_table.hpp"
 #include "scanloc/core/map/payload.hpp"
 #include "scanloc/core/params.hpp"
+#include "scanloc/core/scan/bearing_grid.hpp"
 #include "scanloc/core/scan/pose.hpp"
 
 namespace scanloc {
@@ -62,6 +64,7 @@ struct Map {
   ContextTable cart;
   std::vector<Structure> structures;  ///< one a place; empty where there are none, or in a file
   std::vector<PlaceGround> grounds;   ///< one a place; empty where the map has no structures
+  std::vector<BearingGrid> bearings;  ///< likewise; BearingsOf each place's posts
   /// Null: contexts and structures are in memory. Else the tables hold retrieval keys alone.
   std::shared_ptr<const PayloadReader> payload;
   Calibration calibration;
@@ -77,6 +80,9 @@ struct Map {
   /// The structure alone, and its ground.
   void AppendStructure(Structure structure);
 };
+
+/// How a place's posts stand around it, a sector wider to either side than they are.
+[[nodiscard]] BearingGrid BearingsOf(std::span<const Post> posts, const Params& params);
 
 /// A map without places, with tables of the right shapes.
 [[nodiscard]] Map MakeEmptyMap(const Params& params);

@@ -1,4 +1,4 @@
-#include "structural/bearing_grid.hpp"
+#include "scanloc/core/scan/bearing_grid.hpp"
 
 #include <gtest/gtest.h>
 
@@ -80,10 +80,13 @@ TEST(BearingGrid, CountsWhatAgrees) {
   // One thing ahead, one to the left, both in the ring from 8 m on.
   const BearingGrid place(std::vector<Post>{{1000, 10}, {-10, 1000}}, kRing_m);
   const BearingGrid query(std::vector<Post>{{1000, 10}}, kRing_m);
-  EXPECT_EQ(place.AgreementByTurn(query)[0], 1);
-  EXPECT_EQ(place.AgreementByTurn(query)[16], 1);
-  EXPECT_EQ(place.AgreementByTurn(query)[8], 0);
-  EXPECT_EQ(place.Widened().AgreementByTurn(query)[1], 1);
+  EXPECT_EQ(place.num_sectors(), 2);
+  EXPECT_EQ(place.Widened().num_sectors(), 6);
+  const BearingGrid::Agreement agreement = place.AgreementByTurn(TurnedBearings(query));
+  EXPECT_EQ(agreement[0], 1);
+  EXPECT_EQ(agreement[16], 1);
+  EXPECT_EQ(agreement[8], 0);
+  EXPECT_EQ(place.Widened().AgreementByTurn(TurnedBearings(query))[1], 1);
 }
 
 }  // namespace
