@@ -54,6 +54,28 @@ absl::StatusOr<PlacesPage> Client::ListPlaces(const std::string& map,
   return page;
 }
 
+absl::StatusOr<PlaceDetails> Client::GetPlace(const std::string& map, std::int32_t place) const {
+  v1::GetPlaceRequest request;
+  request.set_map(map);
+  request.set_place(place);
+  return state_->View(&v1::Viewer::Stub::GetPlace, request);
+}
+
+absl::StatusOr<ConfusablePairs> Client::ListConfusablePairs(const std::string& map) const {
+  v1::ListConfusablePairsRequest request;
+  request.set_map(map);
+  return state_->View(&v1::Viewer::Stub::ListConfusablePairs, request);
+}
+
+absl::StatusOr<AnswersPage> Client::ListAnswers(const std::string& map,
+                                                const AnswersPage& last) const {
+  v1::ListAnswersRequest request;
+  request.set_map(map);
+  request.set_run(last.run);
+  request.set_after(last.next_after);
+  return state_->View(&v1::Viewer::Stub::ListAnswers, request);
+}
+
 absl::StatusOr<bool> Client::IsServing(const std::string& map) const {
   using grpc::health::v1::Health;
   using grpc::health::v1::HealthCheckResponse;

@@ -18,9 +18,11 @@
 #include "request_id.hpp"
 #include "scanloc/client/client.hpp"
 #include "scanloc/proto/convert.hpp"
+#include "scanloc/proto/convert_viewer.hpp"
 #include "scanloc/proto/status.hpp"
 #include "scanloc/v1/admin.grpc.pb.h"
 #include "scanloc/v1/localization.grpc.pb.h"
+#include "scanloc/v1/viewer.grpc.pb.h"
 #include "token.hpp"
 
 namespace scanloc::client {
@@ -44,7 +46,8 @@ struct Client::State {
       : options(client_options),
         channel(std::move(to_server)),
         stub(v1::Localization::NewStub(channel)),
-        admin(v1::Admin::NewStub(channel)) {}
+        admin(v1::Admin::NewStub(channel)),
+        viewer(v1::Viewer::NewStub(channel)) {}
 
   [[nodiscard]] absl::Status WithAddress(const absl::Status& status) const;
 
@@ -66,9 +69,18 @@ struct Client::State {
   [[nodiscard]] absl::StatusOr<Response> Call(
       Method<v1::Localization::Stub, Request, Response> method, const Request& request,
       const Terms& terms) const {
+    return CallAgain(*stub, method, request, terms);
+  }
+
+  /// As often as it takes and the terms allow.
+  template <typename Stub, typename Request, typename Response>
+  [[nodiscard]] absl::StatusOr<Response> CallAgain(Stub& service,
+                                                   Method<Stub, Request, Response> method,
+                                                   const Request& request,
+                                                   const Terms& terms) const {
     Backoff backoff(options.retry, DrawShare);
     while (true) {
-      auto response = CallOn(*stub, method, request, terms);
+      auto response = CallOn(service, method, request, terms);
       if (response.ok()) return response;
       const auto wait = backoff.After(response.status());
       const Clock::time_point again = Clock::now() + wait.value_or(std::chrono::milliseconds(0));
@@ -95,6 +107,18 @@ struct Client::State {
     if (IsReset(status)) return WithAddress(absl::UnavailableError("it is short of memory"));
     if (!status.ok()) return WithAddress(status);
     return response;
+  }
+
+  /// What FromProto makes of the response.
+  template <typename Request, typename Response>
+  [[nodiscard]] auto View(Method<v1::Viewer::Stub, Request, Response> method,
+                          const Request& request) const
+      -> decltype(proto::FromProto(std::declval<Response>())) {
+    const auto response = CallAgain(*viewer, method, request, UsualTerms());
+    if (!response.ok()) return response.status();
+    auto view = proto::FromProto(*response);
+    if (!view.ok()) return BadReply(view.status());
+    return view;
   }
 
   /// Reload or load.
@@ -129,6 +153,7 @@ struct Client::State {
   const std::shared_ptr<grpc::Channel> channel;
   const std::unique_ptr<v1::Localization::Stub> stub;
   const std::unique_ptr<v1::Admin::Stub> admin;
+  const std::unique_ptr<v1::Viewer::Stub> viewer;
   MapCache cache;
 };
 

@@ -10,4 +10,6 @@ std::string ReasonOf(const absl::Status& status) {
   return v1::ErrorReason_Name(reason).substr(sizeof("ERROR_REASON_") - 1);
 }
 
+std::optional<double> RetryAfterOf(const absl::Status& status) { return proto::RetryAfter(status); }
+
 }  // namespace scanloc::client

@@ -49,7 +49,9 @@ v1::Context ToProto(const Context& context) {
   return message;
 }
 
-absl::StatusOr<Structure> FromProto(const v1::Structure& message) {
+}  // namespace
+
+absl::StatusOr<Structure> StructureFromProto(const v1::Structure& message) {
   const std::string& bytes = message.posts_i16le();
   if (bytes.size() % sizeof(Post) != 0 || bytes.size() / sizeof(Post) > Structure::kMaxPosts) {
     return absl::InvalidArgumentError(absl::StrCat(
@@ -67,7 +69,7 @@ absl::StatusOr<Structure> FromProto(const v1::Structure& message) {
   return structure;
 }
 
-v1::Structure ToProto(const Structure& structure) {
+v1::Structure StructureToProto(const Structure& structure) {
   v1::Structure message;
   message.set_roll_rad(structure.roll_rad);
   message.set_pitch_rad(structure.pitch_rad);
@@ -75,6 +77,8 @@ v1::Structure ToProto(const Structure& structure) {
   message.set_posts_i16le(structure.posts.data(), structure.posts.size() * sizeof(Post));
   return message;
 }
+
+namespace {
 
 v1::SensorMount ToProto(const SensorMount& mount) {
   v1::SensorMount message;
@@ -164,7 +168,7 @@ absl::StatusOr<SignedDescriptor> FromProto(const v1::Descriptors& message) {
     result.descriptor.cart = *std::move(cart);
   }
   if (message.has_structure()) {
-    auto structure = FromProto(message.structure());
+    auto structure = StructureFromProto(message.structure());
     if (!structure.ok()) return structure.status();
     result.descriptor.structure = *std::move(structure);
   }
@@ -183,7 +187,7 @@ v1::Descriptors ToProto(const SignedDescriptor& descriptor) {
     *message.mutable_cart() = ToProto(descriptor.descriptor.cart);
   }
   if (!(descriptor.descriptor.structure == Structure{})) {
-    *message.mutable_structure() = ToProto(descriptor.descriptor.structure);
+    *message.mutable_structure() = StructureToProto(descriptor.descriptor.structure);
   }
   message.set_num_voxels(descriptor.descriptor.num_voxels);
   message.set_up_unknown(!descriptor.descriptor.knows_up);

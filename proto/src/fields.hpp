@@ -8,6 +8,8 @@
 #include "absl/strings/string_view.h"
 #include "scanloc/core/scan/pose.hpp"
 #include "scanloc/core/scan/sensor_mount.hpp"
+#include "scanloc/core/scan/structure.hpp"
+#include "scanloc/v1/localization.pb.h"
 #include "scanloc/v1/map.pb.h"
 
 /// Checks and conversions that several messages share.
@@ -31,6 +33,9 @@ namespace scanloc::proto {
 /// InvalidArgument if a number is NaN or infinite.
 [[nodiscard]] absl::StatusOr<Box> BoxFromProto(absl::string_view field, const v1::Box& message);
 [[nodiscard]] v1::Box BoxToProto(const Box& box);
+
+[[nodiscard]] absl::StatusOr<Structure> StructureFromProto(const v1::Structure& message);
+[[nodiscard]] v1::Structure StructureToProto(const Structure& structure);
 
 /// Longest content id, reason and signature [bytes].
 inline constexpr std::size_t kMaxContentIdBytes = 128;

@@ -154,6 +154,10 @@ void Declare(CLI::App& app, CommandLine& line) {
   app.add_option("--max-capture-bytes", options.max_capture_bytes,
                  "of the disk that its files may take; the oldest go first [bytes]")
       ->capture_default_str();
+  app.add_option("--recent-answers", options.recent_answers,
+                 "answers kept in memory for a live view by tokens of the roles view and admin, "
+                 "or by everybody where there is no token file; 0: none")
+      ->capture_default_str();
   Choose<RequestLog>(
       app.add_option("--log-requests", options.log_requests,
                      "requests that get a line in the log, at most 100 a second"),

@@ -24,13 +24,16 @@
 #include "ops/metrics.hpp"
 #include "ops/metrics_endpoint.hpp"
 #include "ops/query_capture.hpp"
+#include "ops/recent_answers.hpp"
 #include "rpc/admin_service.hpp"
 #include "rpc/health_service.hpp"
 #include "rpc/localization_service.hpp"
 #include "rpc/reflection_service.hpp"
 #include "rpc/unary_call.hpp"
+#include "rpc/viewer_service.hpp"
 #include "scanloc/v1/admin.grpc.pb.h"
 #include "scanloc/v1/localization.grpc.pb.h"
+#include "scanloc/v1/viewer.grpc.pb.h"
 
 namespace scanloc::server {
 namespace {
@@ -63,6 +66,7 @@ int MaxReceiving(const ServerOptions& options) {
 
 std::vector<std::string> ServicesOf(const ServerOptions& options) {
   std::vector<std::string> services = {v1::Localization::service_full_name(),
+                                       v1::Viewer::service_full_name(),
                                        grpc::health::v1::Health::service_full_name()};
   if (options.admin) services.emplace_back(v1::Admin::service_full_name());
   return services;
@@ -78,6 +82,7 @@ struct Server::State {
         workers(NumThreads(server_options), server_options.max_inflight, server_options.max_wait_s),
         metrics([this] { return Look(); }),
         capture(open_capture(metrics)),
+        recent(server_options.recent_answers),
         admission(*access, metrics, server_options.max_rate_per_s, server_options.log_requests),
         receiving(
             {.max_idle = MaxReceiving(server_options),
@@ -96,6 +101,7 @@ struct Server::State {
         localization(
             maps, workers, {receiving, sending}, admission, metrics, capture.get(),
             [this](const ServedMap& map, const absl::Status& why) { keeper.TakeOut(map, why); },
+            recent,
             {.streams = {.max_streams = server_options.max_streams,
                          .max_per_client = server_options.max_streams_per_client,
                          .idle = std::chrono::duration<double>(server_options.stream_idle_s)},
@@ -103,6 +109,7 @@ struct Server::State {
              .max_candidates = server_options.max_candidates,
              .allow_slow_methods = server_options.allow_slow_methods,
              .max_waiting_bytes = server_options.max_memory_bytes / 2}),
+        viewer(maps, recent, {receiving, sending}, admission),
         admin(maps, {receiving, sending}, admission,
               {.reload = [this](const std::string& name) { return keeper.Reload(name); },
                .load = [this](const std::string& name) { return keeper.LoadNew(name); },
@@ -132,11 +139,13 @@ struct Server::State {
   WorkerPool workers;
   Metrics metrics;
   const std::unique_ptr<QueryCapture> capture;
+  RecentAnswers recent;
   Admission admission;
   IdleCalls receiving;  // requests on their way
   IdleCalls sending;    // answers on theirs
   MemoryBound memory;
   LocalizationService localization;
+  ViewerService viewer;
   AdminService admin;
   HealthService health;
   MapKeeper keeper;
@@ -189,7 +198,7 @@ absl::Status Server::State::Listen() {
   GuardedFront::Options guarded{
       .listen = options.listen,
       .tls = tls.get(),
-      .services = {&localization, &health},
+      .services = {&localization, &viewer, &health},
       .max_message_bytes = LargestMessageBytes(options),
       .max_memory_bytes = options.max_memory_bytes,
       .work_bytes = [this] { return localization.work_bytes(); },

@@ -12,6 +12,7 @@ namespace scanloc::server {
 namespace {
 
 constexpr char kLocalization[] = "/scanloc.v1.Localization/";
+constexpr char kViewer[] = "/scanloc.v1.Viewer/";
 constexpr char kAdmin[] = "/scanloc.v1.Admin/";
 constexpr char kHealth[] = "/grpc.health.v1.Health/";
 constexpr char kReflection[] = "/grpc.reflection.v1alpha.ServerReflection/ServerReflectionInfo";
@@ -90,6 +91,9 @@ std::vector<Method> Methods() {
           {std::string(kLocalization) + "ListMaps", false, false, {TextMessage("unknown field")}},
           {std::string(kLocalization) + "GetMapInfo", false, false, {TextMessage("town")}},
           {std::string(kLocalization) + "ListPlaces", false, false, {TextMessage("town")}},
+          {std::string(kViewer) + "GetPlace", false, false, {TextMessage("town")}},
+          {std::string(kViewer) + "ListConfusablePairs", false, false, {TextMessage("town")}},
+          {std::string(kViewer) + "ListAnswers", false, true, {TextMessage("town")}},
           {std::string(kAdmin) + "ReloadMap", false, true, {other}},
           {std::string(kAdmin) + "LoadMap", false, true, {other}},
           {std::string(kAdmin) + "UnloadMap", false, true, {other}},

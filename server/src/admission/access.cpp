@@ -46,8 +46,10 @@ absl::StatusOr<Access::Token> Access::ParseLine(const std::string& line) {
   }
   if (role == "admin") {
     token.role = Role::kAdmin;
+  } else if (role == "view") {
+    token.role = Role::kView;
   } else if (role != "query") {
-    return absl::InvalidArgumentError("has a role that is neither query nor admin");
+    return absl::InvalidArgumentError("has a role that is none of query, view and admin");
   }
   const bool is_printable = std::all_of(secret.begin(), secret.end(),
                                         [](unsigned char c) { return std::isgraph(c) != 0; });
@@ -136,14 +138,15 @@ absl::StatusOr<std::string> Access::Look(const Digest& digest, Role role) {
   if (found == nullptr) return NoToken("the token is not known here");
   if (found->role < role) {
     return absl::PermissionDeniedError(
-        absl::StrCat("the token of ", found->name, " does not allow administration"));
+        absl::StrCat("the token of ", found->name, " does not allow ",
+                     role == Role::kAdmin ? "administration" : "to see what others are told"));
   }
   return found->name;
 }
 
 absl::StatusOr<Caller> Access::Admit(const grpc::CallbackServerContext& context, Role role) {
   if (token_file_.empty()) {
-    if (role == Role::kQuery) return Caller();
+    if (role != Role::kAdmin) return Caller();
     return absl::PermissionDeniedError("administration needs a server with a token file");
   }
   const auto& metadata = context.client_metadata();

@@ -18,7 +18,7 @@
 namespace scanloc::server {
 
 /// What a token allows; each includes those before it.
-enum class Role : std::uint8_t { kQuery = 1, kAdmin = 2 };
+enum class Role : std::uint8_t { kQuery, kView, kAdmin };
 
 /// Who calls, as far as it is known.
 struct Caller {
@@ -33,7 +33,8 @@ class Access {
  public:
   static constexpr std::chrono::minutes kMaxUnknown{5};
 
-  /// An empty path admits everybody to everything but administration. Errors tell the line, never
+  /// An empty path admits everybody to everything but administration; what others are told is then
+  /// kept only if the operator says so (ServerOptions::recent_answers). Errors tell the line, never
   /// the token.
   [[nodiscard]] static absl::StatusOr<std::unique_ptr<Access>> Create(
       const std::string& token_file);

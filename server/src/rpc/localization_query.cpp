@@ -126,9 +126,9 @@ SearchControl LocalizationService::ControlOf(const grpc::CallbackServerContext& 
 
 absl::StatusOr<LocalizeReply> LocalizationService::Answer(
     const v1::LocalizeRequest& request, const Arrival& arrival,
-    const grpc::CallbackServerContext& context, QueryDescriber& describer) {
+    const grpc::CallbackServerContext& context, QueryDescriber& describer, const Call& call) {
   if (auto status = proto::CheckMapName(request.map()); !status.ok()) return status;
-  const auto asked = AskedBy(request);
+  auto asked = AskedBy(request);
   if (!asked.ok()) return asked.status();
   auto header = proto::HeaderFromProto(request);
   if (!header.ok()) return header.status();
@@ -139,6 +139,11 @@ absl::StatusOr<LocalizeReply> LocalizationService::Answer(
   }
   if (auto status = CheckComparable(*maps, asked->query); !status.ok()) return status;
 
+  const auto num_asked = static_cast<std::size_t>(asked->query.max_answers);
+  if (recent_.is_on() && maps->size() == 1) {  // rivals are shown, be they asked for or not
+    const int most = std::min(kMaxSeenCandidates, limits_.max_candidates);
+    asked->query.max_answers = std::max(asked->query.max_answers, most);
+  }
   DescribedBySignature described;
   std::int64_t describe_ns = 0;
   for (const auto& map : *maps) {
@@ -159,12 +164,26 @@ absl::StatusOr<LocalizeReply> LocalizationService::Answer(
                                         : AmongMaps(*std::move(answers), asked->query);
   told.answer.times.describe_ns = describe_ns;
   TellOfBase(of_scan.mount, told.answer);
-  return LocalizeReply{.answer = std::move(told.answer),
-                       .map = std::move(told.map),
-                       .queue_ns = arrival.started_ns - arrival.arrived_ns,
-                       .decode_ns = decode_ns,
-                       .scan_counts = of_scan.scan_counts,
-                       .header = *std::move(header)};
+  LocalizeReply reply{.answer = std::move(told.answer),
+                      .map = std::move(told.map),
+                      .queue_ns = arrival.started_ns - arrival.arrived_ns,
+                      .decode_ns = decode_ns,
+                      .scan_counts = of_scan.scan_counts,
+                      .header = *std::move(header)};
+  Show(reply, of_scan, call);
+  if (reply.answer.candidates.size() > num_asked) reply.answer.candidates.resize(num_asked);
+  return reply;
+}
+
+void LocalizationService::Show(const LocalizeReply& reply,
+                               const QueryDescriber::Described& described, const Call& call) const {
+  if (!recent_.is_on()) return;
+  recent_.Add({.request_id = call.request_id,
+               .client = call.client,
+               .reply = reply,
+               .structure = described.descriptor.structure,
+               .T_query_structure = BaseInTurned(described.mount).inverse(),
+               .is_of_stream = call.is_stream});
 }
 
 }  // namespace scanloc::server

@@ -6,6 +6,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "ops/clock.hpp"
+#include "rpc/small_call.hpp"
 #include "rpc/unary_call.hpp"
 #include "scanloc/proto/convert.hpp"
 #include "scanloc/proto/status.hpp"
@@ -26,7 +27,8 @@ RobotStreams::Limits WithBytes(RobotStreams::Limits limits, std::int64_t max_byt
 LocalizationService::LocalizationService(const MapRegistry& maps, WorkerPool& workers,
                                          const CallWaits& waits, Admission& admission,
                                          Metrics& metrics, QueryCapture* capture,
-                                         DamageCallback found_damage, const Limits& limits)
+                                         DamageCallback found_damage, RecentAnswers& recent,
+                                         const Limits& limits)
     : maps_(maps),
       workers_(workers),
       waits_(waits),
@@ -34,6 +36,7 @@ LocalizationService::LocalizationService(const MapRegistry& maps, WorkerPool& wo
       metrics_(metrics),
       capture_(capture),
       found_damage_(std::move(found_damage)),
+      recent_(recent),
       limits_(limits),
       describers_(workers.num_threads()),
       waiting_bytes_(limits.max_waiting_bytes / 2),
@@ -106,7 +109,7 @@ absl::Status LocalizationService::Serve(InboundCall& inbound, Call& call,
   return Respond<v1::LocalizeRequest>(
       inbound.request(), inbound.response(),
       [&](const v1::LocalizeRequest& message) -> absl::StatusOr<v1::LocalizeResponse> {
-        const auto reply = Answer(message, arrival, context, describers_[worker]);
+        const auto reply = Answer(message, arrival, context, describers_[worker], call);
         if (!reply.ok()) return reply.status();
         v1::LocalizeResponse told = proto::ToProto(*reply);
         Note(message, *reply, told, call);
@@ -134,35 +137,17 @@ void LocalizationService::Note(const v1::LocalizeRequest& request, const Localiz
   capture_->Keep(std::move(query));
 }
 
-template <typename Request, typename Act>
-RawService::Reactor* LocalizationService::RespondHere(const char* method,
-                                                      grpc::CallbackServerContext* context,
-                                                      Act act) {
-  const auto call = std::make_shared<Call>(admission_.Begin(*context, method, Role::kQuery));
-  auto ended = [this, call](const absl::Status& status) { admission_.End(*call, status); };
-  if (!call->admitted.ok())
-    return InboundCall::Refuse(waits_, *context, call->client, call->admitted, std::move(ended));
-  return InboundCall::Receive(
-      waits_, *context, call->client,
-      [act = std::move(act)](InboundCall& inbound) {
-        absl::Status status = CheckSmall(inbound.request());
-        if (status.ok()) status = Respond<Request>(inbound.request(), inbound.response(), act);
-        inbound.End(status);
-      },
-      std::move(ended));
-}
-
 RawService::Reactor* LocalizationService::ListMaps(grpc::CallbackServerContext* context) {
-  return RespondHere<v1::ListMapsRequest>(
-      "ListMaps", context,
+  return AnswerHere<v1::ListMapsRequest>(
+      waits_, admission_, "ListMaps", Role::kQuery, context,
       [this](const v1::ListMapsRequest&) -> absl::StatusOr<v1::ListMapsResponse> {
         return proto::ToProto(maps_.List());
       });
 }
 
 RawService::Reactor* LocalizationService::GetMapInfo(grpc::CallbackServerContext* context) {
-  return RespondHere<v1::GetMapInfoRequest>(
-      "GetMapInfo", context,
+  return AnswerHere<v1::GetMapInfoRequest>(
+      waits_, admission_, "GetMapInfo", Role::kQuery, context,
       [this](const v1::GetMapInfoRequest& message) -> absl::StatusOr<v1::GetMapInfoResponse> {
         if (auto status = proto::CheckMapName(message.map()); !status.ok()) return status;
         const auto map = maps_.Find(message.map());
@@ -174,8 +159,8 @@ RawService::Reactor* LocalizationService::GetMapInfo(grpc::CallbackServerContext
 }
 
 RawService::Reactor* LocalizationService::ListPlaces(grpc::CallbackServerContext* context) {
-  return RespondHere<v1::ListPlacesRequest>(
-      "ListPlaces", context,
+  return AnswerHere<v1::ListPlacesRequest>(
+      waits_, admission_, "ListPlaces", Role::kQuery, context,
       [this](const v1::ListPlacesRequest& message) -> absl::StatusOr<v1::ListPlacesResponse> {
         if (auto status = proto::CheckMapName(message.map()); !status.ok()) return status;
         const auto map = maps_.Find(message.map());

@@ -11,6 +11,7 @@
 #include "admission/idle_calls.hpp"
 #include "ops/metrics.hpp"
 #include "ops/query_capture.hpp"
+#include "ops/recent_answers.hpp"
 #include "rpc/inbound_call.hpp"
 #include "rpc/query_describer.hpp"
 #include "rpc/raw_service.hpp"
@@ -44,7 +45,7 @@ class LocalizationService final : public RawService {
   /// All but the limits must outlive the service, the waits of its calls, too; capture may be null.
   LocalizationService(const MapRegistry& maps, WorkerPool& workers, const CallWaits& waits,
                       Admission& admission, Metrics& metrics, QueryCapture* capture,
-                      DamageCallback found_damage, const Limits& limits);
+                      DamageCallback found_damage, RecentAnswers& recent, const Limits& limits);
 
   [[nodiscard]] int num_streams() const { return streams_.num_open(); }
 
@@ -61,10 +62,6 @@ class LocalizationService final : public RawService {
   Reactor* GetMapInfo(grpc::CallbackServerContext* context);
   Reactor* ListPlaces(grpc::CallbackServerContext* context);
 
-  /// Answers a small request on the thread that brought it.
-  template <typename Request, typename Act>
-  Reactor* RespondHere(const char* method, grpc::CallbackServerContext* context, Act act);
-
   /// Whether further requests of the client may be held that wait for a worker.
   [[nodiscard]] absl::Status CheckMemory(const std::string& client) const;
 
@@ -80,7 +77,7 @@ class LocalizationService final : public RawService {
   [[nodiscard]] absl::StatusOr<LocalizeReply> Answer(const v1::LocalizeRequest& request,
                                                      const Arrival& arrival,
                                                      const grpc::CallbackServerContext& context,
-                                                     QueryDescriber& describer);
+                                                     QueryDescriber& describer, const Call& call);
   /// Ends with the budget, or when nobody waits any more.
   [[nodiscard]] static SearchControl ControlOf(const grpc::CallbackServerContext& context,
                                                std::chrono::milliseconds budget);
@@ -98,6 +95,10 @@ class LocalizationService final : public RawService {
   /// Notes in the call what was said, counts it, and keeps the query if it found no place.
   void Note(const v1::LocalizeRequest& request, const LocalizeReply& reply,
             const v1::LocalizeResponse& response, Call& call) const;
+
+  /// Keeps what was said for those who may see it, where any is kept.
+  void Show(const LocalizeReply& reply, const QueryDescriber::Described& described,
+            const Call& call) const;
 
   /// What is known of the robot of one stream. Its requests come one after the other.
   struct Robot;
@@ -117,6 +118,7 @@ class LocalizationService final : public RawService {
   Metrics& metrics_;
   QueryCapture* const capture_;
   const DamageCallback found_damage_;
+  RecentAnswers& recent_;
   const Limits limits_;
   std::vector<QueryDescriber> describers_;  // by worker
   ByteBudget waiting_bytes_;

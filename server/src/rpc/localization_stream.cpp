@@ -165,6 +165,7 @@ absl::StatusOr<v1::TrackedAnswer> LocalizationService::AnswerScan(v1::StreamScan
                                      .header = *std::move(header)},
                            .num_scans = told->num_scans,
                            .is_relocated = told->is_relocated};
+  Show(reply.reply, *described, robot.call);
   v1::TrackedAnswer response = proto::ToProto(reply);
   Note(query, reply.reply, response.answer(), robot.call);
   return response;

@@ -12,6 +12,7 @@
 #include "scanloc/client/robot_stream.hpp"
 #include "scanloc/core/scan/point_cloud.hpp"
 #include "scanloc/proto/messages.hpp"
+#include "scanloc/proto/viewer.hpp"
 
 namespace scanloc::client {
 
@@ -88,6 +89,14 @@ class Client : public LocalizationClient {
 
   [[nodiscard]] absl::StatusOr<RobotStream> OpenStream(
       const StreamOptions& options = {}) const override;
+
+  /// What people look at (proto/scanloc/v1/viewer.proto).
+  [[nodiscard]] absl::StatusOr<PlaceDetails> GetPlace(const std::string& map,
+                                                      std::int32_t place) const;
+  [[nodiscard]] absl::StatusOr<ConfusablePairs> ListConfusablePairs(const std::string& map) const;
+  /// Those after the last page; a default one begins with the oldest that is kept.
+  [[nodiscard]] absl::StatusOr<AnswersPage> ListAnswers(const std::string& map,
+                                                        const AnswersPage& last = {}) const;
 
   /// Whether the server answers for the map; an empty name: for all that it has to serve. Needs no
   /// token. Not repeated. NotFound: it does not know the map.

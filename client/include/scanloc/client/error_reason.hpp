@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "absl/status/status.h"
@@ -10,5 +11,8 @@ namespace scanloc::client {
 /// proto/scanloc/v1/error_details.proto without its prefix, as "MAP_LOADING". Empty where the
 /// status did not come from a server.
 [[nodiscard]] std::string ReasonOf(const absl::Status& status);
+
+/// After how long [s] a server that refused said to come back; none if it did not.
+[[nodiscard]] std::optional<double> RetryAfterOf(const absl::Status& status);
 
 }  // namespace scanloc::client

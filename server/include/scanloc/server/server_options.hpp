@@ -123,6 +123,10 @@ struct ServerOptions {
   std::string metrics_listen;
   bool allow_plaintext_metrics = false;
 
+  /// Answers kept in memory for those who may see what others are told (tokens of the roles view
+  /// and admin; without a token file, everybody): some kilobytes each. 0: none.
+  int recent_answers = 0;
+
   RequestLog log_requests = RequestLog::kFailed;
 
   /// A folder, made if there is none, where queries without a place are kept for replay, and what

@@ -1,0 +1,58 @@
+#include "rpc/viewer_service.hpp"
+
+#include <algorithm>
+
+#include "rpc/small_call.hpp"
+#include "scanloc/proto/convert.hpp"
+#include "scanloc/proto/convert_viewer.hpp"
+
+namespace scanloc::server {
+namespace {
+
+absl::StatusOr<std::shared_ptr<const ServedMap>> FindMap(const MapRegistry& maps,
+                                                         const std::string& name) {
+  if (auto status = proto::CheckMapName(name); !status.ok()) return status;
+  return maps.Find(name);
+}
+
+}  // namespace
+
+ViewerService::ViewerService(const MapRegistry& maps, const RecentAnswers& answers,
+                             const CallWaits& waits, Admission& admission)
+    : maps_(maps), answers_(answers), waits_(waits), admission_(admission) {
+  Offer<v1::GetPlaceRequest>(
+      "/scanloc.v1.Viewer/GetPlace", "GetPlace", Role::kQuery,
+      [this](const v1::GetPlaceRequest& message) -> absl::StatusOr<v1::GetPlaceResponse> {
+        const auto map = FindMap(maps_, message.map());
+        if (!map.ok()) return map.status();
+        const auto details = DetailsOf((*map)->localizer->map(), message.place());
+        if (!details.ok()) return details.status();
+        return proto::ToProto(*details);
+      });
+  Offer<v1::ListConfusablePairsRequest>(
+      "/scanloc.v1.Viewer/ListConfusablePairs", "ListConfusablePairs", Role::kQuery,
+      [this](const v1::ListConfusablePairsRequest& message)
+          -> absl::StatusOr<v1::ListConfusablePairsResponse> {
+        const auto map = FindMap(maps_, message.map());
+        if (!map.ok()) return map.status();
+        const Map& held = (*map)->localizer->map();
+        return proto::ToProto(ConfusablePairs{held.content_id, held.confusable});
+      });
+  Offer<v1::ListAnswersRequest>(
+      "/scanloc.v1.Viewer/ListAnswers", "ListAnswers", Role::kView,
+      [this](const v1::ListAnswersRequest& message) -> absl::StatusOr<v1::ListAnswersResponse> {
+        if (auto status = proto::CheckMapName(message.map()); !status.ok()) return status;
+        if (answers_.is_on()) return answers_.List(message);
+        return absl::UnimplementedError(
+            "the server keeps no answers to look at; start it with --recent-answers");
+      });
+}
+
+template <typename Request, typename Act>
+void ViewerService::Offer(const char* path, const char* method, Role role, Act act) {
+  Serve(path, [this, method, role, act](grpc::CallbackServerContext* context) {
+    return AnswerHere<Request>(waits_, admission_, method, role, context, act);
+  });
+}
+
+}  // namespace scanloc::server
