@@ -53,10 +53,12 @@ TEST_F(ObservabilityTest, CountsCallsByMethodCodeAndOutcome) {
   EXPECT_EQ(Ask(test::ScanRequest(test::QueryScan(1, 1), "nowhere")).error_code(),
             grpc::StatusCode::NOT_FOUND);
   const std::string text = server_->MetricsText();
-  EXPECT_THAT(text, HasSubstr("scanloc_requests_total{code=\"OK\",method=\"Localize\",outcome=\"" +
+  EXPECT_THAT(text, HasSubstr("scanloc_requests_total{code=\"OK\",map=\"town\",method=\"Localize\","
+                              "outcome=\"" +
                               outcome + "\"} 2\n"));
-  EXPECT_THAT(text, HasSubstr("scanloc_requests_total{code=\"NOT_FOUND\",method=\"Localize\","
-                              "outcome=\"none\"} 1\n"));
+  EXPECT_THAT(text, HasSubstr("scanloc_requests_total{code=\"NOT_FOUND\",map=\"\",method="
+                              "\"Localize\",outcome=\"none\"} 1\n"));
+  EXPECT_THAT(text, HasSubstr("scanloc_confidence_count{map=\"town\"} 2\n"));
   EXPECT_THAT(text, HasSubstr("scanloc_request_duration_seconds_count{method=\"Localize\"} 3\n"));
   for (const char* stage : {"queue", "decode", "describe", "retrieve"}) {
     EXPECT_THAT(text, HasSubstr("scanloc_stage_duration_seconds_count{stage=\"" +
@@ -105,7 +107,7 @@ TEST_F(ObservabilityTest, TakesNoEndOfAStreamForATimeOfAnAnswer) {
   EXPECT_EQ(stream->Finish().error_code(), grpc::StatusCode::INVALID_ARGUMENT);
   server_->Shutdown();  // both were counted
   const std::string text = server_->MetricsText();
-  EXPECT_THAT(text, HasSubstr("scanloc_requests_total{code=\"INVALID_ARGUMENT\",method=\""
+  EXPECT_THAT(text, HasSubstr("scanloc_requests_total{code=\"INVALID_ARGUMENT\",map=\"\",method=\""
                               "LocalizeStream\",outcome=\"none\"} 1\n"));
   EXPECT_THAT(text,
               HasSubstr("scanloc_request_duration_seconds_count{method=\"LocalizeStream\"} 1\n"));

@@ -78,8 +78,9 @@ absl::Status Admission::AdmitNext(const Call& call) {
 void Admission::End(const Call& call, const absl::Status& status) {
   const double seconds = static_cast<double>(NowNs() - call.arrived_ns) / kNsPerSecond;
   const bool is_end_of_stream = call.is_stream && !status.ok();
-  metrics_.CountCall(call.method, status.code(),
-                     status.ok() && call.outcome ? OutcomeName(*call.outcome) : "none",
+  const bool is_answer = status.ok() && call.outcome.has_value();
+  metrics_.CountCall(call.method, status.code(), is_answer ? call.map : "",
+                     is_answer ? OutcomeName(*call.outcome) : "none",
                      is_end_of_stream ? std::nullopt : std::optional(seconds));
   if (log_ == RequestLog::kAll || (log_ == RequestLog::kFailed && !status.ok())) {
     Log(call, status, seconds);

@@ -118,7 +118,7 @@ struct Metrics::State {
   prometheus::Family<prometheus::Counter>& calls =
       prometheus::BuildCounter()
           .Name("scanloc_requests_total")
-          .Help("Requests that have ended, by method, status code and outcome of the answer.")
+          .Help("Requests that have ended, by method, status code, map and outcome of the answer.")
           .Register(registry);
   prometheus::Family<Histogram>& call_times =
       prometheus::BuildHistogram()
@@ -135,11 +135,11 @@ struct Metrics::State {
   Stage retrieve{stages, "retrieve"};
   Stage match{stages, "match"};
   Stage verify{stages, "verify"};
-  Histogram& confidences = prometheus::BuildHistogram()
-                               .Name("scanloc_confidence")
-                               .Help("Confidence of the best candidate of answered queries.")
-                               .Register(registry)
-                               .Add({}, Shares());
+  prometheus::Family<Histogram>& confidences =
+      prometheus::BuildHistogram()
+          .Name("scanloc_confidence")
+          .Help("Confidence of the best candidate of answered queries, by map.")
+          .Register(registry);
   prometheus::Family<prometheus::Counter>& rejections =
       prometheus::BuildCounter()
           .Name("scanloc_rejected_total")
@@ -202,9 +202,10 @@ struct Metrics::State {
 Metrics::Metrics(std::function<Gauges()> look) : state_(std::make_unique<State>(std::move(look))) {}
 Metrics::~Metrics() = default;
 
-void Metrics::CountCall(const std::string& method, absl::StatusCode code,
+void Metrics::CountCall(const std::string& method, absl::StatusCode code, const std::string& map,
                         const std::string& outcome, std::optional<double> seconds) {
-  state_->calls.Add({{"method", method}, {"code", CodeName(code)}, {"outcome", outcome}})
+  state_->calls
+      .Add({{"method", method}, {"code", CodeName(code)}, {"map", map}, {"outcome", outcome}})
       .Increment();
   if (seconds) state_->call_times.Add({{"method", method}}, CallSeconds()).Observe(*seconds);
 }
@@ -219,7 +220,8 @@ void Metrics::AddReply(const LocalizeReply& reply) {
   state_->verify.Add(times.verify_ns);
   if (reply.answer.candidates.empty()) return;
   const Candidate& best = reply.answer.candidates.front();
-  if (best.confidence) state_->confidences.Observe(*best.confidence);
+  if (!best.confidence) return;
+  state_->confidences.Add({{"map", reply.map}}, Shares()).Observe(*best.confidence);
 }
 
 void Metrics::CountRejected(const std::string& reason) {

@@ -31,10 +31,11 @@ class Metrics {
   Metrics(const Metrics&) = delete;
   Metrics& operator=(const Metrics&) = delete;
 
-  /// One call that has ended, or one request of a stream that was answered. outcome: of the answer,
-  /// "none" where there is none. seconds: from request to answer; none where that means nothing.
-  void CountCall(const std::string& method, absl::StatusCode code, const std::string& outcome,
-                 std::optional<double> seconds);
+  /// One call that has ended, or one request of a stream that was answered. map and outcome: of the
+  /// answer, empty and "none" where there is none. seconds: from request to answer; none where that
+  /// means nothing.
+  void CountCall(const std::string& method, absl::StatusCode code, const std::string& map,
+                 const std::string& outcome, std::optional<double> seconds);
   void AddReply(const LocalizeReply& reply);
   void CountRejected(const std::string& reason);
   void CountCaptured(bool kept);
