@@ -103,6 +103,14 @@ absl::StatusOr<std::string> ReadToEnd(std::FILE* stream, const std::string& name
   return bytes;
 }
 
+absl::StatusOr<Scan> DecodeByBeginning(std::string_view bytes, const std::string& name) {
+  const auto* const format =
+      std::find_if(kFormats.begin(), kFormats.end(), [&](const Format& candidate) {
+        return absl::StartsWith(ToAbsl(bytes), ToAbsl(candidate.begin));
+      });
+  return Checked(format->decode(bytes), name);
+}
+
 }  // namespace
 
 absl::StatusOr<Scan> ReadScan(const std::string& path) {
@@ -117,10 +125,15 @@ absl::StatusOr<Scan> ReadScan(const std::string& path) {
 absl::StatusOr<Scan> ReadScan(std::FILE* stream, const std::string& name) try {
   const absl::StatusOr<std::string> bytes = ReadToEnd(stream, name);
   if (!bytes.ok()) return bytes.status();
-  const auto* const format = std::find_if(
-      kFormats.begin(), kFormats.end(),
-      [&](const Format& candidate) { return absl::StartsWith(*bytes, ToAbsl(candidate.begin)); });
-  return Checked(format->decode(*bytes), name);
+  return DecodeByBeginning(*bytes, name);
+} catch (const std::bad_alloc&) {
+  return OutOfMemory(name);
+}
+
+absl::StatusOr<Scan> ReadScanBytes(std::string_view bytes, const std::string& name) try {
+  if (bytes.empty()) return absl::InvalidArgumentError(absl::StrCat(name, ": is empty"));
+  const Format* const format = FindFormat(name);
+  return format == nullptr ? DecodeByBeginning(bytes, name) : Checked(format->decode(bytes), name);
 } catch (const std::bad_alloc&) {
   return OutOfMemory(name);
 }

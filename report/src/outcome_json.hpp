@@ -2,18 +2,11 @@
 
 #include "scanloc/core/scan/sensor_mount.hpp"
 #include "scanloc/eval/judging.hpp"
+#include "scanloc/report/answer_json.hpp"
 #include "scanloc/report/json.hpp"
 
 /// What the documents of locate and eval both hold.
 namespace scanloc::report {
-
-inline Json PoseToJson(const Pose& pose) {
-  Eigen::Quaterniond q(pose.linear());
-  if (q.w() < 0.0) q.coeffs() *= -1.0;
-  const Eigen::Vector3d& t = pose.translation();
-  return {{"x", t.x()},  {"y", t.y()},  {"z", t.z()}, {"qx", q.x()},
-          {"qy", q.y()}, {"qz", q.z()}, {"qw", q.w()}};
-}
 
 inline Json MountToJson(const SensorMount& mount) {
   Json json{{"T_base_sensor", PoseToJson(mount.T_base_sensor)},

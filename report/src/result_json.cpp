@@ -84,6 +84,24 @@ Json SummaryToJson(const Summary& summary, bool truth) {
 
 }  // namespace
 
+Json PoseToJson(const Pose& pose) {
+  Eigen::Quaterniond q(pose.linear());
+  if (q.w() < 0.0) q.coeffs() *= -1.0;
+  const Eigen::Vector3d& t = pose.translation();
+  return {{"x", t.x()},  {"y", t.y()},  {"z", t.z()}, {"qx", q.x()},
+          {"qy", q.y()}, {"qz", q.z()}, {"qw", q.w()}};
+}
+
+Json AnswerToJson(const Answer& answer, const std::optional<Pose>& T_map_true) {
+  Json json{{"outcome", OutcomeName(answer.outcome)},
+            {"reason", answer.reason},
+            {"candidates", Json::array()}};
+  for (const Candidate& candidate : answer.candidates) {
+    json["candidates"].push_back(CandidateToJson(candidate, T_map_true));
+  }
+  return json;
+}
+
 std::string ResultsAsJson(const std::vector<QueryResult>& results, const std::string& method,
                           const ResultFormat& format) {
   Json json;
@@ -93,18 +111,15 @@ std::string ResultsAsJson(const std::vector<QueryResult>& results, const std::st
   json["prior"] = PriorToJson(format.prior);
   json["queries"] = Json::array();
   for (const QueryResult& result : results) {
-    Json query;
-    query["query"] = result.query;
-    query["outcome"] = OutcomeName(result.answer.outcome);
-    query["reason"] = result.answer.reason;
+    Json query{{"query", result.query}};
+    Json answer = AnswerToJson(result.answer, result.T_map_true);
+    query["outcome"] = answer["outcome"];
+    query["reason"] = answer["reason"];
     if (format.sequence) {
       query["num_scans"] = result.num_scans;
       query["relocated"] = result.is_relocated;
     }
-    query["candidates"] = Json::array();
-    for (const Candidate& candidate : result.answer.candidates) {
-      query["candidates"].push_back(CandidateToJson(candidate, result.T_map_true));
-    }
+    query["candidates"] = std::move(answer["candidates"]);
     if (result.T_map_true.has_value()) query["T_map_true"] = PoseToJson(*result.T_map_true);
     json["queries"].push_back(std::move(query));
   }

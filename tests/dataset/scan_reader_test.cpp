@@ -161,6 +161,21 @@ TEST(ScanReader, TakesExtensionsInEitherCase) {
   EXPECT_FALSE(IsScanFile("bin"));
 }
 
+TEST(ScanReader, ReadsBytesByTheNameOrByHowTheyBegin) {
+  const std::string ply =
+      "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n"
+      "property float z\nend_header\n1 2 3\n";
+  for (const char* name : {"scan", "scan.ply", "scan.PLY"}) {
+    const absl::StatusOr<Scan> scan = ReadScanBytes(ply, name);
+    ASSERT_TRUE(scan.ok()) << scan.status();
+    EXPECT_EQ(scan->points, (PointCloud{{1.0F, 2.0F, 3.0F}}));
+  }
+  const absl::Status as_another = ReadScanBytes(ply, "scan.pcd").status();
+  EXPECT_EQ(as_another.code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_THAT(std::string(as_another.message()), testing::StartsWith("scan.pcd"));
+  EXPECT_EQ(ReadScanBytes("", "scan").status().code(), absl::StatusCode::kInvalidArgument);
+}
+
 TEST(ScanReader, SaysThatAFileIsMissing) {
   const TempDir dir;
   const absl::StatusOr<Scan> scan = ReadScan(dir.File("none.bin"));

@@ -67,6 +67,10 @@ struct ScanFile {
 /// .bin. Errors as above, with the name in place of a path.
 [[nodiscard]] absl::StatusOr<Scan> ReadScan(std::FILE* stream, const std::string& name);
 
+/// Reads one scan from bytes: by the name's extension if it has one of those above, else by how
+/// they begin. Errors likewise.
+[[nodiscard]] absl::StatusOr<Scan> ReadScanBytes(std::string_view bytes, const std::string& name);
+
 /// Likewise, by its layout:
 ///   kNclt    rows of three uint16, little endian, in steps of 5 mm from -100 m, and two bytes
 ///            more: x forward, y right, z down of the robot, whose origin is near the ground. Given

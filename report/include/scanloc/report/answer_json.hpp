@@ -1,0 +1,19 @@
+#pragma once
+
+#include <optional>
+
+#include "scanloc/core/answer.hpp"
+#include "scanloc/core/scan/pose.hpp"
+#include "scanloc/report/json.hpp"
+
+/// How documents tell of an answer, whoever writes them.
+namespace scanloc::report {
+
+/// x, y, z [m], and qx, qy, qz, qw with qw not negative.
+[[nodiscard]] Json PoseToJson(const Pose& pose);
+
+/// outcome, reason and candidates, with their errors where the truth is given.
+[[nodiscard]] Json AnswerToJson(const Answer& answer,
+                                const std::optional<Pose>& T_map_true = std::nullopt);
+
+}  // namespace scanloc::report
