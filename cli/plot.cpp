@@ -24,7 +24,7 @@ class PlotCommand : public Command {
  public:
   [[nodiscard]] std::string name() const override { return "plot"; }
   [[nodiscard]] std::string summary() const override {
-    return "Draw a map and the answers of locate as an SVG picture";
+    return "Draw a map, and the answers of locate, as an SVG picture";
   }
   void Declare(CLI::App& app) override;
   [[nodiscard]] absl::Status Run() override;
@@ -46,8 +46,9 @@ class PlotCommand : public Command {
 };
 
 void PlotCommand::Declare(CLI::App& app) {
-  app.add_option("MAP", map_, "Map file that gave the answers")->required();
-  app.add_option("--answers", answers_, "CSV of scanloc locate")->required()->type_name("CSV");
+  app.add_option("MAP", map_, "Map file to draw, which gave the answers")->required();
+  auto* answers = app.add_option("--answers", answers_, "CSV of scanloc locate [the map alone]")
+                      ->type_name("CSV");
   app.add_option("--out", out_, "Picture to write, replaced if it is there; - is standard output")
       ->required()
       ->type_name("FILE.svg");
@@ -55,6 +56,7 @@ void PlotCommand::Declare(CLI::App& app) {
                                       "True poses of the queries, if locate was not told them: a "
                                       "row a query, or with --scans a row "
                                       "a scan of the folder");
+  poses->needs(answers);
   app.add_option("--scans", scans_dir_,
                  "Folder of the scans, if the queries were only some of them")
       ->type_name("DIR")
@@ -66,9 +68,10 @@ void PlotCommand::Declare(CLI::App& app) {
       ->capture_default_str();
   app.add_option("--title", title_, "Title [the map's name and the counts]");
   app.footer(
-      "Green: right, as locate --truth counts. Red: wrong, with a line to the true position. Grey: "
-      "not recognised.\n"
+      "Blue: right, as locate --truth counts. Vermilion: wrong, with a line to the true position. "
+      "Orange: ambiguous.\nGrey: not recognised, or a scan of too little.\n"
       "Examples:\n"
+      "  scanloc plot town.scanloc --out town.svg\n"
       "  scanloc locate town.scanloc --scans drive2 --truth drive2/poses.txt --csv answers.csv\n"
       "  scanloc plot town.scanloc --answers answers.csv --out answers.svg");
 }
@@ -116,7 +119,9 @@ absl::StatusOr<std::vector<report::PicturedQuery>> PlotCommand::Judge(
           answers_, ": ", answer.query, " was answered with place ", *answer.place, ", but ", map_,
           " has ", places.size(), " places; these answers are from another map"));
     }
-    if (answer.outcome != OutcomeName(Outcome::kLocalized) || !answer.place.has_value()) {
+    if (answer.outcome == OutcomeName(Outcome::kAmbiguous)) {
+      query.verdict = report::Verdict::kAmbiguous;
+    } else if (answer.outcome != OutcomeName(Outcome::kLocalized) || !answer.place.has_value()) {
       query.verdict = report::Verdict::kNotRecognized;
     } else if (!answer.truth.has_value()) {
       query.verdict = report::Verdict::kUnchecked;
@@ -133,6 +138,7 @@ absl::StatusOr<std::vector<report::PicturedQuery>> PlotCommand::Judge(
 
 std::string PlotCommand::Title(const std::vector<report::PicturedQuery>& queries) const {
   if (!title_.empty()) return title_;
+  if (answers_.empty()) return std::filesystem::path(map_).filename().string();
   return absl::StrFormat("%s: answers to %d queries",
                          std::filesystem::path(map_).filename().string(), queries.size());
 }
@@ -145,6 +151,7 @@ absl::Status PlotCommand::Run() {
     places.push_back({record.place.T_map_place.translation().head<2>(),
                       static_cast<std::size_t>(record.place.session)});
   }
+  if (answers_.empty()) return WriteText(out_, report::DrawMapPicture(Title({}), places, {}));
   absl::StatusOr<std::vector<report::CsvAnswer>> answers = report::ReadAnswersCsv(answers_);
   if (!answers.ok()) return answers.status();
   if (absl::Status s = AddTruth(&*answers); !s.ok()) return s;

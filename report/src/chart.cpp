@@ -179,13 +179,31 @@ void DrawSpaceAxes(const SpaceChart& chart, const ToPx& to_px, Svg* svg) {
 
 }  // namespace
 
-void SetLook(std::size_t i, ChartSeries* series) {
-  constexpr std::array kColors = {colors::kBlue,   colors::kVermilion, colors::kGreen,
-                                  colors::kPurple, colors::kOrange,    colors::kSky,
-                                  colors::kBlack};
-  constexpr std::size_t kNumDashes = 5;
-  series->color = kColors[i % kColors.size()];
-  series->dash = static_cast<int>((i + i / kColors.size()) % kNumDashes) + 1;
+void SetLook(std::string_view method, ChartSeries* series) {
+  struct Family {
+    std::string_view name;
+    const char* color;
+    Mark mark;
+  };
+  // Longer names before those that they begin with.
+  constexpr std::array<Family, 6> kFamilies = {{{"a-pc", colors::kVermilion, Mark::kTriangle},
+                                                {"a-cc", colors::kGreen, Mark::kSquare},
+                                                {"auto", colors::kBlue, Mark::kDisc},
+                                                {"m2dp", colors::kSky, Mark::kDiamond},
+                                                {"pc", colors::kOrange, Mark::kOpenTriangle},
+                                                {"cc", colors::kPurple, Mark::kOpenSquare}}};
+  const auto* const family = std::find_if(kFamilies.begin(), kFamilies.end(), [&](const Family& f) {
+    return method.substr(0, f.name.size()) == f.name;
+  });
+  const bool is_known = family != kFamilies.end();
+  series->color = is_known ? family->color : colors::kBlack;
+  series->mark = is_known ? family->mark : Mark::kRing;
+  const std::string_view how = method.substr(is_known ? family->name.size() : 0);
+  const std::string_view variant = how.substr(0, how.find(':'));
+  series->dash = variant.empty()       ? (how.empty() ? 1 : 2)
+                 : variant == "-key"   ? 3
+                 : variant == "-trees" ? 4
+                                       : 5;
 }
 
 std::string Draw(const LineChart& chart) {

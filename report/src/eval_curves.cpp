@@ -14,11 +14,11 @@ namespace {
 constexpr std::size_t kMaxPoints = 400;
 constexpr const char* kRecallTitle = "recall (share of all revisits)";
 
-/// The i-th of the results as a line; no point where `point_at` has none.
+/// The result as a line; no point where `point_at` has none.
 template <typename PointAt>
-ChartSeries LineOf(std::size_t i, const eval::MethodResult& result, PointAt&& point_at) {
+ChartSeries LineOf(const eval::MethodResult& result, PointAt&& point_at) {
   ChartSeries line{.name = result.name};
-  SetLook(i, &line);
+  SetLook(result.name, &line);
   const std::size_t num_points = result.precision_recall.points.size();
   const std::size_t step = (num_points + kMaxPoints - 1) / kMaxPoints;
   for (std::size_t k = 0; k < num_points; ++k) {
@@ -40,33 +40,53 @@ std::vector<const eval::MethodResult*> MainResults(const EvalReport& report) {
   return results;
 }
 
+/// Where methods are good the curves are told apart only if the rest is left out: what every method
+/// reaches at its greatest F1 stays, and some more.
+double LeastPrecisionShown(const std::vector<const eval::MethodResult*>& results) {
+  double least = 1.0;
+  for (const eval::MethodResult* result : results) {
+    const auto& points = result->precision_recall.points;
+    const auto best = std::max_element(points.begin(), points.end(),
+                                       [](const auto& a, const auto& b) { return a.f1 < b.f1; });
+    if (best != points.end()) least = std::min(least, best->precision);
+  }
+  return least >= 0.95 ? 0.8 : least >= 0.75 ? 0.5 : 0.0;
+}
+
 EvalFigure DrawPrecisionRecall(const std::vector<const eval::MethodResult*>& results) {
-  // Not quite from 0 to 1, so that lines along the edges are seen.
-  LineChart chart{.x = {kRecallTitle, 0.0, 1.02}, .y = {"precision", 0.0, 1.02}, .series = {}};
-  for (std::size_t i = 0; i < results.size(); ++i) {
-    const auto& points = results[i]->precision_recall.points;
-    chart.series.push_back(LineOf(i, *results[i], [&](std::size_t k) {
+  const double low = LeastPrecisionShown(results);
+  // Not quite to 1, so that lines along the edges are seen.
+  LineChart chart{.x = {kRecallTitle, 0.0, 1.02},
+                  .y = {"precision", low, 1.0 + 0.02 * (1.0 - low)},
+                  .series = {}};
+  for (const eval::MethodResult* result : results) {
+    const auto& points = result->precision_recall.points;
+    chart.series.push_back(LineOf(*result, [&](std::size_t k) -> std::optional<Eigen::Vector3d> {
+      if (points[k].precision < low) return std::nullopt;
       return Eigen::Vector3d(points[k].recall, points[k].precision, 0.0);
     }));
   }
-  return {"Precision over recall", "", Draw(chart)};
+  return {"Precision over recall",
+          low > 0.0 ? absl::StrFormat("Only precisions from %g on are shown.", low) : "",
+          Draw(chart)};
 }
 
 EvalFigure DrawF1(const std::vector<const eval::MethodResult*>& results) {
   LineChart chart{.x = {kRecallTitle, 0.0, 1.02}, .y = {"F1", 0.0, 1.02}, .series = {}};
   for (std::size_t i = 0; i < results.size(); ++i) {
     const auto& points = results[i]->precision_recall.points;
-    chart.series.push_back(LineOf(i, *results[i], [&](std::size_t k) {
+    chart.series.push_back(LineOf(*results[i], [&](std::size_t k) {
       return Eigen::Vector3d(points[k].recall, points[k].f1, 0.0);
     }));
     const auto greatest = std::max_element(
         points.begin(), points.end(), [](const auto& a, const auto& b) { return a.f1 < b.f1; });
     if (greatest == points.end()) continue;
-    ChartSeries dot{.style = ChartSeries::Style::kMarks, .color = chart.series.back().color};
+    ChartSeries dot{.style = ChartSeries::Style::kMarks, .mark_px = 9.0, .points = {}};
+    SetLook(results[i]->name, &dot);
     dot.points.emplace_back(greatest->recall, greatest->f1, 0.0);
     chart.series.push_back(std::move(dot));
   }
-  return {"F1 over recall", "The dot is at the greatest F1.", Draw(chart)};
+  return {"F1 over recall", "The mark is at the greatest F1.", Draw(chart)};
 }
 
 /// Of all revisits, or of those of one kind; none where none of them is found yet.
@@ -86,7 +106,7 @@ std::optional<EvalFigure> DrawDivergence(const std::vector<const eval::MethodRes
   for (std::size_t i = 0; i < results.size(); ++i) {
     const auto& points = results[i]->precision_recall.points;
     chart.series.push_back(
-        LineOf(i, *results[i], [&](std::size_t k) -> std::optional<Eigen::Vector3d> {
+        LineOf(*results[i], [&](std::size_t k) -> std::optional<Eigen::Vector3d> {
           const std::optional<double> divergence = DivergenceAt(*results[i], kind, k);
           if (!divergence) return std::nullopt;
           greatest = std::max(greatest, *divergence);
@@ -117,7 +137,8 @@ EvalFigure DrawReliability(const eval::MethodResult& result) {
   ChartSeries ideal{
       .name = "ideal", .color = colors::kGrey, .dash = 2, .width_px = 1.5, .points = {}};
   ideal.points = {{0.0, 0.0, 0.0}, {1.0, 1.0, 0.0}};
-  ChartSeries line{.name = result.name, .color = colors::kBlue, .points = {}};
+  ChartSeries line{.name = result.name, .points = {}};
+  SetLook(result.name, &line);
   for (const eval::ReliabilityBin& bin : result.reliability->bins) {
     chart.bars.push_back({bin.low, bin.high, bin.num_queries});
     if (bin.num_queries > 0) line.points.emplace_back(bin.mean_confidence, bin.share_right, 0.0);

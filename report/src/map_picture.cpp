@@ -18,7 +18,7 @@ using Style = ChartSeries::Style;
 constexpr double kPictureWidth_px = 1100.0;
 constexpr double kMark_px = 9.0;
 constexpr const char* kMapColor = "#a9b8c6";
-constexpr const char* kWrongColor = "#d7191c";
+constexpr const char* kWrongColor = colors::kVermilion;
 
 Eigen::Vector3d OnFloor(const Vector2d& at) { return {at.x(), at.y(), 0.0}; }
 
@@ -104,30 +104,42 @@ std::string DrawMapPicture(const std::string& title, const std::vector<PicturedP
     return std::count_if(queries.begin(), queries.end(),
                          [&](const PicturedQuery& query) { return query.verdict == verdict; });
   };
-  ChartSeries unknown = MarksOf(queries, Verdict::kNotRecognized, "#7f7f7f", ": not recognised");
-  ChartSeries right = MarksOf(queries, Verdict::kRight, "#1a9641", ": right");
-  ChartSeries unchecked = MarksOf(queries, Verdict::kUnchecked, "#2166ac", ": localized");
+  ChartSeries unknown =
+      MarksOf(queries, Verdict::kNotRecognized, colors::kGrey, ": not recognised");
+  unknown.mark = Mark::kOpenSquare;
+  ChartSeries ambiguous = MarksOf(queries, Verdict::kAmbiguous, colors::kOrange, ": ambiguous");
+  ambiguous.mark = Mark::kTriangle;
+  ChartSeries right = MarksOf(queries, Verdict::kRight, colors::kBlue, ": right");
+  ChartSeries unchecked = MarksOf(queries, Verdict::kUnchecked, colors::kSky, ": localized");
+  unchecked.mark = Mark::kDiamond;
   ChartSeries wrong = MarksOf(queries, Verdict::kWrong, kWrongColor, ": wrong");
   wrong.mark = Mark::kCross;
   const auto num_unknown = count(Verdict::kNotRecognized);
+  const auto num_ambiguous = count(Verdict::kAmbiguous);
   const bool all_drawn = unknown.points.size() == static_cast<std::size_t>(num_unknown);
-  unknown.name =
-      absl::StrFormat("not recognised: %d%s", num_unknown,
-                      all_drawn ? " (at the true position)" : " (drawn where the truth is known)");
+  if (num_unknown > 0) {
+    unknown.name = absl::StrFormat(
+        "not recognised: %d%s", num_unknown,
+        all_drawn ? " (at the true position)" : " (drawn where the truth is known)");
+  }
+  if (num_ambiguous > 0) {
+    ambiguous.name = absl::StrFormat("ambiguous: %d (at the best guess)", num_ambiguous);
+  }
   const auto num_right = count(Verdict::kRight);
   const auto num_wrong = count(Verdict::kWrong);
   const auto num_unchecked = count(Verdict::kUnchecked);
-  if (num_unchecked == 0 || num_right > 0 || num_wrong > 0) {
+  if (num_right > 0 || num_wrong > 0) {
     right.name = absl::StrFormat("right: %d", num_right);
     wrong.name = absl::StrFormat("wrong: %d (line to the true position)", num_wrong);
   }
   if (num_unchecked > 0)
     unchecked.name = absl::StrFormat("localized, unchecked: %d", num_unchecked);
-  LineChart chart{.series = {MapPath(places), std::move(unknown), std::move(right),
-                             std::move(unchecked), LinesToTruth(queries), std::move(wrong)},
-                  .has_equal_scales = true,
-                  .title = title,
-                  .width_px = kPictureWidth_px};
+  LineChart chart{
+      .series = {MapPath(places), std::move(unknown), std::move(ambiguous), std::move(right),
+                 std::move(unchecked), LinesToTruth(queries), std::move(wrong)},
+      .has_equal_scales = true,
+      .title = title,
+      .width_px = kPictureWidth_px};
   SetPlanAxes(&chart);
   return Draw(chart);
 }

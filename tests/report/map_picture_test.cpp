@@ -55,6 +55,7 @@ TEST(MapPicture, ShowsEachVerdictOnce) {
       {"r.bin", Verdict::kRight, Vector2d(1.0, 0.0), Vector2d(1.0, 1.0)},
       {"w.bin", Verdict::kWrong, Vector2d(2.0, 0.0), Vector2d(9.0, 0.0)},
       {"u.bin", Verdict::kUnchecked, Vector2d(3.0, 0.0), std::nullopt},
+      {"a.bin", Verdict::kAmbiguous, Vector2d(3.5, 0.0), std::nullopt},
       {"n.bin", Verdict::kNotRecognized, Vector2d(4.0, 0.0), Vector2d(5.0, 0.0)},
       {"nowhere.bin", Verdict::kNotRecognized, std::nullopt, std::nullopt},
   };
@@ -62,10 +63,20 @@ TEST(MapPicture, ShowsEachVerdictOnce) {
   EXPECT_EQ(Count(picture, "r.bin: right"), 1);
   EXPECT_EQ(Count(picture, "w.bin: wrong"), 1);
   EXPECT_EQ(Count(picture, "u.bin: localized"), 1);
+  EXPECT_EQ(Count(picture, "a.bin: ambiguous"), 1);
+  EXPECT_EQ(Count(picture, "ambiguous: 1"), 1);
   EXPECT_EQ(Count(picture, "n.bin: not recognised"), 1);
   EXPECT_EQ(Count(picture, "nowhere.bin"), 0);
   EXPECT_EQ(Count(picture, "not recognised: 2"), 1) << "but it is counted";
   EXPECT_EQ(Count(picture, "the &lt;title&gt;"), 1);
+}
+
+TEST(MapPicture, SaysNothingOfAnswersWhereThereAreNone) {
+  const std::string picture = DrawMapPicture("", Street(10, 0.0, 0), {});
+  EXPECT_EQ(Count(picture, "map: 10 places"), 1);
+  for (const char* word : {"right", "wrong", "ambiguous", "not recognised"}) {
+    EXPECT_EQ(Count(picture, word), 0) << word;
+  }
 }
 
 TEST(MapPicture, StandsWithLittleOrFarAway) {

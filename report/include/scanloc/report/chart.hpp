@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <limits>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace scanloc::report {
@@ -59,8 +60,9 @@ struct ChartSeries {
       Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
 };
 
-/// The look of the i-th of several lines: colours first, then dashes, too.
-void SetLook(std::size_t i, ChartSeries* series);
+/// The look of a method, the same in every chart: a colour and a mark for what it compares
+/// ("a-pc"), a dash for how ("a-pc-key", "a-pc:10").
+void SetLook(std::string_view method, ChartSeries* series);
 
 struct LineChart {
   ChartAxis x, y;

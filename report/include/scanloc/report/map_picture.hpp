@@ -13,7 +13,8 @@ enum class Verdict {
   kRight,
   kWrong,
   kUnchecked,      ///< localized, but the truth is not known
-  kNotRecognized,  ///< any outcome but localized
+  kAmbiguous,      ///< two places or more explain the scan
+  kNotRecognized,  ///< or the scan shows too little
 };
 
 /// One query in the picture; positions in the plane of the map frame [m].
@@ -35,9 +36,10 @@ struct PicturedPlace {
 [[nodiscard]] std::vector<std::size_t> StretchStarts(const std::vector<PicturedPlace>& places);
 
 /// A map and its answers as one SVG document, seen from above, x to the right and y up: the places
-/// as a path; a green dot where a right answer lies; a red cross where a wrong one lies, with a
-/// line to the true position; a blue dot for one that cannot be checked; a grey dot at the true
-/// position of a query that was not recognised.
+/// as a path, and nothing else where there are no queries; a blue dot where a right answer lies; a
+/// vermilion cross where a wrong one lies, with a line to the true position; a sky blue diamond for
+/// one that cannot be checked; an orange triangle at the best guess of an ambiguous one; a grey
+/// square at the true position of a query that was not recognised.
 [[nodiscard]] std::string DrawMapPicture(const std::string& title,
                                          const std::vector<PicturedPlace>& places,
                                          const std::vector<PicturedQuery>& queries);
