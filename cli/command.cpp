@@ -22,6 +22,7 @@ std::vector<std::unique_ptr<Command>> AllCommands() {
   commands.push_back(MakeVerifyCommand());
   commands.push_back(MakeLocateCommand());
   commands.push_back(MakeEvalCommand());
+  commands.push_back(MakeReportDiffCommand());
   commands.push_back(MakePlotCommand());
   commands.push_back(MakeMergeCommand());
   commands.push_back(MakeEditCommand());

@@ -15,11 +15,14 @@
 #include "cli/drive_options.hpp"
 #include "cli/output.hpp"
 #include "cli/progress.hpp"
+#include "cli/provenance.hpp"
+#include "scanloc/core/printable.hpp"
 #include "scanloc/dataset/drive.hpp"
 #include "scanloc/dataset/scan_reader.hpp"
 #include "scanloc/eval/baseline.hpp"
 #include "scanloc/eval/evaluation.hpp"
 #include "scanloc/mapdb/map_file.hpp"
+#include "scanloc/report/eval_paper.hpp"
 #include "scanloc/report/eval_report.hpp"
 
 namespace scanloc::cli {
@@ -312,10 +315,16 @@ absl::Status EvalCommand::Run() {
         {place.T_map_place.translation().head<2>(), static_cast<std::size_t>(place.session)});
   }
   if (!report_dir_.empty()) {
-    absl::Status status = WriteReport(report_dir_, {{"results.json", report::EvalAsJson(report)},
-                                                    {"matches.csv", report::EvalAsCsv(report)},
-                                                    {"report.html", report::EvalAsHtml(report)}});
-    if (!status.ok()) return status;
+    report.made = MadeNow();
+    std::vector<std::pair<std::string, std::string>> files = {
+        {"results.json", report::EvalAsJson(report)},
+        {"matches.csv", report::EvalAsCsv(report)},
+        {"report.html", report::EvalAsHtml(report)}};
+    for (report::ReportFile& file : report::PaperFiles(report)) {
+      files.emplace_back(std::move(file.name), std::move(file.text));
+    }
+    report.made = {};
+    if (absl::Status status = WriteReport(report_dir_, files); !status.ok()) return status;
   }
   return WriteText("-", json_ ? report::EvalAsJson(report) : report::EvalAsTable(report, times_));
 }

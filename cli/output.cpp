@@ -131,7 +131,9 @@ absl::Status WriteReport(const std::string& folder,
         absl::StrCat("cannot make folder '", folder, "': ", error.message()));
   }
   for (const auto& [name, text] : files) {
-    absl::Status status = WriteText(std::filesystem::path(folder) / name, text);
+    const std::filesystem::path path = std::filesystem::path(folder) / name;
+    std::filesystem::create_directories(path.parent_path(), error);  // or WriteText says what
+    absl::Status status = WriteText(path, text);
     if (!status.ok()) return status;
   }
   return absl::OkStatus();

@@ -147,7 +147,14 @@ std::string EvalAsHtml(const EvalReport& report) {
   absl::StrAppend(&html, "<h1>scanloc evaluation</h1>\n<p>Map <code>", XmlEscaped(report.map),
                   "</code>, content id <code>", XmlEscaped(report.content_id), "</code>. ",
                   XmlEscaped(EvalSummary(report)), ". A match is right if its place lies within ",
-                  report.within_m, " m of the query's true position.</p>\n", Tables(report));
+                  report.within_m, " m of the query's true position.</p>\n");
+  if (!report.made.version.empty()) {
+    absl::StrAppend(&html, "<p>Made by scanloc ", XmlEscaped(report.made.version), " on ",
+                    XmlEscaped(report.made.date), ": <code>", XmlEscaped(report.made.command),
+                    "</code>. Charts and their numbers as files: <code>figures/</code>; the table "
+                    "for LaTeX: <code>tables.tex</code>.</p>\n");
+  }
+  html += Tables(report);
   html += Figures("Curves", DrawCurves(report));
   for (const eval::MethodResult* result : ResultsWithin(report, report.within_m)) {
     html += Figures(absl::StrCat("Matches of ", result->name), DrawMatches(report, *result));

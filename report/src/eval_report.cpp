@@ -261,6 +261,11 @@ std::string EvalSummary(const EvalReport& report) {
 std::string EvalAsJson(const EvalReport& report) {
   const Counts counts = CountQueries(report);
   Json json;
+  if (!report.made.version.empty()) {
+    json["made"] = {{"version", report.made.version},
+                    {"command", report.made.command},
+                    {"date", report.made.date}};
+  }
   json["map"] = report.map;
   json["content_id"] = report.content_id;
   json["mount"] = MountToJson(report.mount);

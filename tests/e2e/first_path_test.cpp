@@ -321,12 +321,41 @@ TEST(FirstPath, PlotDrawsEveryAnswer) {
   };
   const std::string unchecked =
       MustScanloc({"plot", Town().map1, "--answers", dir.File("answers.csv"), "--out", "-"});
-  EXPECT_EQ(circles(unchecked, "#2166ac"), TinyTown::kNumScans + 1) << "and one in the legend";
+  EXPECT_EQ(circles(unchecked, "#56b4e9"), TinyTown::kNumScans + 1) << "and one in the legend";
   MustScanloc({"plot", Town().map1, "--answers", dir.File("answers.csv"), "--truth",
                Town().Poses2(), "--within-m", "1000", "--out", dir.File("answers.svg")});
   const std::string checked = ReadFile(dir.File("answers.svg"));
-  EXPECT_EQ(circles(checked, "#1a9641"), TinyTown::kNumScans + 1);
+  EXPECT_EQ(circles(checked, "#0072b2"), TinyTown::kNumScans + 1);
   EXPECT_EQ(checked.substr(checked.size() - 7), "</svg>\n");
+  const std::string alone = MustScanloc({"plot", Town().map1, "--out", "-"});
+  EXPECT_NE(alone.find("map: 30 places"), std::string::npos) << "a map needs no answers";
+}
+
+TEST(FirstPath, ReportsGoIntoPapersAndAreCompared) {
+  const TempDir dir;
+  const auto report = [&](const std::string& folder, const Args& more) {
+    Args args = {"eval",          Town().map1, "--scans",        Town().drive2, "--poses",
+                 Town().Poses2(), "--report",  dir.File(folder), "--quiet"};
+    args.insert(args.end(), more.begin(), more.end());
+    MustScanloc(args);
+  };
+  report("a", {"--method", "auto"});
+  EXPECT_NE(ReadFile(dir.File("a/figures/precision-over-recall.svg")).find("</svg>"),
+            std::string::npos);
+  EXPECT_NE(ReadFile(dir.File("a/tables.tex")).find("\\begin{tabular}"), std::string::npos);
+  EXPECT_EQ(ReadFile(dir.File("a/figures/curves.csv")).rfind("method,within_m", 0), 0U);
+  EXPECT_NE(ReadFile(dir.File("a/report.html")).find("Made by scanloc"), std::string::npos);
+  EXPECT_NE(ReadFile(dir.File("a/results.json")).find("\"command\": \""), std::string::npos);
+  report("b", {"--method", "auto"});
+  const std::string same = MustScanloc({"report-diff", dir.File("a"), dir.File("b")});
+  EXPECT_NE(same.find("better:\n  none\nworse:\n  none\n"), std::string::npos) << same;
+  std::string matches = ReadFile(dir.File("b/matches.csv"));
+  const std::size_t at = matches.find(",localized,1,");
+  ASSERT_NE(at, std::string::npos) << matches;
+  dir.Write("b/matches.csv", matches.replace(at, 13, ",localized,0,"));
+  const std::string worse = MustScanloc({"report-diff", dir.File("a"), dir.File("b")});
+  EXPECT_NE(worse.find("found -> FALSE"), std::string::npos) << worse;
+  EXPECT_EQ(Scanloc({"report-diff", dir.File("a"), dir.File("none")}).status, 1);
 }
 
 TEST(FirstPath, EvalMeasuresEveryMethodAndWritesAReport) {
@@ -346,7 +375,9 @@ TEST(FirstPath, EvalMeasuresEveryMethodAndWritesAReport) {
   EXPECT_LT(best.at("median_position_error_m"), 0.5);
   EXPECT_EQ(best.at("kinds").at("easy").at("num_revisits"), TinyTown::kNumScans);
   EXPECT_TRUE(document.at("results")[1].at("expected_calibration_error").is_null());
-  EXPECT_EQ(json::parse(ReadFile(dir.path() / "report" / "results.json")), document);
+  json in_folder = json::parse(ReadFile(dir.path() / "report" / "results.json"));
+  EXPECT_EQ(in_folder.erase("made"), 1U);
+  EXPECT_EQ(in_folder, document);
   const std::string html = ReadFile(dir.path() / "report" / "report.html");
   EXPECT_NE(html.find("<svg"), std::string::npos);
   EXPECT_EQ(CountLines(ReadFile(dir.path() / "report" / "matches.csv")),

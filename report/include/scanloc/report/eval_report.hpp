@@ -9,8 +9,16 @@
 
 namespace scanloc::report {
 
+/// How a report came to be; empty where nobody says.
+struct Provenance {
+  std::string version;
+  std::string command;  ///< with its arguments
+  std::string date;     ///< ISO 8601, UTC
+};
+
 /// What the texts below tell of.
 struct EvalReport {
+  Provenance made = {};
   std::string map;  ///< file
   std::string content_id;
   SensorMount mount;      ///< of the sensor that saw the queries
