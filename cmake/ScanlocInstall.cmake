@@ -20,7 +20,7 @@ endforeach()
 install(DIRECTORY core/include/ mapdb/include/ client/include/ client/offline/include/ pcl/include/
   DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT dev)
 # The conversions need generated headers; the library alone uses them.
-install(FILES proto/include/scanloc/proto/messages.hpp
+install(FILES proto/include/scanloc/proto/messages.hpp proto/include/scanloc/proto/viewer.hpp
   DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/scanloc/proto COMPONENT dev)
 install(DIRECTORY proto/scanloc DESTINATION ${CMAKE_INSTALL_DATADIR}/scanloc/proto COMPONENT dev
   FILES_MATCHING PATTERN "*.proto")
@@ -55,9 +55,11 @@ scanloc_add_pkg_config(client "scanloc-core grpc++ protobuf"
 find_program(HELP2MAN_PROGRAM help2man)
 if(HELP2MAN_PROGRAM)
   set(programs scanloc scanlocd)
-  if(TARGET scanloc-ros2)
-    list(APPEND programs scanloc-ros2)
-  endif()
+  foreach(program scanloc-ros2 scanloc-web)
+    if(TARGET ${program})
+      list(APPEND programs ${program})
+    endif()
+  endforeach()
   list(TRANSFORM programs REPLACE "(.+)" "$<TARGET_FILE:\\1>" OUTPUT_VARIABLE files)
   add_custom_target(man
     COMMAND "${PROJECT_SOURCE_DIR}/scripts/man_pages.sh" "${PROJECT_BINARY_DIR}/man" ${files}
@@ -66,7 +68,7 @@ if(HELP2MAN_PROGRAM)
 endif()
 set(bash_dir "${CMAKE_INSTALL_DATADIR}/bash-completion/completions")
 set(zsh_dir "${CMAKE_INSTALL_DATADIR}/zsh/vendor-completions")
-foreach(program scanloc scanlocd scanloc-ros2)
+foreach(program scanloc scanlocd scanloc-ros2 scanloc-web)
   install(FILES scripts/completion.bash DESTINATION ${bash_dir} RENAME ${program}
     COMPONENT ${program})
   install(FILES scripts/completion.zsh DESTINATION ${zsh_dir} RENAME _${program}
@@ -84,7 +86,7 @@ install(FILES packaging/scanlocd.toml DESTINATION ${CMAKE_INSTALL_DATADIR}/scanl
 
 install(FILES README.md CHANGELOG.md DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT scanloc)
 install(DIRECTORY docs DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT scanloc)
-foreach(package scanloc scanlocd scanloc-ros2 dev python)
+foreach(package scanloc scanlocd scanloc-ros2 scanloc-web dev python)
   set(folder "${package}")
   string(REGEX REPLACE "^dev$" "libscanloc-dev" folder "${folder}")
   string(REGEX REPLACE "^python$" "python3-scanloc" folder "${folder}")

@@ -42,6 +42,12 @@ if(TARGET scanloc-ros2)
     "The program scanloc-ros2: hears the clouds of a ROS 2 robot over DDS and tells /initialpose,
 without ROS on the machine.")
 endif()
+if(TARGET scanloc-web)
+  list(APPEND CPACK_COMPONENTS_ALL scanloc-web)
+  set(CPACK_DEBIAN_SCANLOC-WEB_PACKAGE_NAME scanloc-web)
+  set(CPACK_COMPONENT_SCANLOC-WEB_DESCRIPTION
+    "The program scanloc-web: a page to look at what a scanlocd answers, and HTTP/JSON.")
+endif()
 if(TARGET scanloc_python)
   list(APPEND CPACK_COMPONENTS_ALL python)
   set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-scanloc)

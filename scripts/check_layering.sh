@@ -47,6 +47,10 @@ forbid sim 'scanloc/(mapdb|eval|proto|server|client)/|sqlite3|pcl/|grpc|google/|
   'sim makes worlds and scans of them: it knows core, dataset and jobs only'
 forbid ros2 'scanloc/(mapdb|sim|eval|report|server|proto/convert)|sqlite3|pcl/|grpc|google/' \
   'ros2 is thin, over the faces of client and dataset'
+forbid web 'scanloc/(mapdb|sim|eval|server|proto/convert|proto/status)|sqlite3|pcl/|grpc|google/' \
+  'web is thin, over the faces of client, dataset and report'
+forbid 'core mapdb dataset sim eval report proto server client cli ros2 python' 'boost/' \
+  'HTTP stays in web'
 forbid 'core mapdb dataset sim eval report proto server client cli' 'dds/|ros2/|fastdds|fastrtps' \
   'DDS stays in ros2'
 forbid python 'scanloc/(dataset|sim|report|proto/convert|server)|grpc|google/|sqlite3|pcl/' \

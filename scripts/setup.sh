@@ -12,6 +12,7 @@ packages=(
   libpq-dev libcurl4-openssl-dev postgresql
   libssl-dev zlib1g-dev prometheus-cpp-dev libspdlog-dev libcli11-dev nlohmann-json3-dev
   cyclonedds-dev cyclonedds-tools libfastrtps-dev libfastcdr-dev
+  libboost-dev
   libgtest-dev libgmock-dev libbenchmark-dev openssl python3 haproxy parallel
   python3-dev python3-venv python3-numpy python3-grpcio python3-protobuf
   dpkg-dev help2man
@@ -22,6 +23,10 @@ fi
 if [[ "${1:-}" == "--with-fuzz" ]]; then
   packages+=(clang-14 libclang-rt-14-dev)
 fi
+
+# The page of scanloc-web and its tests; another Node.js that brings its npm along is as good.
+command -v npm >/dev/null || packages+=(nodejs npm)
+packages+=(chromium)
 
 missing=()
 for package in "${packages[@]}"; do

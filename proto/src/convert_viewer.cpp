@@ -1,7 +1,9 @@
 #include "scanloc/proto/convert_viewer.hpp"
 
 #include <cstddef>
+#include <memory>
 #include <utility>
+#include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "fields.hpp"
@@ -33,6 +35,28 @@ Context OwnContext(const ContextTable& table, std::int32_t place) {
   return {};
 }
 
+/// The same from the file that a map's contexts and structures are left in.
+absl::Status ReadOwn(const Map& map, std::int32_t place, ScanDescriptor* descriptor) {
+  using Part = PayloadId::Part;
+  std::vector<PayloadId> ids;
+  if (map.params.polar.enabled) ids.push_back({place, Part::kPolar, 0});
+  if (map.params.cart.enabled) ids.push_back({place, Part::kCart, 0});
+  if (map.params.structure.enabled) ids.push_back({place, Part::kStructure, 0});
+  std::vector<std::shared_ptr<const Payload>> payloads;
+  if (auto status = map.payload->Read(ids, SearchControl(), payloads); !status.ok()) return status;
+  for (std::size_t i = 0; i < payloads.size(); ++i) {
+    const Payload& payload = *payloads[i];
+    if (ids[i].part == Part::kStructure) descriptor->structure = payload.structure;
+    if (ids[i].part == Part::kPolar) {
+      descriptor->polar = {map.polar.num_rows(), map.polar.num_cols(), payload.cells_cm};
+    }
+    if (ids[i].part == Part::kCart) {
+      descriptor->cart = {map.cart.num_rows(), map.cart.num_cols(), payload.cells_cm};
+    }
+  }
+  return absl::OkStatus();
+}
+
 }  // namespace
 
 absl::StatusOr<PlaceDetails> DetailsOf(const Map& map, std::int32_t place) {
@@ -41,6 +65,10 @@ absl::StatusOr<PlaceDetails> DetailsOf(const Map& map, std::int32_t place) {
                                             map.places.size(), ", counted from 0"));
   }
   PlaceDetails details{.content_id = map.content_id, .place = map.places[place], .descriptor = {}};
+  if (map.payload != nullptr) {
+    if (auto status = ReadOwn(map, place, &details.descriptor); !status.ok()) return status;
+    return details;
+  }
   details.descriptor.polar = OwnContext(map.polar, place);
   details.descriptor.cart = OwnContext(map.cart, place);
   if (!map.structures.empty()) details.descriptor.structure = map.structures[place];

@@ -1,0 +1,212 @@
+#include "api.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <map>
+#include <utility>
+
+#include "absl/strings/numbers.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_join.h"
+#include "absl/strings/str_split.h"
+#include "api_asked.hpp"
+#include "http_parts.hpp"
+#include "json.hpp"
+#include "openapi_document.hpp"
+#include "scanloc/client/error_reason.hpp"
+#include "scanloc/core/printable.hpp"
+
+namespace scanloc::web {
+namespace {
+
+int HttpStatusOf(absl::StatusCode code) {
+  switch (code) {
+    case absl::StatusCode::kInvalidArgument:
+    case absl::StatusCode::kOutOfRange:
+      return 400;
+    case absl::StatusCode::kUnauthenticated:
+      return 401;
+    case absl::StatusCode::kPermissionDenied:
+      return 403;
+    case absl::StatusCode::kNotFound:
+      return 404;
+    case absl::StatusCode::kAborted:
+    case absl::StatusCode::kAlreadyExists:
+    case absl::StatusCode::kFailedPrecondition:
+      return 409;
+    case absl::StatusCode::kResourceExhausted:
+      return 429;
+    case absl::StatusCode::kUnimplemented:
+      return 501;
+    case absl::StatusCode::kUnavailable:
+      return 503;
+    case absl::StatusCode::kDeadlineExceeded:
+      return 504;
+    default:
+      return 500;
+  }
+}
+
+}  // namespace
+
+Response ResponseTo(const absl::Status& status) {
+  const int code = HttpStatusOf(status.code());
+  Json error{{"code", absl::StatusCodeToString(status.code())},
+             {"message", Printable(std::string(status.message()))}};
+  if (std::string reason = client::ReasonOf(status); !reason.empty()) error["reason"] = reason;
+  Response response{.status = code, .body = ToLine({{"error", error}}) + "\n"};
+  if (const auto wait_s = client::RetryAfterOf(status)) {
+    response.headers.emplace_back("Retry-After", absl::StrCat(std::ceil(*wait_s)));
+  }
+  if (code == 401) response.headers.emplace_back("WWW-Authenticate", "Bearer");
+  return response;
+}
+
+Api::Api(Gateway& gateway) : gateway_(gateway) {
+  Offer("GET", "/v1/maps", &Api::ListMaps);
+  Offer("GET", "/v1/maps/{map}", &Api::GetMap);
+  Offer("GET", "/v1/maps/{map}/places", &Api::ListPlaces);
+  Offer("GET", "/v1/maps/{map}/places/{place}", &Api::GetPlace);
+  Offer("GET", "/v1/maps/{map}/pairs", &Api::ListPairs);
+  Offer("GET", "/v1/maps/{map}/tiles", &Api::ListTiles);
+  Offer("GET", "/v1/maps/{map}/tiles/{tile}", &Api::GetTile);
+  Offer("GET", "/v1/answers", &Api::ListAnswers);
+  Offer("GET", "/v1/events", &Api::WatchAnswers);
+  Offer("POST", "/v1/localize", &Api::Localize);
+  Offer("GET", "/v1/health", &Api::Health);
+  Offer("GET", "/v1/openapi.json", &Api::Document);
+}
+
+void Api::Offer(const char* method, const char* path, Act act) {
+  routes_.push_back({.method = method,
+                     .segments = absl::StrSplit(absl::string_view(path).substr(1), '/'),
+                     .act = act});
+}
+
+std::vector<std::string> Api::Routes() const {
+  std::vector<std::string> all;
+  for (const Route& route : routes_) {
+    all.push_back(absl::StrCat(route.method, " /", absl::StrJoin(route.segments, "/")));
+  }
+  return all;
+}
+
+bool Api::TakesBody(const Request& request) {
+  return request.method == "POST" && request.path == "/v1/localize";
+}
+
+std::string_view Api::OpenApiDocument() { return kOpenApiDocument; }
+
+Response Api::Handle(const Request& request) const {
+  const std::vector<std::string> path =
+      absl::StrSplit(absl::string_view(request.path).substr(1), '/');
+  std::string allowed;
+  for (const Route& route : routes_) {
+    if (route.segments.size() != path.size()) continue;
+    Asked asked{.request = request, .parts = {}, .client = nullptr};
+    bool is_it = true;
+    for (std::size_t i = 0; i < path.size() && is_it; ++i) {
+      const std::string& segment = route.segments[i];
+      if (segment.front() == '{') {
+        asked.parts[segment.substr(1, segment.size() - 2)] = path[i];
+      } else {
+        is_it = segment == path[i];
+      }
+    }
+    if (!is_it) continue;
+    const bool is_read = request.method == "HEAD" && route.method == "GET";
+    if (request.method != route.method && !is_read) {
+      allowed = route.method;
+      continue;
+    }
+    auto client = gateway_.As(request.token);
+    if (!client.ok()) return ResponseTo(client.status());
+    asked.client = *std::move(client);
+    auto answer = (this->*route.act)(asked);
+    return answer.ok() ? *std::move(answer) : ResponseTo(answer.status());
+  }
+  if (!allowed.empty()) {
+    Response refused = ErrorResponse(405, "INVALID_ARGUMENT", "use " + allowed);
+    refused.headers.emplace_back("Allow", allowed);
+    return refused;
+  }
+  return ErrorResponse(404, "NOT_FOUND", "there is nothing here; see /v1/openapi.json");
+}
+
+Api::Answer Api::ListMaps(const Asked& asked) const {
+  const auto maps = asked.client->ListMaps();
+  if (!maps.ok()) return maps.status();
+  Json list = Json::array();
+  for (const MapSummary& map : *maps) list.push_back(ToJson(map));
+  return Document200({{"maps", list}});
+}
+
+Api::Answer Api::GetMap(const Asked& asked) const {
+  const auto info = asked.client->GetMapInfo(asked.part("map"));
+  if (!info.ok()) return info.status();
+  return Document200(ToJson(*info));
+}
+
+Api::Answer Api::ListPlaces(const Asked& asked) const {
+  const auto page = asked.client->ListPlaces(asked.part("map"),
+                                             asked.request.Parameter("page_token").value_or(""));
+  if (!page.ok()) return page.status();
+  return Document200(ToJson(*page));
+}
+
+Api::Answer Api::GetPlace(const Asked& asked) const {
+  const auto index = ToNumber<std::int32_t>("place", asked.part("place"));
+  if (!index.ok()) return index.status();
+  const auto place = asked.client->GetPlace(asked.part("map"), *index);
+  if (!place.ok()) return place.status();
+  return Document200(ToJson(*index, *place));
+}
+
+Api::Answer Api::ListPairs(const Asked& asked) const {
+  const auto tiles = gateway_.TilesOf(*asked.client, asked.part("map"));
+  if (!tiles.ok()) return tiles.status();
+  const auto pairs = asked.client->ListConfusablePairs(asked.part("map"));
+  if (!pairs.ok()) return pairs.status();
+  if (pairs->content_id != (*tiles)->content_id()) {
+    return absl::AbortedError("the map was replaced just now; ask again");
+  }
+  return Document200(ToJson(*pairs, **tiles));
+}
+
+Api::Answer Api::ListTiles(const Asked& asked) const {
+  const auto tiles = gateway_.TilesOf(*asked.client, asked.part("map"));
+  if (!tiles.ok()) return tiles.status();
+  return Document200(ToJson(**tiles));
+}
+
+Api::Answer Api::GetTile(const Asked& asked) const {
+  const auto number = ToNumber<std::uint32_t>("tile", asked.part("tile"));
+  if (!number.ok()) return number.status();
+  const auto tiles = gateway_.TilesOf(*asked.client, asked.part("map"));
+  if (!tiles.ok()) return tiles.status();
+  const auto content_id = asked.request.Parameter("content_id");
+  if (content_id && *content_id != (*tiles)->content_id()) {
+    return absl::AbortedError("the map was replaced since its tiles were listed; begin anew");
+  }
+  if (*number >= (*tiles)->tiles().size()) {
+    return absl::NotFoundError(absl::StrCat("the map has no tile ", *number, "; it has ",
+                                            (*tiles)->tiles().size(), ", counted from 0"));
+  }
+  return Response{.content_type = "application/octet-stream",
+                  .body = (*tiles)->Rows((*tiles)->tiles()[*number])};
+}
+
+Api::Answer Api::Health(const Asked& asked) const {
+  const auto serving = asked.client->IsServing();
+  const bool is_well = serving.ok() && *serving;
+  Response response = Document200({{"serving", is_well}, {"server", gateway_.address()}});
+  if (!is_well) response.status = 503;
+  return response;
+}
+
+Api::Answer Api::Document(const Asked&) const {
+  return Response{.body = std::string(OpenApiDocument())};
+}
+
+}  // namespace scanloc::web

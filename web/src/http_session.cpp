@@ -1,0 +1,220 @@
+#include "http_session.hpp"
+
+#include <algorithm>
+#include <new>
+
+#include "absl/strings/match.h"
+#include "absl/strings/str_cat.h"
+
+namespace scanloc::web {
+namespace {
+
+constexpr absl::string_view kBearer = "Bearer ";
+/// Nothing from elsewhere is run, shown or asked by the page, and nobody else may frame it.
+constexpr const char* kPolicy =
+    "default-src 'self'; img-src 'self' data: blob:; style-src 'self' 'unsafe-inline'; "
+    "frame-ancestors 'none'; base-uri 'none'; form-action 'none'";
+
+std::string Text(beast::string_view text) { return {text.data(), text.size()}; }
+
+template <typename Body>
+void Dress(http::response<Body>& response) {
+  response.set(http::field::server, "scanloc-web");
+  response.set("X-Content-Type-Options", "nosniff");
+  response.set("Referrer-Policy", "no-referrer");
+  response.set("Content-Security-Policy", kPolicy);
+  if (response.find(http::field::cache_control) == response.end()) {
+    response.set(http::field::cache_control, "no-store");
+  }
+}
+
+bool IsMyName(const Service& service, const std::string& host) {
+  return !service.is_local || IsLoopback(host) ||
+         std::find(service.options.hosts.begin(), service.options.hosts.end(), host) !=
+             service.options.hosts.end();
+}
+
+}  // namespace
+
+template <typename Stream>
+asio::awaitable<void> Session<Stream>::Run() {
+  buffer_.max_size(service_.options.max_header_bytes + (64 << 10));
+  while (!service_.is_stopping) {
+    Parser parser;
+    if (!co_await ReadHeader(parser)) co_return;
+    Request request;
+    Share bytes;
+    std::optional<Response> response = Examine(parser, &request, &bytes);
+    // With a body unread there is no telling where the next request begins.
+    const bool keep = !response && parser.get().keep_alive();
+    if (!response) {
+      if (!co_await ReadBody(parser, &request)) co_return;
+      response = co_await Handle(request);
+    }
+    bytes.Reset();
+    if (!co_await Send(*std::move(response), request.method == "HEAD", keep) || !keep) co_return;
+  }
+}
+
+template <typename Stream>
+asio::awaitable<bool> Session<Stream>::ReadHeader(Parser& parser) {
+  parser.header_limit(static_cast<std::uint32_t>(service_.options.max_header_bytes));
+  parser.body_limit(service_.options.max_body_bytes);
+  ExpireAfter(service_.options.idle);
+  co_await http::async_read_header(stream_, buffer_, parser,
+                                   asio::redirect_error(asio::use_awaitable, error_));
+  if (!error_) co_return true;
+  if (error_ == http::error::header_limit) {
+    co_await Send(ErrorResponse(431, "RESOURCE_EXHAUSTED", "the header of the request is too long"),
+                  false, false);
+  } else if (error_ == http::error::body_limit) {
+    co_await Send(ErrorResponse(413, "RESOURCE_EXHAUSTED",
+                                absl::StrCat("the body is larger than ",
+                                             service_.options.max_body_bytes, " bytes")),
+                  false, false);
+  } else if (error_.category() == http::make_error_code(http::error::bad_method).category() &&
+             error_ != http::error::end_of_stream && error_ != http::error::partial_message) {
+    co_await Send(ErrorResponse(400, "INVALID_ARGUMENT",
+                                absl::StrCat("this is no HTTP request: ", error_.message())),
+                  false, false);
+  }
+  co_return false;
+}
+
+template <typename Stream>
+std::optional<Response> Session<Stream>::Examine(const Parser& parser, Request* request,
+                                                 Share* bytes) {
+  const auto& message = parser.get();
+  request->method = Text(message.method_string());
+  if (auto status = ParseTarget(Text(message.target()), request); !status.ok()) {
+    return ErrorResponse(400, "INVALID_ARGUMENT", std::string(status.message()));
+  }
+  if (!IsMyName(service_, HostOf(Text(message[http::field::host])))) {
+    return ErrorResponse(421, "INVALID_ARGUMENT",
+                         "the request is for another host; start with --host NAME to serve it");
+  }
+  const std::string authorization = Text(message[http::field::authorization]);
+  if (absl::StartsWithIgnoreCase(authorization, kBearer)) {
+    request->token = authorization.substr(kBearer.size());
+  }
+  request->request_id = Text(message["X-Request-Id"]);
+  request->last_event_id = Text(message["Last-Event-ID"]);
+
+  const auto length = parser.content_length();
+  if (parser.chunked()) {
+    return ErrorResponse(411, "INVALID_ARGUMENT", "say how long the body is, in Content-Length");
+  }
+  if (!length || *length == 0) return std::nullopt;
+  if (!service_.takes_body(*request)) {
+    return ErrorResponse(413, "INVALID_ARGUMENT", "this takes no body");
+  }
+  if (message.find(http::field::content_encoding) != message.end()) {
+    return ErrorResponse(415, "INVALID_ARGUMENT", "send the body as it is, without an encoding");
+  }
+  if (!bytes->Take(service_.bytes_at_hand, static_cast<std::int64_t>(*length))) {
+    Response busy = ErrorResponse(503, "RESOURCE_EXHAUSTED",
+                                  "as many bodies are on their way as may be; try again later");
+    busy.headers.emplace_back("Retry-After", "1");
+    return busy;
+  }
+  return std::nullopt;
+}
+
+template <typename Stream>
+asio::awaitable<bool> Session<Stream>::ReadBody(Parser& parser, Request* request) {
+  if (parser.is_done()) co_return true;
+  ExpireAfter(service_.options.receive);
+  if (beast::iequals(parser.get()[http::field::expect], "100-continue") &&
+      !co_await Write("HTTP/1.1 100 Continue\r\n\r\n")) {
+    co_return false;
+  }
+  co_await http::async_read(stream_, buffer_, parser,
+                            asio::redirect_error(asio::use_awaitable, error_));
+  if (error_) co_return false;
+  request->body = std::move(parser.get().body());
+  co_return true;
+}
+
+template <typename Stream>
+asio::awaitable<Response> Session<Stream>::Handle(const Request& request) {
+  beast::get_lowest_layer(stream_).expires_never();
+  Share turn;
+  if (!turn.Take(service_.waiting, 1)) {
+    Response busy =
+        ErrorResponse(503, "RESOURCE_EXHAUSTED", "as many requests wait as may; try again later");
+    busy.headers.emplace_back("Retry-After", "1");
+    co_return busy;
+  }
+  const auto work = [this, &request]() -> Response {
+    try {
+      return service_.handler(request);
+    } catch (const std::bad_alloc&) {
+      return ErrorResponse(503, "RESOURCE_EXHAUSTED", "out of memory; try again later");
+    } catch (const std::exception& error) {
+      return ErrorResponse(500, "INTERNAL", absl::StrCat("unexpected error: ", error.what()));
+    }
+  };
+  co_return co_await OnWorker(service_.workers, work);
+}
+
+template <typename Stream>
+asio::awaitable<bool> Session<Stream>::Send(Response response, bool is_head, bool keep) {
+  Share stream;
+  if (response.events && !is_head && !stream.Take(service_.event_streams, 1)) {
+    response = ErrorResponse(503, "RESOURCE_EXHAUSTED",
+                             "as many watch as may; try again later, or ask /v1/answers");
+    response.headers.emplace_back("Retry-After", "10");
+  }
+  const bool is_events = static_cast<bool>(response.events);
+  http::response<http::string_body> message(static_cast<http::status>(response.status), 11);
+  for (const auto& [name, value] : response.headers) message.set(name, value);
+  message.set(http::field::content_type, response.content_type);
+  Dress(message);
+  message.keep_alive(keep && !is_events);
+  ExpireAfter(service_.options.send);
+  if (is_events && !is_head) {
+    message.chunked(true);
+    http::response_serializer<http::string_body> serializer(message);
+    co_await http::async_write_header(stream_, serializer,
+                                      asio::redirect_error(asio::use_awaitable, error_));
+    if (!error_) co_await SendEvents(response.events);
+    co_return false;
+  }
+  message.content_length(response.body.size());
+  if (!is_head) message.body() = std::move(response.body);
+  co_await http::async_write(stream_, message, asio::redirect_error(asio::use_awaitable, error_));
+  co_return !error_;
+}
+
+template <typename Stream>
+asio::awaitable<void> Session<Stream>::SendEvents(const Events& events) {
+  asio::steady_timer timer(stream_.get_executor());
+  while (!service_.is_stopping) {
+    const std::optional<std::string> piece =
+        co_await OnWorker(service_.workers, [&events] { return events(); });
+    if (!piece) break;
+    if (!piece->empty()) {
+      ExpireAfter(service_.options.send);
+      co_await asio::async_write(stream_,
+                                 http::make_chunk(asio::const_buffer(piece->data(), piece->size())),
+                                 asio::redirect_error(asio::use_awaitable, error_));
+      if (error_) co_return;
+    }
+    timer.expires_after(service_.options.event_interval);
+    co_await timer.async_wait(asio::redirect_error(asio::use_awaitable, error_));
+  }
+  co_await asio::async_write(stream_, http::make_chunk_last(),
+                             asio::redirect_error(asio::use_awaitable, error_));
+}
+
+template <typename Stream>
+asio::awaitable<bool> Session<Stream>::Write(const std::string& bytes) {
+  co_await asio::async_write(stream_, asio::buffer(bytes),
+                             asio::redirect_error(asio::use_awaitable, error_));
+  co_return !error_;
+}
+
+template class Session<beast::tcp_stream>;
+template class Session<beast::ssl_stream<beast::tcp_stream>>;
+
+}  // namespace scanloc::web

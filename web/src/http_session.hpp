@@ -1,0 +1,98 @@
+#pragma once
+
+// clang-format off
+#include <exception>
+#include <utility>  // Boost 1.74's awaitable.hpp uses std::exchange without it
+#include <boost/asio/awaitable.hpp>
+#include <boost/asio/co_spawn.hpp>
+#include <boost/asio/detached.hpp>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/redirect_error.hpp>
+#include <boost/asio/ssl/context.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <boost/asio/thread_pool.hpp>
+#include <boost/asio/use_awaitable.hpp>
+#include <boost/beast/core.hpp>
+#include <boost/beast/http.hpp>
+#include <boost/beast/ssl.hpp>
+#include <boost/beast/version.hpp>
+// clang-format on
+#include <optional>
+#include <string>
+
+#include "http_parts.hpp"
+
+/// One connection after the other's requests.
+namespace scanloc::web {
+
+namespace asio = boost::asio;
+namespace beast = boost::beast;
+namespace http = boost::beast::http;
+using Tcp = asio::ip::tcp;
+
+/// What every session uses; outlives them all. Touched by the one thread that does all input and
+/// output, but for the handler.
+struct Service {
+  Service(const HttpOptions& http_options, std::function<bool(const Request&)> body_rule,
+          Handler on_request)
+      : options(http_options),
+        takes_body(std::move(body_rule)),
+        handler(std::move(on_request)),
+        workers(static_cast<std::size_t>(http_options.num_workers)),
+        waiting(http_options.max_waiting),
+        bytes_at_hand(http_options.max_bytes_at_hand),
+        event_streams(http_options.max_event_streams) {}
+
+  const HttpOptions options;
+  const std::function<bool(const Request&)> takes_body;
+  const Handler handler;
+  bool is_local = false;  // listens on this machine only
+  std::atomic<bool> is_stopping = false;
+  asio::thread_pool workers;
+  Counted waiting;
+  Counted bytes_at_hand;
+  Counted event_streams;
+};
+
+/// Runs the work on a worker, and comes back with what it made.
+template <typename Work>
+asio::awaitable<std::invoke_result_t<Work>> OnWorker(asio::thread_pool& workers, Work work) {
+  co_return co_await asio::co_spawn(
+      workers,
+      [](Work run) -> asio::awaitable<std::invoke_result_t<Work>> {
+        co_return run();
+      }(std::move(work)),
+      asio::use_awaitable);
+}
+
+template <typename Stream>
+class Session {
+ public:
+  Session(Stream& stream, Service& service) : stream_(stream), service_(service) {}
+
+  /// Serves request after request, until the client ends, is too slow, or is in the wrong.
+  asio::awaitable<void> Run();
+
+ private:
+  using Parser = http::request_parser<http::string_body>;
+
+  asio::awaitable<bool> ReadHeader(Parser& parser);
+  /// What is wrong with the request; else nothing, and the request is filled in.
+  std::optional<Response> Examine(const Parser& parser, Request* request, Share* bytes);
+  asio::awaitable<bool> ReadBody(Parser& parser, Request* request);
+  asio::awaitable<Response> Handle(const Request& request);
+  asio::awaitable<bool> Send(Response response, bool is_head, bool keep);
+  asio::awaitable<void> SendEvents(const Events& events);
+  asio::awaitable<bool> Write(const std::string& bytes);
+
+  void ExpireAfter(std::chrono::milliseconds time) {
+    beast::get_lowest_layer(stream_).expires_after(time);
+  }
+
+  Stream& stream_;
+  Service& service_;
+  beast::flat_buffer buffer_;
+  beast::error_code error_;
+};
+
+}  // namespace scanloc::web
