@@ -10,7 +10,8 @@
 #   scripts/demo.sh --bag FILE ...                   the same with your own bag (MCAP, rosbag2, ROS 1);
 #                                                    further flags: --topic, --poses-from
 #
-# Leaves map, answers and picture in demo-out/ (or $SCANLOC_DEMO_OUT).
+# The page of scanloc-web shows it live; on a terminal the demo waits with the end until Enter is pressed.
+# Leaves map, answers, picture and the page as one file in demo-out/ (or $SCANLOC_DEMO_OUT).
 set -euo pipefail
 cd "$(dirname "$0")/.."
 . scripts/common.sh
@@ -19,7 +20,7 @@ out=${SCANLOC_DEMO_OUT:-$root/demo-out}
 
 scripts/setup.sh
 configure release
-cmake --build --preset release --target scanloc scanlocd
+cmake --build --preset release --target scanloc scanlocd scanloc-web scanloc_page
 bin=$root/build/release/bin
 
 rm -rf "$out"
@@ -74,13 +75,19 @@ say "2. Build the map"
 "$bin/scanloc" info "$out/town.scanloc"
 
 say "3. Serve it"
-server_pid=""
-trap '[[ -z "$server_pid" ]] || kill "$server_pid" 2>/dev/null || true' EXIT
-coproc SERVER { exec "$bin/scanlocd" --map "town=$out/town.scanloc" --listen 127.0.0.1:0 2>"$out/server.log"; }
+server_pid="" web_pid=""
+trap 'for pid in $server_pid $web_pid; do kill "$pid" 2>/dev/null || true; done' EXIT
+coproc SERVER { exec "$bin/scanlocd" --map "town=$out/town.scanloc" --listen 127.0.0.1:0 \
+  --recent-answers 1000 2>"$out/server.log"; }
 server_pid=$SERVER_PID
 read -r -t 60 ready <&"${SERVER[0]}" || { cat "$out/server.log" >&2; exit 1; }
 echo "$ready"
 address=${ready##* }
+exec {web}< <(exec "$bin/scanloc-web" --server "$address" --listen 127.0.0.1:0 2>"$out/web.log")
+web_pid=$!
+read -r -t 60 ready <&"$web" || { cat "$out/web.log" >&2; exit 1; }
+echo "$ready"
+page=${ready##* }
 
 say "4. Ask the server, over the network, where each scan was taken"
 "$bin/scanloc" locate --server "$address" --map town "${query_drive[@]}" "${truth[@]}" \
@@ -93,11 +100,16 @@ if [[ "${truth[0]}" == --bag-truth ]]; then
   "$bin/scanloc" eval "$out/town.scanloc" "${query_drive[@]}" --report "$out/report"
 fi
 
+"$bin/scanloc-web" --server "$address" --map town --snapshot "$out/town.html"
+
 say "6. Stop the server"
-kill -TERM "$server_pid"
+if [[ -t 0 ]]; then
+  read -r -p "Look at $page, then press Enter. " _
+fi
+kill -TERM "$web_pid" "$server_pid"
 wait "$server_pid"
-server_pid=""
+server_pid="" web_pid=""
 echo "stopped"
-printf '\nmap      %s\nanswers  %s\npicture  %s\n' \
-  "$out/town.scanloc" "$out/answers.csv" "$out/answers.svg"
+printf '\nmap      %s\nanswers  %s\npicture  %s\npage     %s\n' \
+  "$out/town.scanloc" "$out/answers.csv" "$out/answers.svg" "$out/town.html"
 [[ ! -d "$out/report" ]] || echo "report   $out/report"

@@ -1,0 +1,103 @@
+// The answers that came, and what they say of robots and places.
+import type { Answer, Candidate, Outcome, SeenAnswer } from './api.ts';
+
+const MAX_KEPT = 2000;
+/** A robot that is farther off, or was silent for longer, begins a new trail. */
+const MAX_STEP_M = 100;
+const MAX_SILENCE_S = 300;
+
+export interface PlaceHealth { found: number; confidence: number; lastNs: number }
+export interface Trail { client: string; points: [number, number][] }
+export interface LostSpot { client: string; x: number; y: number; answer: SeenAnswer }
+
+export function bestOf(answer: Answer): Candidate | undefined { return answer.candidates[0]; }
+
+export class AnswerStore {
+  /** Oldest first. */
+  readonly all: SeenAnswer[] = [];
+  private readonly health = new Map<number, PlaceHealth>();
+
+  add(answer: SeenAnswer): void {
+    this.all.push(answer);
+    if (this.all.length > MAX_KEPT) this.all.shift();
+    const best = bestOf(answer.answer);
+    if (answer.answer.outcome !== 'localized' || !best) return;
+    const before = this.health.get(best.place) ?? { found: 0, confidence: 0, lastNs: 0 };
+    this.health.set(best.place, {
+      found: before.found + 1,
+      confidence: before.confidence + (best.confidence ?? 1),
+      lastNs: answer.answered_ns,
+    });
+  }
+
+  /** How often the place was found, and with what confidence on the average. */
+  healthOf(place: number): PlaceHealth | undefined {
+    const sum = this.health.get(place);
+    return sum && { ...sum, confidence: sum.confidence / sum.found };
+  }
+
+  countOf(outcome: Outcome): number {
+    return this.all.filter((seen) => seen.answer.outcome === outcome).length;
+  }
+
+  trails(): Trail[] {
+    const open = new Map<string, { trail: Trail; ns: number }>();
+    const done: Trail[] = [];
+    for (const { answer, client, answered_ns } of this.all) {
+      const best = bestOf(answer);
+      if (answer.outcome !== 'localized' || !best) continue;
+      const at: [number, number] = [best.T_map_query.x, best.T_map_query.y];
+      const last = open.get(client);
+      const end = last?.trail.points[last.trail.points.length - 1];
+      const goesOn = last && end && Math.hypot(at[0] - end[0], at[1] - end[1]) <= MAX_STEP_M &&
+          (answered_ns - last.ns) / 1e9 <= MAX_SILENCE_S;
+      if (goesOn) {
+        last.trail.points.push(at);
+        last.ns = answered_ns;
+        continue;
+      }
+      const trail = { client, points: [at] };
+      open.set(client, { trail, ns: answered_ns });
+      done.push(trail);
+    }
+    return done.filter((trail) => trail.points.length > 1);
+  }
+
+  /** Where robots were last known to be when they were not recognised. */
+  lostSpots(): LostSpot[] {
+    const last = new Map<string, [number, number]>();
+    const lost: LostSpot[] = [];
+    for (const seen of this.all) {
+      const best = bestOf(seen.answer);
+      if (seen.answer.outcome === 'localized' && best) {
+        last.set(seen.client, [best.T_map_query.x, best.T_map_query.y]);
+      } else if (seen.answer.outcome !== 'localized') {
+        const at = last.get(seen.client);
+        if (at) lost.push({ client: seen.client, x: at[0], y: at[1], answer: seen });
+      }
+    }
+    return lost;
+  }
+
+  /** Newest first: those whose robot, request, session or place the text names. */
+  search(text: string, limit = 200): SeenAnswer[] {
+    const words = text.toLowerCase().split(/\s+/).filter(Boolean);
+    const found: SeenAnswer[] = [];
+    for (let i = this.all.length - 1; i >= 0 && found.length < limit; --i) {
+      const seen = this.all[i];
+      const best = bestOf(seen.answer);
+      const said = [seen.client, seen.request_id, seen.answer.outcome.replace('_', ' '),
+        best?.session ?? '', best ? `place ${best.place}` : ''].join(' ').toLowerCase();
+      if (words.every((word) => said.includes(word))) found.push(seen);
+    }
+    return found;
+  }
+}
+
+/** "place 12" or "12": the place that is asked for, if there is such a one. */
+export function placeNamed(text: string, numPlaces: number): number | null {
+  const match = /^\s*(?:place\s*)?#?(\d{1,9})\s*$/i.exec(text);
+  if (!match) return null;
+  const place = Number(match[1]);
+  return place < numPlaces ? place : null;
+}
