@@ -316,15 +316,15 @@ absl::Status EvalCommand::Run() {
   }
   if (!report_dir_.empty()) {
     report.made = MadeNow();
-    std::vector<std::pair<std::string, std::string>> files = {
+    std::vector<std::pair<std::string, std::string>> written = {
         {"results.json", report::EvalAsJson(report)},
         {"matches.csv", report::EvalAsCsv(report)},
         {"report.html", report::EvalAsHtml(report)}};
     for (report::ReportFile& file : report::PaperFiles(report)) {
-      files.emplace_back(std::move(file.name), std::move(file.text));
+      written.emplace_back(std::move(file.name), std::move(file.text));
     }
     report.made = {};
-    if (absl::Status status = WriteReport(report_dir_, files); !status.ok()) return status;
+    if (absl::Status status = WriteReport(report_dir_, written); !status.ok()) return status;
   }
   return WriteText("-", json_ ? report::EvalAsJson(report) : report::EvalAsTable(report, times_));
 }
