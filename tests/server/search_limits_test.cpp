@@ -113,14 +113,14 @@ TEST_F(SearchTest, EndsWhenItsCallerHangsUp) {
   context.TryCancel();
   caller.join();
   while (server_->workers().load().num_running > 0) std::this_thread::yield();
-  EXPECT_THAT(server_->MetricsText(), HasSubstr("code=\"CANCELLED\",method=\"Localize\""));
+  EXPECT_THAT(server_->MetricsText(), HasSubstr("code=\"CANCELLED\",map=\"\",method=\"Localize\""));
 }
 
 TEST_F(SearchTest, EndsWhenItsDeadlinePasses) {
   StartWith(true, 1000, LargeMap());
   // How long a query takes to get to its search is not known: the first deadline that does it.
   std::chrono::milliseconds patience(1);
-  while (server_->MetricsText().find("code=\"CANCELLED\",method=\"Localize\"") ==
+  while (server_->MetricsText().find("code=\"CANCELLED\",map=\"\",method=\"Localize\"") ==
          std::string::npos) {
     grpc::ClientContext context;
     context.set_deadline(std::chrono::system_clock::now() + patience);
