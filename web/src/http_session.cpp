@@ -52,7 +52,8 @@ asio::awaitable<void> Session<Stream>::Run() {
       response = co_await Handle(request);
     }
     bytes.Reset();
-    if (!co_await Send(*std::move(response), request.method == "HEAD", keep) || !keep) co_return;
+    const bool is_sent = co_await Send(*std::move(response), request.method == "HEAD", keep);
+    if (!is_sent || !keep) co_return;
   }
 }
 
@@ -124,9 +125,10 @@ template <typename Stream>
 asio::awaitable<bool> Session<Stream>::ReadBody(Parser& parser, Request* request) {
   if (parser.is_done()) co_return true;
   ExpireAfter(service_.options.receive);
-  if (beast::iequals(parser.get()[http::field::expect], "100-continue") &&
-      !co_await Write("HTTP/1.1 100 Continue\r\n\r\n")) {
-    co_return false;
+  // GCC 12 goes astray where only one side of && or || waits.
+  if (beast::iequals(parser.get()[http::field::expect], "100-continue")) {
+    const bool is_sent = co_await Write("HTTP/1.1 100 Continue\r\n\r\n");
+    if (!is_sent) co_return false;
   }
   co_await http::async_read(stream_, buffer_, parser,
                             asio::redirect_error(asio::use_awaitable, error_));
