@@ -8,7 +8,7 @@ cd "$(dirname "$0")/.."
 seconds=${1:-60}
 shift || true
 targets=("$@")
-[[ ${#targets[@]} -gt 0 ]] || targets=(scan poses bag map wire config)
+[[ ${#targets[@]} -gt 0 ]] || targets=(scan poses bag map wire config http)
 
 scripts/setup.sh --with-fuzz
 configure fuzz

@@ -14,6 +14,7 @@
 #include "scanloc/core/scan/descriptor.hpp"
 #include "scanloc/core/track/tracker.hpp"
 #include "scanloc/proto/convert.hpp"
+#include "scanloc/proto/convert_viewer.hpp"
 #include "scanloc/proto/status.hpp"
 #include "scanloc/v1/admin.pb.h"
 #include "support/small_map.hpp"
@@ -91,6 +92,15 @@ void Track(const std::string& bytes) {
   }
 }
 
+/// What a server lets people see.
+void ReadWhatIsSeen(const std::string& bytes) {
+  if (v1::GetPlaceResponse message; Parses(bytes, &message)) (void)proto::FromProto(message);
+  if (v1::ListConfusablePairsResponse message; Parses(bytes, &message)) {
+    (void)proto::FromProto(message);
+  }
+  if (v1::ListAnswersResponse message; Parses(bytes, &message)) (void)proto::FromProto(message);
+}
+
 /// Requests that only name something.
 void ReadNames(const std::string& bytes) {
   if (v1::ListMapsRequest message; Parses(bytes, &message)) (void)message.ByteSizeLong();
@@ -148,6 +158,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       }
       if (v1::ListMapsResponse message; Parses(bytes, &message)) (void)proto::FromProto(message);
       if (v1::ListPlacesResponse message; Parses(bytes, &message)) (void)proto::FromProto(message);
+      ReadWhatIsSeen(bytes);
       break;
     case 5:
       if (const auto captured = proto::ParseCapturedQuery(bytes); captured.ok()) Replay(*captured);

@@ -161,6 +161,12 @@ void AddConfigs(const Seeds& seeds) {
             "max-rate = 1.5\nlog-requests = \"none\"\nadmin = true\n[other]\nlisten = \"a:1\"\n");
 }
 
+void AddRequests(const Seeds& seeds) {
+  seeds.Add("http", 0, "target", "/v1/maps/a%20town/places?page_token=x&y=a+b%26&z");
+  seeds.Add("http", 1, "host", "[::1]:8080");
+  seeds.Add("http", 2, "address", "127.0.0.1:8080");
+}
+
 void AddMessages(const Seeds& seeds) {
   const Map map = SmallMap(1, 3);
   auto describer = Describer::Create(map.params).value();
@@ -207,6 +213,7 @@ int main(int argc, char** argv) try {
   scanloc::test::AddMaps(seeds);
   scanloc::test::AddBags(seeds);
   scanloc::test::AddConfigs(seeds);
+  scanloc::test::AddRequests(seeds);
   scanloc::test::AddMessages(seeds);
   return 0;
 } catch (const std::exception& error) {
