@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# Makes the Debian packages scanloc, scanlocd, scanloc-ros2, libscanloc-dev and python3-scanloc.
+# Makes the Debian packages scanloc, scanlocd, scanloc-ros2, scanloc-web, libscanloc-dev and
+# python3-scanloc.
 #   scripts/package.sh [OUT]            into OUT (dist/)
 #   scripts/package.sh --check [OUT]    and installs them into a clean Debian 12, made by debootstrap,
 #                                       and uses them there; as root
@@ -17,7 +18,7 @@ build=$PWD/build/package
 scripts/setup.sh
 python=$(python_for_package)
 configure release -B "$build" -DCMAKE_INSTALL_PREFIX=/usr -DSCANLOC_BUILD_TESTS=OFF \
-  -DSCANLOC_BUILD_BENCH=OFF -DSCANLOC_BUILD_PYTHON=ON -DPython_EXECUTABLE="$python" \
+  -DSCANLOC_BUILD_BENCH=OFF -DSCANLOC_PAGE=ON -DSCANLOC_BUILD_PYTHON=ON -DPython_EXECUTABLE="$python" \
   -DSCANLOC_PYTHON_INSTALL_DIR=lib/python3/dist-packages/scanloc
 cmake --build "$build"
 cmake --build "$build" --target man

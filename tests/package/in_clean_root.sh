@@ -47,6 +47,11 @@ if compgen -G '/debs/scanloc-ros2_*.deb' >/dev/null; then
   scanloc-ros2 --version
 fi
 
+say "scanloc-web: the page, and HTTP"
+apt-get install -y -qq --no-install-recommends /debs/scanloc-web_*.deb >/dev/null
+scanloc-web --server "$address" --map town --snapshot town.html
+grep -q '"responses"' town.html
+
 say "libscanloc-dev: by CMake and by pkg-config"
 apt-get install -y -qq --no-install-recommends /debs/libscanloc-dev_*.deb g++ cmake make >/dev/null
 cmake -S /example -B build -DCMAKE_BUILD_TYPE=Release >/dev/null
