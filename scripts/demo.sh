@@ -10,7 +10,8 @@
 #   scripts/demo.sh --bag FILE ...                   the same with your own bag (MCAP, rosbag2, ROS 1);
 #                                                    further flags: --topic, --poses-from
 #
-# The page of scanloc-web shows it live; on a terminal the demo waits with the end until Enter is pressed.
+# The page of scanloc-web shows it live; on a terminal the demo waits with the end until Enter is pressed,
+# ten minutes at most.
 # Leaves map, answers, picture and the page as one file in demo-out/ (or $SCANLOC_DEMO_OUT).
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -20,7 +21,7 @@ out=${SCANLOC_DEMO_OUT:-$root/demo-out}
 
 scripts/setup.sh
 configure release
-cmake --build --preset release --target scanloc scanlocd scanloc-web scanloc_page
+cmake --build --preset release --target scanloc scanlocd scanloc-web
 bin=$root/build/release/bin
 
 rm -rf "$out"
@@ -103,8 +104,8 @@ fi
 "$bin/scanloc-web" --server "$address" --map town --snapshot "$out/town.html"
 
 say "6. Stop the server"
-if [[ -t 0 ]]; then
-  read -r -p "Look at $page, then press Enter. " _
+if [[ -t 0 && -t 1 && -z "${CI:-}" ]]; then
+  read -r -t 600 -p "Look at $page, then press Enter. " _ || echo
 fi
 kill -TERM "$web_pid" "$server_pid"
 wait "$server_pid"

@@ -77,8 +77,8 @@ TEST_F(HostileHttpTest, BoundsBodiesThatAreOnTheirWay) {
 
 TEST_F(HostileHttpTest, HangsUpOnThoseWhoAreSilentOrSlow) {
   HttpOptions options;
-  options.idle = milliseconds(200);
-  options.receive = milliseconds(200);
+  options.idle = milliseconds(1000);
+  options.receive = milliseconds(1000);
   StartWeb(options);
   const test::TcpConnection silent(address_);
   const test::TcpConnection half_header(address_);
@@ -93,7 +93,7 @@ TEST_F(HostileHttpTest, HangsUpOnThoseWhoAreSilentOrSlow) {
 
 TEST_F(HostileHttpTest, ADropNowAndThenDoesNotHoldAConnection) {
   HttpOptions options;
-  options.idle = milliseconds(300);
+  options.idle = milliseconds(1000);
   StartWeb(options);
   const test::TcpConnection dripping(address_);
   const std::string request = "GET /v1/maps HTTP/1.1\r\nX-Slow: ";

@@ -89,6 +89,8 @@ export class MapView {
 
   get pxPerM(): number { return 2 ** this.state.zoom; }
 
+  get numDrawn(): number { return this.here.reduce((sum, { rows }) => sum + rows.count, 0); }
+
   showAll(): void {
     const { width, height } = this.size;
     const free = Math.max(height - (window.innerWidth > PHONE_PX ? LEGEND_PX : 64), height / 2);  // above the legend
