@@ -45,8 +45,8 @@ function figureOf(context: DetailContext, seen: SeenAnswer, candidate: Candidate
       make('button', { type: 'button', click: () => context.goToPlace(candidate.place) }, `place ${candidate.place}`),
       ` (${candidate.session}), confidence ${percent(candidate.confidence)}`);
   void context.placeOf(candidate.place).then((place) => {
-    const share = drawOverlay(canvas, seen.posts_cm, candidate, place, context.dark);
-    caption.append(`; ${percent(share)} of the scan lies on the place`);
+    const { ofScan, ofPlace } = drawOverlay(canvas, seen.posts_cm, candidate, place, context.dark);
+    caption.append(`; ${percent(ofScan)} of the scan lies on the place, ${percent(ofPlace)} of the place on the scan`);
   }, (error: Error) => caption.append(`; ${error.message}`));
   return make('figure', rank === 0 ? { class: 'wide' } : {}, canvas, caption);
 }

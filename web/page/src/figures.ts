@@ -11,9 +11,9 @@ function inkOf(canvas: HTMLCanvasElement, name: string): string {
 }
 
 /** The scan's structure on the place's, seen from above, as the candidate lays it. Returns the
- *  share of the scan that agrees. */
+ *  shares of the scan and of the place that agree: one that saw less, behind a bus, has less to lie on. */
 export function drawOverlay(canvas: HTMLCanvasElement, scan_cm: number[], candidate: Candidate,
-                            place: PlaceDetails, dark: boolean, reachM = 45): number {
+                            place: PlaceDetails, dark: boolean, reachM = 45): { ofScan: number; ofPlace: number } {
   const side = 480;
   canvas.width = side;
   canvas.height = side;
@@ -63,7 +63,8 @@ export function drawOverlay(canvas: HTMLCanvasElement, scan_cm: number[], candid
   context.beginPath();  // the robot
   context.arc(side / 2, side / 2, 7, 0, 2 * Math.PI);
   context.stroke();
-  return agrees.length ? agrees.filter(Boolean).length / agrees.length : 0;
+  const shareOf = (agreeing: boolean[]) => agreeing.filter(Boolean).length / Math.max(agreeing.length, 1);
+  return { ofScan: shareOf(agrees), ofPlace: shareOf(agreement(mapped, scan, AGREE_M)) };
 }
 
 /** Heights as colours, rows upwards; empty bins are left open. */
