@@ -87,7 +87,7 @@ test('answers of others appear as they come, and one is explained', async () => 
 
 test('a scan file that is dropped is localized, and laid on the place', async () => {
   const page = await open(town.page);
-  await page.locator('#scan-file').setInputFiles(scanFile(3));
+  await page.locator('#scan-file').setInputFiles(scanFile(5));
   await page.locator('#detail h2', { hasText: 'localized' }).waitFor();
   await page.getByText(/[5-9]\d % of the scan lies on the place/).first().waitFor();
   await page.locator('#scan-file').setInputFiles({ name: 'bad.pcd', mimeType: '', buffer: Buffer.from('VERSION FIELDS nonsense') });
@@ -128,8 +128,9 @@ test('search and the keyboard lead to places and answers', async () => {
 
 test('a click on a place tells of it', async () => {
   const page = await open(town.page);
-  const at = await page.evaluate(() => {
-    window.scanloc.map.goTo(0, 0, 8);
+  const at = await page.evaluate(async () => {
+    const { T_map_place } = await (await fetch('/v1/maps/town/places/0')).json();
+    window.scanloc.map.goTo(T_map_place.x, T_map_place.y, 8);
     const box = document.querySelector('#map').getBoundingClientRect();
     for (let x = 0; x < box.width; x += 4) {
       for (let y = 0; y < box.height; y += 4) {
