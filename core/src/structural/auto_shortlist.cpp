@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 #include <utility>
 
 #include "absl/container/flat_hash_map.h"
@@ -14,6 +15,18 @@ namespace scanloc {
 namespace {
 
 constexpr double kAlikeHeading = 0.7;  // cosine of what two places may look apart
+/// How much of what agrees whichever way the query is turned does not count.
+constexpr double kOfChance = 0.5;
+
+/// How well a place's bearings agree with a query's in the best heading, over the root of what both
+/// have.
+double BestAgreement(const BearingGrid& place, const TurnedBearings& query) {
+  const BearingGrid::Agreement agreement = place.AgreementByTurn(query);
+  const int most = *std::max_element(agreement.begin(), agreement.end());
+  const int all = std::accumulate(agreement.begin(), agreement.end(), 0);
+  const double seen = static_cast<double>(place.num_sectors()) * query.num_sectors();
+  return (most - kOfChance * all / BearingGrid::kNumSectors) / std::sqrt(std::max(seen, 1.0));
+}
 
 /// One retrieved entry's relative pose by its aligning key: a polar column is a turn, a cart column
 /// a lateral displacement.
@@ -57,11 +70,8 @@ std::vector<AutoSearch::Listed> AutoSearch::Retrieve(const Keys& polar_keys, con
   add(cart_.get(), map_.cart, cart_keys, &Listed::cart_entry);
   const double per_octave = map_.params.automatic.shortlist.agreement_per_octave;
   for (Listed& here : listed) {
-    const BearingGrid& place = map_.bearings[static_cast<std::size_t>(here.place)];
-    const BearingGrid::Agreement agreement = place.AgreementByTurn(bearings);
-    const int most = *std::max_element(agreement.begin(), agreement.end());
-    const double seen = static_cast<double>(place.num_sectors()) * bearings.num_sectors();
-    here.score = most / std::sqrt(std::max(seen, 1.0)) - per_octave * std::log2(5.0 + here.rank);
+    here.score = BestAgreement(map_.bearings[static_cast<std::size_t>(here.place)], bearings) -
+                 per_octave * std::log2(5.0 + here.rank);
     here.is_usual = here.rank < num_usual;
   }
   std::stable_sort(listed.begin(), listed.end(), [](const Listed& a, const Listed& b) {
