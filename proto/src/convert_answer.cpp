@@ -129,7 +129,7 @@ v1::ScanCounts ToProto(const ScanCounts& counts) {
 }  // namespace
 
 absl::StatusOr<LocalizeReply> FromProto(const v1::LocalizeResponse& message) {
-  absl::Status status = CheckMapName(message.map());
+  absl::Status status = CheckAskedMap(message.map());
   status.Update(CheckLength("content_id", message.content_id(), kMaxContentIdBytes));
   status.Update(CheckLength("reason", message.reason(), kMaxReasonBytes));
   status.Update(CheckLength("frame_id", message.frame_id(), limits::kMaxNameBytes));

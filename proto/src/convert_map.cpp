@@ -171,7 +171,7 @@ v1::Params ToProto(const Params& params) {
 }
 
 absl::StatusOr<MapInfo> FromProto(const v1::MapInfo& message) {
-  absl::Status status = CheckMapName(message.name());
+  absl::Status status = CheckAskedMap(message.name());
   status.Update(CheckLength("content_id", message.content_id(), kMaxContentIdBytes));
   status.Update(CheckNumPlaces(message.num_places()));
   status.Update(CheckRange("the number of sessions", message.sessions_size(), 0,
@@ -214,7 +214,7 @@ absl::StatusOr<std::vector<MapSummary>> FromProto(const v1::ListMapsResponse& me
   std::vector<MapSummary> maps;
   maps.reserve(message.maps_size());
   for (const v1::MapSummary& map : message.maps()) {
-    absl::Status status = CheckMapName(map.name());
+    absl::Status status = CheckAskedMap(map.name());
     status.Update(CheckLength("content_id", map.content_id(), kMaxContentIdBytes));
     status.Update(CheckNumPlaces(map.num_places()));
     if (!status.ok()) return status;

@@ -93,7 +93,7 @@ absl::Status CheckShare(const char* field, bool is_set, double value) {
 
 }  // namespace
 
-absl::Status CheckMapName(const std::string& name) {
+absl::Status CheckAskedMap(const std::string& name) {
   return CheckLength("map", name, limits::kMaxNameBytes);
 }
 
@@ -167,7 +167,7 @@ absl::StatusOr<CapturedQuery> ParseCapturedQuery(const std::string& bytes) {
   }
   const v1::LocalizeRequest& request = message.request();
   CapturedQuery captured{.request_id = message.request_id(), .map = request.map()};
-  if (auto status = CheckMapName(captured.map); !status.ok()) return status;
+  if (auto status = CheckAskedMap(captured.map); !status.ok()) return status;
   auto query = FromProto(request.options());
   if (!query.ok()) return query.status();
   captured.query = *std::move(query);

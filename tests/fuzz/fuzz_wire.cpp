@@ -52,7 +52,7 @@ absl::StatusOr<ScanDescriptor> DescriptorOf(const Request& request) {
 }
 
 void Ask(const v1::LocalizeRequest& request) {
-  (void)proto::CheckMapName(request.map());
+  (void)proto::CheckAskedMap(request.map());
   const auto options = proto::FromProto(request.options());
   const auto query = DescriptorOf(request);
   if (query.ok()) (void)TheLocalizer()->Localize(*query, options.ok() ? *options : Query());
@@ -108,19 +108,19 @@ void ReadNames(const std::string& bytes) {
     (void)PageOfPlaces(Map{}, message.page_size(), message.page_token());
   }
   if (v1::GetMapInfoRequest message; Parses(bytes, &message)) {
-    (void)proto::CheckMapName(message.map());
+    (void)proto::CheckAskedMap(message.map());
   }
   if (v1::ReloadMapRequest message; Parses(bytes, &message)) {
-    (void)proto::CheckMapName(message.map());
+    (void)proto::CheckAskedMap(message.map());
   }
   if (v1::LoadMapRequest message; Parses(bytes, &message)) {
-    (void)proto::CheckMapName(message.map());
+    (void)proto::CheckAskedMap(message.map());
   }
   if (v1::UnloadMapRequest message; Parses(bytes, &message)) {
-    (void)proto::CheckMapName(message.map());
+    (void)proto::CheckAskedMap(message.map());
   }
   if (grpc::health::v1::HealthCheckRequest message; Parses(bytes, &message)) {
-    (void)proto::CheckMapName(message.service());
+    (void)proto::CheckAskedMap(message.service());
   }
 }
 

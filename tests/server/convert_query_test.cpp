@@ -218,9 +218,9 @@ TEST(ConvertOptions, RefusesAMethodThatIsNone) {
 }
 
 TEST(ConvertMapName, RefusesAnEndlessName) {
-  EXPECT_TRUE(CheckMapName("").ok());
-  EXPECT_TRUE(CheckMapName(std::string(limits::kMaxNameBytes, 'n')).ok());
-  ExpectInvalid(CheckMapName(std::string(limits::kMaxNameBytes + 1, 'n')), "map");
+  EXPECT_TRUE(CheckAskedMap("").ok());
+  EXPECT_TRUE(CheckAskedMap(std::string(limits::kMaxNameBytes, 'n')).ok());
+  ExpectInvalid(CheckAskedMap(std::string(limits::kMaxNameBytes + 1, 'n')), "map");
 }
 
 }  // namespace

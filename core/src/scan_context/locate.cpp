@@ -16,7 +16,7 @@ namespace {
 constexpr std::size_t kLookInterval = 64;
 
 /// Eq. LoopFound: the best candidate is recognised if its distance is below the threshold.
-void Decide(double threshold, Answer& answer) {
+void DecideByDistance(double threshold, Answer& answer) {
   if (answer.candidates.empty()) {
     answer.outcome = Outcome::kNotRecognized;
     answer.reason = "the map has no place to compare with";
@@ -62,8 +62,8 @@ absl::StatusOr<Answer> ContextSearch::Locate(const ScanDescriptor& scan, const Q
   for (std::size_t i = 0; i < num_answers; ++i) {
     answer.candidates.push_back(CandidateFrom(scored[i], scan.structure));
   }
-  Decide(query.threshold.value_or(is_polar ? params.polar_threshold : params.cart_threshold),
-         answer);
+  DecideByDistance(
+      query.threshold.value_or(is_polar ? params.polar_threshold : params.cart_threshold), answer);
   return answer;
 }
 

@@ -12,8 +12,8 @@ constexpr const char* kUpUnknown =
     "the scan does not say which way is up: no plane has the sensor at its height above ground and "
     "nothing below, or several have; turn the scan upright by how its sensor is mounted";
 
-void Decide(const std::vector<Spot>& spots, double confidence, double min_confidence,
-            const EvidenceParams& params, Answer& answer) {
+void DecideByConfidence(const std::vector<Spot>& spots, double confidence, double min_confidence,
+                        const EvidenceParams& params, Answer& answer) {
   const Support& support = *spots.front().support;
   const double percent = 100.0 * support.score;
   const double rival_percent = spots.size() < 2 ? 0.0 : 100.0 * spots[1].hypothesis.score;
@@ -77,8 +77,9 @@ absl::StatusOr<Answer> LocateByStructure(const Map& map, const AutoSearch& searc
     candidate->matched = spots[i].hypothesis.place;
     answer.candidates.push_back(*std::move(candidate));
   }
-  Decide(spots, confidences.front(),
-         query.min_confidence.value_or(map.params.search.min_confidence), params.evidence, answer);
+  DecideByConfidence(spots, confidences.front(),
+                     query.min_confidence.value_or(map.params.search.min_confidence),
+                     params.evidence, answer);
   return answer;
 }
 

@@ -45,7 +45,7 @@ AdminService::AdminService(const MapRegistry& maps, const CallWaits& waits, Admi
 template <typename Request, typename Response>
 void AdminService::Offer(const char* path, const char* method, const Action& action) {
   const auto run = [this, &action](const Request& message, Call& call) -> absl::StatusOr<Response> {
-    if (auto name = proto::CheckMapName(message.map()); !name.ok()) return name;
+    if (auto name = proto::CheckAskedMap(message.map()); !name.ok()) return name;
     call.map = message.map();
     const absl::Status done = action(message.map());
     LogWith(done.ok() ? spdlog::level::info : spdlog::level::err, "administration",

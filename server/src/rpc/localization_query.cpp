@@ -127,7 +127,7 @@ SearchControl LocalizationService::ControlOf(const grpc::CallbackServerContext& 
 absl::StatusOr<LocalizeReply> LocalizationService::Answer(
     const v1::LocalizeRequest& request, const Arrival& arrival,
     const grpc::CallbackServerContext& context, QueryDescriber& describer, const Call& call) {
-  if (auto status = proto::CheckMapName(request.map()); !status.ok()) return status;
+  if (auto status = proto::CheckAskedMap(request.map()); !status.ok()) return status;
   auto asked = AskedBy(request);
   if (!asked.ok()) return asked.status();
   auto header = proto::HeaderFromProto(request);

@@ -149,7 +149,7 @@ RawService::Reactor* LocalizationService::GetMapInfo(grpc::CallbackServerContext
   return AnswerHere<v1::GetMapInfoRequest>(
       waits_, admission_, "GetMapInfo", Role::kQuery, context,
       [this](const v1::GetMapInfoRequest& message) -> absl::StatusOr<v1::GetMapInfoResponse> {
-        if (auto status = proto::CheckMapName(message.map()); !status.ok()) return status;
+        if (auto status = proto::CheckAskedMap(message.map()); !status.ok()) return status;
         const auto map = maps_.Find(message.map());
         if (!map.ok()) return map.status();
         v1::GetMapInfoResponse result;
@@ -162,7 +162,7 @@ RawService::Reactor* LocalizationService::ListPlaces(grpc::CallbackServerContext
   return AnswerHere<v1::ListPlacesRequest>(
       waits_, admission_, "ListPlaces", Role::kQuery, context,
       [this](const v1::ListPlacesRequest& message) -> absl::StatusOr<v1::ListPlacesResponse> {
-        if (auto status = proto::CheckMapName(message.map()); !status.ok()) return status;
+        if (auto status = proto::CheckAskedMap(message.map()); !status.ok()) return status;
         const auto map = maps_.Find(message.map());
         if (!map.ok()) return map.status();
         const auto page =

@@ -91,7 +91,7 @@ absl::StatusOr<v1::StreamOpened> LocalizationService::Configure(
     return absl::InvalidArgumentError("the first request of a stream must be its configuration");
   }
   const v1::StreamConfig& config = request.config();
-  if (auto status = proto::CheckMapName(config.map()); !status.ok()) return status;
+  if (auto status = proto::CheckAskedMap(config.map()); !status.ok()) return status;
   v1::LocalizeRequest query;
   *query.mutable_options() = config.options();
   const auto asked = AskedBy(query);

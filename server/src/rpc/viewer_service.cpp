@@ -11,7 +11,7 @@ namespace {
 
 absl::StatusOr<std::shared_ptr<const ServedMap>> FindMap(const MapRegistry& maps,
                                                          const std::string& name) {
-  if (auto status = proto::CheckMapName(name); !status.ok()) return status;
+  if (auto status = proto::CheckAskedMap(name); !status.ok()) return status;
   return maps.Find(name);
 }
 
@@ -41,7 +41,7 @@ ViewerService::ViewerService(const MapRegistry& maps, const RecentAnswers& answe
   Offer<v1::ListAnswersRequest>(
       "/scanloc.v1.Viewer/ListAnswers", "ListAnswers", Role::kView,
       [this](const v1::ListAnswersRequest& message) -> absl::StatusOr<v1::ListAnswersResponse> {
-        if (auto status = proto::CheckMapName(message.map()); !status.ok()) return status;
+        if (auto status = proto::CheckAskedMap(message.map()); !status.ok()) return status;
         if (answers_.is_on()) return answers_.List(message);
         return absl::UnimplementedError(
             "the server keeps no answers to look at; start it with --recent-answers");

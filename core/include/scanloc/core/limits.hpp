@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 
-/// Every bound that scanloc puts on what a file or the network may ask of it.
+/// Bounds on what a file or the network may ask for, where several modules know them.
 namespace scanloc::limits {
 
 /// Most points of one scan; a 128-ray sensor gives at most 0.3 million.

@@ -19,7 +19,7 @@
 namespace scanloc::proto {
 
 /// A map's name as a request gives it; empty stands for the only one, or for all.
-[[nodiscard]] absl::Status CheckMapName(const std::string& name);
+[[nodiscard]] absl::Status CheckAskedMap(const std::string& name);
 
 /// points is overwritten; its memory is reused. Points that are not finite are let through: it is
 /// the Describer that skips and counts them.
