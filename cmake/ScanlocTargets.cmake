@@ -59,10 +59,13 @@ function(scanloc_add_installed module)
   endif()
 endfunction()
 
-# scanloc_add_library(core [INSTALLED] SOURCES a.cpp PUBLIC_DEPS x PRIVATE_DEPS y)
+# scanloc_add_library(core [INSTALLED] SOURCES a.cpp PUBLIC_DEPS x PRIVATE_DEPS y [PRECOMPILED grpc])
 # declares scanloc_core, known as scanloc::core, with its public headers in include/.
 function(scanloc_add_library module)
-  cmake_parse_arguments(ARG "INSTALLED" "" "SOURCES;PUBLIC_DEPS;PRIVATE_DEPS" ${ARGN})
+  cmake_parse_arguments(ARG "INSTALLED" "PRECOMPILED" "SOURCES;PUBLIC_DEPS;PRIVATE_DEPS" ${ARGN})
+  if(NOT ARG_PRECOMPILED)
+    set(ARG_PRECOMPILED common)
+  endif()
   set(target scanloc_${module})
   if(ARG_INSTALLED)
     scanloc_add_installed(${module} ${ARG_SOURCES})
@@ -77,13 +80,7 @@ function(scanloc_add_library module)
   target_compile_features(${target} PUBLIC cxx_std_20)
   target_link_libraries(${target} PUBLIC ${ARG_PUBLIC_DEPS}
     PRIVATE ${ARG_PRIVATE_DEPS} $<BUILD_INTERFACE:scanloc_warnings>)
-endfunction()
-
-# scanloc_precompile_grpc(server_tests): compiles the headers of gRPC and of the wire once for all
-# sources of a target; they take longer than the sources themselves.
-function(scanloc_precompile_grpc target)
-  target_precompile_headers(${target} PRIVATE <grpcpp/grpcpp.h>
-    <scanloc/v1/localization.grpc.pb.h>)
+  scanloc_precompile(${target} ${ARG_PRECOMPILED})
 endfunction()
 
 # scanloc_add_program(scanlocd SOURCES main.cpp DEPS scanloc::server)
@@ -91,16 +88,17 @@ function(scanloc_add_program name)
   cmake_parse_arguments(ARG "" "" "SOURCES;DEPS" ${ARGN})
   add_executable(${name} ${ARG_SOURCES})
   target_link_libraries(${name} PRIVATE ${ARG_DEPS} scanloc_warnings)
+  scanloc_precompile(${name} cli)
   # OPTIONAL: what was not built is not installed, and hinders nobody.
   install(TARGETS ${name} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT ${name} OPTIONAL)
   install(DIRECTORY "${PROJECT_BINARY_DIR}/man/${name}/" DESTINATION ${CMAKE_INSTALL_MANDIR}/man1
     COMPONENT ${name} OPTIONAL)
 endfunction()
 
-# scanloc_add_test(core_tests SOURCES a_test.cpp DEPS scanloc::core)
+# scanloc_add_test(core_tests SOURCES a_test.cpp DEPS scanloc::core [PRECOMPILED grpc_tests])
 # declares a GoogleTest program whose tests ctest lists one by one.
 function(scanloc_add_test name)
-  cmake_parse_arguments(ARG "" "TIMEOUT" "SOURCES;DEPS" ${ARGN})
+  cmake_parse_arguments(ARG "" "TIMEOUT;PRECOMPILED" "SOURCES;DEPS" ${ARGN})
   if(NOT ARG_TIMEOUT)
     set(ARG_TIMEOUT 120)
   endif()
@@ -109,6 +107,9 @@ function(scanloc_add_test name)
   target_link_libraries(${name} PRIVATE ${ARG_DEPS} scanloc_test_support scanloc_warnings
     GTest::gtest GTest::gmock
     GTest::gtest_main)
+  if(ARG_PRECOMPILED)
+    scanloc_precompile(${name} ${ARG_PRECOMPILED})
+  endif()
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY "${CMAKE_BINARY_DIR}/tests")
   # Sanitizers get their options from the test preset, so that no test may run while building.
   set(discovery POST_BUILD)
