@@ -26,6 +26,8 @@ std::vector<std::unique_ptr<Command>> AllCommands() {
   commands.push_back(MakePlotCommand());
   commands.push_back(MakeMergeCommand());
   commands.push_back(MakeEditCommand());
+  commands.push_back(MakeDiffCommand());
+  commands.push_back(MakeRefreshCommand());
   commands.push_back(MakeExportCommand());
   commands.push_back(MakeAdminCommand());
   commands.push_back(MakePublishCommand());

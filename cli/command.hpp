@@ -47,6 +47,8 @@ std::unique_ptr<Command> MakeEvalCommand();
 std::unique_ptr<Command> MakeReportDiffCommand();
 std::unique_ptr<Command> MakeMergeCommand();
 std::unique_ptr<Command> MakeEditCommand();
+std::unique_ptr<Command> MakeDiffCommand();
+std::unique_ptr<Command> MakeRefreshCommand();
 std::unique_ptr<Command> MakeExportCommand();
 std::unique_ptr<Command> MakePlotCommand();
 std::unique_ptr<Command> MakeAdminCommand();

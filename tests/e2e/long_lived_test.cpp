@@ -1,6 +1,7 @@
 // A map that is kept: loops closed, a drive of another frame brought in, edited.
 #include <gtest/gtest.h>
 
+#include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -103,7 +104,63 @@ TEST_F(LongLived, RefusesADriveThatSharesNothingAndLeavesTheMapAsItWas) {
   EXPECT_EQ(ContentId(map_), before);
 }
 
+TEST_F(LongLived, NamesWhatWasRebuiltAndReplacesIt) {
+  const std::string first = Drive("one", {});
+  const std::string later =
+      Drive("later", {"--session-seed", "2", "--lane-shift-m", "1", "--rebuilt-share", "0.3"});
+  const Args drive = {"--scans", later, "--poses", later + "/poses.txt", "--quiet"};
+  const auto with_drive = [&](Args args) {
+    args.insert(args.end(), drive.begin(), drive.end());
+    return args;
+  };
+  MustScanloc({"build", map_, "--scans", first, "--poses", first + "/poses.txt", "--quiet",
+               "--no-calibrate"});
+  const std::string before = ContentId(map_);
+  const json changes = json::parse(
+      MustScanloc(with_drive({"diff", map_, "--json", "--geojson", dir_.File("changes.geojson"),
+                              "--picture", dir_.File("changes.svg")})));
+  std::vector<double> from_rebuilt_m;
+  std::ifstream rebuilt(later + "/rebuilt.txt");
+  for (double m = 0.0; rebuilt >> m;) from_rebuilt_m.push_back(m);
+  int num_rebuilt = 0;
+  int num_named = 0;
+  int num_wrongly_named = 0;
+  for (const json& scan : changes.at("after").at("places")) {
+    const double m = from_rebuilt_m.at(scan.at("place").get<std::size_t>());
+    const bool is_changed = scan.at("change") == "changed";
+    num_wrongly_named += m > 60.0 && is_changed ? 1 : 0;
+    if (m >= 6.0) continue;
+    ++num_rebuilt;
+    num_named += is_changed ? 1 : 0;
+  }
+  ASSERT_GT(num_rebuilt, 10);
+  EXPECT_GE(num_named * 10, num_rebuilt * 9);
+  EXPECT_EQ(num_wrongly_named, 0);
+  std::ifstream geojson(dir_.File("changes.geojson"));
+  EXPECT_EQ(json::parse(geojson).at("features").size(),
+            changes.at("before").at("num").get<std::size_t>() +
+                changes.at("after").at("num").get<std::size_t>());
+  EXPECT_TRUE(fs::exists(dir_.File("changes.svg")));
+
+  const std::string fresh = dir_.File("fresh");
+  const std::string told = MustScanloc(with_drive({"refresh", map_, fresh}));
+  EXPECT_NE(told.find("  replaced  "), std::string::npos) << told;
+  EXPECT_EQ(ContentId(map_), before);
+  EXPECT_EQ(Scanloc({"verify", fresh}).status, 0);
+  const json left = json::parse(MustScanloc(with_drive({"diff", fresh, "--json"})));
+  EXPECT_LT(left.at("after").at("num_changed").get<int>() * 5,
+            changes.at("after").at("num_changed").get<int>());
+  const json between = json::parse(MustScanloc({"diff", map_, fresh, "--json"}));
+  EXPECT_GT(between.at("before").at("num_changed").get<int>(), 0);
+  const json info = json::parse(MustScanloc({"info", fresh, "--json"}));
+  EXPECT_EQ(info.at("history")[0].at("parents")[0], before);
+  EXPECT_EQ(Scanloc(with_drive({"refresh", map_, fresh})).status, 1) << "there is one";
+}
+
 TEST_F(LongLived, RefusesWrongUsage) {
+  EXPECT_EQ(Scanloc({"diff", "map"}).status, 2);
+  EXPECT_EQ(Scanloc({"diff", "map", "other", "--scans", "x", "--poses", "y"}).status, 2);
+  EXPECT_EQ(Scanloc({"refresh", "map", "out"}).status, 2);
   EXPECT_EQ(Scanloc({"edit", "in", "out"}).status, 2);
   EXPECT_EQ(Scanloc({"edit", "in", "out", "--crop", "1,2,3"}).status, 2);
   EXPECT_EQ(Scanloc({"edit", "in", "out", "--thin", "-1"}).status, 2);

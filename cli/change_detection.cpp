@@ -1,0 +1,131 @@
+#include "cli/change_detection.hpp"
+
+#include <CLI/CLI.hpp>
+#include <memory>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "cli/command.hpp"
+#include "cli/drive_plan.hpp"
+#include "cli/interrupt.hpp"
+#include "cli/progress.hpp"
+#include "scanloc/mapdb/check_session.hpp"
+#include "scanloc/mapdb/map_file.hpp"
+#include "scanloc/slam/align_drive.hpp"
+
+namespace scanloc::cli {
+namespace {
+
+std::vector<report::ReportedChange> SideOf(const std::vector<slam::Observation>& seen,
+                                           const std::vector<slam::Comparison>& compared,
+                                           const std::vector<std::size_t>& numbers) {
+  std::vector<report::ReportedChange> side;
+  for (std::size_t i = 0; i < seen.size(); ++i) {
+    side.push_back({.number = numbers.empty() ? i : numbers[i],
+                    .scan = seen[i].name,
+                    .session = seen[i].session,
+                    .T_map_scan = seen[i].T_map_scan,
+                    .change = slam::ChangeName(compared[i].change),
+                    .agreement = compared[i].agreement});
+  }
+  return side;
+}
+
+void CompareBothWays(const AutoParams& params, int num_threads, DetectedChanges& changes) {
+  changes.of_before = slam::Compare(changes.before, changes.after, params, num_threads);
+  changes.of_after = slam::Compare(changes.after, changes.before, params, num_threads);
+}
+
+}  // namespace
+
+report::ChangeReport DetectedChanges::Report() const {
+  return {.before_name = before_name,
+          .after_name = after_name,
+          .before = SideOf(before, of_before, {}),
+          .after = SideOf(after, of_after, scans)};
+}
+
+void ComparedDrive::Declare(CLI::App& app) {
+  app.add_option("--scans", scans_dir_, "Folder of the scans of a drive, as of build")
+      ->type_name("DIR");
+  poses_.Declare(app, "--poses", "Pose of the sensor at each scan, in the frame of the map");
+  poses_.DeclareBag(app);
+  poses_.DeclareMount(app);
+  app.add_option("--session", session_, "Name of the drive [the name of its folder]");
+  app.add_flag("--align", align_,
+               "The poses are odometry in a frame of their own; bring them into that of the map");
+  AddThreadsOption(app, &num_threads_, "read, describe and compare scans");
+  AddQuietOption(app, &quiet_);
+  selection_.Declare(app);
+}
+
+absl::Status ComparedDrive::CheckUsage() const {
+  if (absl::Status s = selection_.CheckUsage(); !s.ok()) return s;
+  return poses_.CheckUsageWithPoses(scans_dir_);
+}
+
+absl::Status ComparedDrive::PutIntoFrame(const std::string& map, const slam::DriveOptions& options,
+                                         const mapdb::ScanLoader& load_scan,
+                                         mapdb::SessionPlan& plan) const {
+  if (!align_) return mapdb::CheckFrame(map, plan, load_scan);
+  absl::StatusOr<Map> loaded = mapdb::LoadMap(map);
+  if (!loaded.ok()) return loaded.status();
+  const absl::StatusOr<slam::ClosedDrive> aligned =
+      slam::AlignDrive(std::make_shared<const Map>(*std::move(loaded)), plan, load_scan, options);
+  if (!aligned.ok()) return aligned.status();
+  for (std::size_t i = 0; i < plan.scans.size(); ++i) {
+    plan.scans[i].T_map_place = aligned->T_map_scan[i];
+  }
+  return absl::OkStatus();
+}
+
+absl::StatusOr<DetectedChanges> ComparedDrive::CompareWithDrive(const std::string& map) const {
+  CatchInterrupts();
+  const absl::StatusOr<mapdb::MapInfo> info = mapdb::ReadInfo(map);
+  if (!info.ok()) return info.status();
+  absl::StatusOr<std::vector<slam::Observation>> places = slam::ObserveMap(map);
+  if (!places.ok()) return places.status();
+  const absl::StatusOr<dataset::Drive> drive = poses_.OpenDrive(scans_dir_);
+  if (!drive.ok()) return drive.status();
+  absl::StatusOr<std::vector<dataset::Frame>> frames = Select(selection_, drive->frames);
+  if (!frames.ok()) return frames.status();
+
+  DetectedChanges changes{.before_name = map, .before = *std::move(places)};
+  changes.frames = *std::move(frames);
+  changes.after_name = session_.empty() ? DefaultSessionName(poses_.Place(scans_dir_)) : session_;
+  changes.plan = PlanOf(changes.after_name, changes.frames, mount());
+  const mapdb::ScanLoader load_scan = LoaderOf(changes.frames, mount());
+  StageProgress progress(quiet_);
+  slam::DriveOptions options{
+      .num_threads = num_threads_,
+      .progress = [&](const char* stage, std::size_t num_done, std::size_t num_total) {
+        progress.Update(stage, num_done, num_total);
+      }};
+  options.graph.is_cancelled = &Interrupted;
+  absl::Status status = PutIntoFrame(map, options, load_scan, changes.plan);
+  if (!status.ok()) return status;
+  absl::StatusOr<std::vector<slam::Observation>> seen =
+      slam::ObserveDrive(info->params, changes.plan, load_scan, options, changes.scans);
+  progress.Clear();
+  if (!seen.ok()) return seen.status();
+  changes.after = *std::move(seen);
+  CompareBothWays(info->params.automatic, num_threads_, changes);
+  return changes;
+}
+
+absl::StatusOr<DetectedChanges> ComparedDrive::CompareWithMap(const std::string& map,
+                                                              const std::string& other) const {
+  const absl::StatusOr<mapdb::MapInfo> info = mapdb::ReadInfo(map);
+  if (!info.ok()) return info.status();
+  DetectedChanges changes{.before_name = map, .after_name = other};
+  for (const bool is_before : {true, false}) {
+    absl::StatusOr<std::vector<slam::Observation>> places =
+        slam::ObserveMap(is_before ? map : other);
+    if (!places.ok()) return places.status();
+    (is_before ? changes.before : changes.after) = *std::move(places);
+  }
+  CompareBothWays(info->params.automatic, num_threads_, changes);
+  return changes;
+}
+
+}  // namespace scanloc::cli

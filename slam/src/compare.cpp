@@ -1,0 +1,231 @@
+#include "scanloc/slam/compare.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <unordered_map>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "described_drive.hpp"
+#include "scanloc/core/scan/pose_difference.hpp"
+#include "scanloc/core/structural/consistency.hpp"
+#include "scanloc/jobs/jobs.hpp"
+#include "scanloc/mapdb/map_file.hpp"
+
+namespace scanloc::slam {
+namespace {
+
+/// Others so near see the same [m].
+constexpr double kNear_m = 8.0;
+constexpr double kSameFloor_m = 1.5;
+constexpr std::size_t kMostOthers = 3;
+/// Fewer posts say nothing.
+constexpr std::size_t kMinPosts = 40;
+/// Poses of both visits are right within this.
+constexpr PoseLimits kTold = {.plane_m = 1.5, .height_m = 5.0, .heading_deg = 10.0};
+/// Neighbours of one visit that are judged together lie within this.
+constexpr double kTogether_m = 10.0;
+/// Share of the reach of posts.
+constexpr double kLookedAt = 0.5;
+/// Change is less than this share of the agreement that a quarter of all reach, which depends on
+/// sensors and weather, and never above or below these: docs/maintenance.md measures it.
+constexpr double kLeastShare = 0.735;
+constexpr double kNeverChange = 0.62;
+constexpr double kAlwaysChange = 0.42;
+
+/// Observations by position.
+class Grid {
+ public:
+  explicit Grid(std::span<const Observation> all) : all_(all) {
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      if (all[i].structure.posts.size() >= kMinPosts) cells_[KeyOf(CellOf(all[i]))].push_back(i);
+    }
+  }
+
+  /// Those near, nearest first.
+  [[nodiscard]] std::vector<std::size_t> Near(const Observation& seen) const {
+    std::vector<std::pair<double, std::size_t>> near;
+    const Eigen::Vector2i cell = CellOf(seen);
+    for (int n = 0; n < 9; ++n) {
+      const auto found = cells_.find(KeyOf(cell + Eigen::Vector2i(n % 3 - 1, n / 3 - 1)));
+      if (found == cells_.end()) continue;
+      for (const std::size_t i : found->second) {
+        const Eigen::Vector3d offset =
+            all_[i].T_map_scan.translation() - seen.T_map_scan.translation();
+        const double distance_m = offset.head<2>().norm();
+        if (distance_m <= kNear_m && std::abs(offset.z()) <= kSameFloor_m) {
+          near.emplace_back(distance_m, i);
+        }
+      }
+    }
+    std::sort(near.begin(), near.end());
+    std::vector<std::size_t> nearest;
+    for (const auto& [distance_m, i] : near) nearest.push_back(i);
+    nearest.resize(std::min(nearest.size(), kMostOthers));
+    return nearest;
+  }
+
+ private:
+  static Eigen::Vector2i CellOf(const Observation& seen) {
+    return (seen.T_map_scan.translation().head<2>() / kNear_m).array().floor().cast<int>();
+  }
+  static std::int64_t KeyOf(const Eigen::Vector2i& cell) {
+    return (static_cast<std::int64_t>(cell.x()) << 32) ^ static_cast<std::uint32_t>(cell.y());
+  }
+
+  std::span<const Observation> all_;
+  std::unordered_map<std::int64_t, std::vector<std::size_t>> cells_;
+};
+
+/// What of a structure stands near a point of its level frame.
+Structure Near(const Structure& structure, const Eigen::Vector2d& at, double within_m) {
+  Structure near = structure;
+  std::erase_if(near.posts, [&](const Post& post) {
+    return (Eigen::Vector2d(post.x_cm, post.y_cm) / 100.0 - at).norm() > within_m;
+  });
+  return near;
+}
+
+/// How well one lies on the other where their poses put it; what lies better elsewhere does not.
+/// Of what both see, the near half of the reach counts: what a rebuilt street looks like from the
+/// next one is no change there.
+double Agreement(const Observation& seen, const Observation& other, const AutoParams& params) {
+  const double within_m = kLookedAt * params.posts.reach_m;
+  const Eigen::Vector2d at = (LevelFromSensor(other.structure).linear() *
+                              (other.T_map_scan.inverse() * seen.T_map_scan).translation())
+                                 .head<2>();
+  const PairCheck check = CheckPair({0, 1, Near(other.structure, at, within_m),
+                                     Near(seen.structure, Eigen::Vector2d::Zero(), within_m)},
+                                    other.T_map_scan, seen.T_map_scan, params);
+  const bool as_told = check.verdict == PairCheck::Verdict::kAgrees ||
+                       !MissOf(DifferenceOf(check.told, check.shown), kTold).any();
+  return as_told ? check.score : 0.0;
+}
+
+Comparison CompareOne(const Observation& seen, const Grid& grid,
+                      std::span<const Observation> others, const AutoParams& params) {
+  Comparison comparison;
+  if (seen.structure.posts.size() < kMinPosts) return comparison;
+  for (const std::size_t i : grid.Near(seen)) {
+    const double agreement = Agreement(seen, others[i], params);
+    if (comparison.other && agreement <= comparison.agreement) continue;
+    comparison.other = i;
+    comparison.agreement = agreement;
+  }
+  return comparison;
+}
+
+/// The median of what the neighbours of an observation in its visit say.
+double JudgedTogether(std::span<const Observation> seen, const std::vector<Comparison>& alone,
+                      std::size_t i) {
+  const Eigen::Vector3d at = seen[i].T_map_scan.translation();
+  std::vector<double> said;
+  const auto take = [&](std::size_t k) {
+    const bool is_near = seen[k].session == seen[i].session &&
+                         (seen[k].T_map_scan.translation() - at).norm() <= kTogether_m;
+    if (is_near && alone[k].other) said.push_back(alone[k].agreement);
+    return is_near;
+  };
+  for (std::size_t k = i; k < seen.size() && take(k); ++k) {
+  }
+  for (std::size_t k = i; k-- > 0 && take(k);) {
+  }
+  const auto middle = said.begin() + static_cast<std::ptrdiff_t>(said.size() / 2);
+  std::nth_element(said.begin(), middle, said.end());
+  return *middle;
+}
+
+double LeastAgreement(const std::vector<Comparison>& alone) {
+  std::vector<double> said;
+  for (const Comparison& comparison : alone) {
+    if (comparison.other) said.push_back(comparison.agreement);
+  }
+  if (said.empty()) return kAlwaysChange;
+  const auto upper = said.begin() + static_cast<std::ptrdiff_t>(said.size() * 3 / 4);
+  std::nth_element(said.begin(), upper, said.end());
+  return std::clamp(kLeastShare * *upper, kAlwaysChange, kNeverChange);
+}
+
+}  // namespace
+
+const char* ChangeName(Change change) {
+  switch (change) {
+    case Change::kSame:
+      return "same";
+    case Change::kChanged:
+      return "changed";
+    case Change::kUnseen:
+      return "unseen";
+  }
+  return "";
+}
+
+std::vector<Comparison> Compare(std::span<const Observation> seen,
+                                std::span<const Observation> others, const AutoParams& params,
+                                int num_threads) {
+  const Grid grid(others);
+  std::vector<Comparison> alone(seen.size());
+  const std::size_t threads =
+      std::min(NumThreads(num_threads), std::max<std::size_t>(seen.size(), 1));
+  const absl::Status done = RunJobs(
+      threads, seen.size(),
+      [&](std::size_t i, std::size_t) {
+        alone[i] = CompareOne(seen[i], grid, others, params);
+        return absl::OkStatus();
+      },
+      [](std::size_t) {});
+  const double least_agreement = LeastAgreement(alone);
+  std::vector<Comparison> comparisons = alone;
+  for (std::size_t i = 0; done.ok() && i < seen.size(); ++i) {
+    if (!alone[i].other) continue;
+    comparisons[i].agreement = JudgedTogether(seen, alone, i);
+    comparisons[i].change =
+        comparisons[i].agreement < least_agreement ? Change::kChanged : Change::kSame;
+  }
+  return comparisons;
+}
+
+absl::StatusOr<std::vector<Observation>> ObserveMap(const std::string& path) {
+  const absl::StatusOr<mapdb::MapInfo> info = mapdb::ReadInfo(path);
+  if (!info.ok()) return info.status();
+  if (!info->params.structure.enabled) {
+    return absl::FailedPreconditionError(
+        absl::StrCat("map '", path, "' holds no structures of its scans, which comparing needs; ",
+                     "build it again with --keep-scans"));
+  }
+  const absl::StatusOr<std::vector<mapdb::PlaceRecord>> records = mapdb::ReadPlaces(path);
+  if (!records.ok()) return records.status();
+  std::vector<Observation> places;
+  places.reserve(records->size());
+  const absl::Status visited = mapdb::VisitDescriptors(
+      path, [&](std::size_t i, const PlaceDescriptor& descriptor) -> absl::Status {
+        if (i >= records->size()) return absl::UnavailableError("the map was written meanwhile");
+        const mapdb::PlaceRecord& record = (*records)[i];
+        places.push_back({record.scan,
+                          info->sessions[static_cast<std::size_t>(record.place.session)].name,
+                          record.place.T_map_place, descriptor.structure});
+        return absl::OkStatus();
+      });
+  if (!visited.ok()) return visited;
+  return places;
+}
+
+absl::StatusOr<std::vector<Observation>> ObserveDrive(const Params& params,
+                                                      const mapdb::SessionPlan& plan,
+                                                      const mapdb::ScanLoader& load_scan,
+                                                      const DriveOptions& options,
+                                                      std::vector<std::size_t>& scans) {
+  if (absl::Status status = Validate(options); !status.ok()) return status;
+  if (absl::Status status = mapdb::Validate(plan); !status.ok()) return status;
+  absl::StatusOr<DescribedDrive> drive = DescribeDrive(params, plan, load_scan, options);
+  if (!drive.ok()) return drive.status();
+  std::vector<Observation> seen;
+  for (std::size_t k = 0; k < drive->size(); ++k) {
+    const mapdb::PlannedScan& scan = plan.scans[drive->scans[k]];
+    seen.push_back({scan.name, "", scan.T_map_place, std::move(drive->descriptors[k].structure)});
+  }
+  scans = std::move(drive->scans);
+  return seen;
+}
+
+}  // namespace scanloc::slam
