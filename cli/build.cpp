@@ -15,6 +15,7 @@
 #include "cli/command.hpp"
 #include "cli/drive_options.hpp"
 #include "cli/drive_plan.hpp"
+#include "cli/geo_options.hpp"
 #include "cli/interrupt.hpp"
 #include "cli/output.hpp"
 #include "cli/param_options.hpp"
@@ -82,6 +83,7 @@ class BuildCommand : public Command {
   int commit_interval_ = mapdb::BuildOptions().commit_interval;
   int num_threads_ = 0;
   bool quiet_ = false;
+  GeoOptions geo_;
 };
 
 void BuildCommand::Declare(CLI::App& app) {
@@ -118,6 +120,7 @@ void BuildCommand::Declare(CLI::App& app) {
       ->capture_default_str();
   AddThreadsOption(app, &num_threads_, "read and describe scans");
   AddQuietOption(app, &quiet_);
+  geo_.Declare(app);
   selection_.Declare(app);
   params_.Declare(app);
   app.footer(
@@ -138,6 +141,7 @@ void BuildCommand::Declare(CLI::App& app) {
 
 absl::Status BuildCommand::CheckUsage() const {
   if (absl::Status s = selection_.CheckUsage(); !s.ok()) return s;
+  if (absl::Status s = geo_.CheckUsage(); !s.ok()) return s;
   if (absl::Status s = poses_.CheckUsageWithPoses(scans_dir_); !s.ok()) return s;
   if (align_ && !append_) {
     return absl::InvalidArgumentError("--align is for --append: it aligns a drive with a map");
@@ -324,6 +328,9 @@ absl::Status BuildCommand::Run() {
     absl::StrAppend(
         &text, "  the first that could not be read: ", Printable(summary->first_unreadable), "\n");
   }
+  const absl::StatusOr<std::string> on_earth = geo_.Apply(map_);
+  if (!on_earth.ok()) return on_earth.status();
+  text += *on_earth;
   if (!calibrate_) return WriteText("-", text);
   const absl::StatusOr<std::string> calibration = CalibrateAndTell(map_, num_threads_, quiet_);
   if (absl::IsCancelled(calibration.status())) {

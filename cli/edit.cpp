@@ -10,6 +10,7 @@
 #include "cli/calibrate.hpp"
 #include "cli/command.hpp"
 #include "cli/edit_options.hpp"
+#include "cli/geo_options.hpp"
 #include "cli/interrupt.hpp"
 #include "cli/made_now.hpp"
 #include "cli/output.hpp"
@@ -91,6 +92,7 @@ class EditCommand : public Command {
     app.add_option("IN", in_, "Map file; it stays as it is")->required();
     app.add_option("OUT", out_, "Map file to make; must not exist")->required();
     edits_.Declare(app);
+    geo_.Declare(app);
     AddThreadsOption(app, &num_threads_, "calibrate");
     AddQuietOption(app, &quiet_);
     app.footer(
@@ -99,9 +101,13 @@ class EditCommand : public Command {
         "  scanloc edit town.scanloc new.scanloc --drop-session 2024-03-night\n"
         "  scanloc edit town.scanloc new.scanloc --cut 120,-40,180,20 --thin 2\n"
         "  scanloc edit house.scanloc ground.scanloc --crop-floor 0,3 --rename-session a=b\n"
-        "  scanloc edit town.scanloc utm.scanloc --transform 456000,5428000,110,0,0,31.5");
+        "  scanloc edit town.scanloc utm.scanloc --transform 456000,5428000,110,0,0,31.5\n"
+        "  scanloc edit town.scanloc new.scanloc --geo-fixes drive1.mcap");
   }
-  [[nodiscard]] absl::Status CheckUsage() const override { return edits_.CheckUsage(); }
+  [[nodiscard]] absl::Status CheckUsage() const override {
+    if (absl::Status status = geo_.CheckUsage(); !status.ok()) return status;
+    return geo_.given() ? absl::OkStatus() : edits_.CheckUsage();
+  }
   [[nodiscard]] absl::Status Run() override;
 
  private:
@@ -112,6 +118,7 @@ class EditCommand : public Command {
   std::string in_;
   std::string out_;
   EditOptions edits_;
+  GeoOptions geo_;
   int num_threads_ = 0;
   bool quiet_ = false;
 };
@@ -148,9 +155,16 @@ absl::Status EditCommand::Run() {
     edits.push_back(one.edit);
     absl::StrAppend(&command, " ", one.text);
   }
+  std::string on_earth;
   std::string calibration;
-  const absl::StatusOr<mapdb::EditSummary> summary = mapdb::EditMap(
-      in_, out_, edits, MadeNow(command), Calibrating(num_threads_, quiet_, &calibration));
+  const auto finish = [&](const std::string& path) -> absl::Status {
+    absl::StatusOr<std::string> told = geo_.Apply(path);
+    if (!told.ok()) return told.status();
+    on_earth = *std::move(told);
+    return Calibrating(num_threads_, quiet_, &calibration)(path);
+  };
+  const absl::StatusOr<mapdb::EditSummary> summary =
+      mapdb::EditMap(in_, out_, edits, MadeNow(command), finish);
   if (!summary.ok()) return summary.status();
   std::string text = absl::StrFormat("edited %s into %s\n", Printable(in_), Printable(out_));
   std::size_t num_before = summary->num_places_before;
@@ -163,7 +177,7 @@ absl::Status EditCommand::Run() {
   absl::StrAppend(&text, "  content id  ", summary->content_id, "\n");
   const absl::StatusOr<std::string> cost = CostOfThinning(edits, *summary);
   if (!cost.ok()) return cost.status();
-  return WriteText("-", text + calibration + *cost);
+  return WriteText("-", text + on_earth + calibration + *cost);
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_join.h"
 #include "cli/command.hpp"
+#include "cli/geo_options.hpp"
 #include "cli/half_built.hpp"
 #include "cli/map_text.hpp"
 #include "cli/output.hpp"
@@ -46,6 +47,15 @@ std::string InfoAsJson(const mapdb::MapInfo& info) {
   for (const mapdb::HistoryEntry& entry : info.history) {
     json["history"].push_back(
         {{"when", entry.when}, {"command", entry.command}, {"parents", entry.parents}});
+  }
+  json["geo_origin"] = nullptr;
+  if (const auto& origin = info.geo_origin) {
+    json["geo_origin"] = {
+        {"latitude", origin->latitude_deg},
+        {"longitude", origin->longitude_deg},
+        {"altitude_m", origin->altitude_m},
+        {"heading_deg", origin->heading_deg},
+        {"anchor_m", {origin->anchor_m.x(), origin->anchor_m.y(), origin->anchor_m.z()}}};
   }
   json["params"] = ParamsToJson(info.params);
   json["extent"] = ExtentToJson(info.extent_m);
@@ -104,6 +114,9 @@ std::string InfoAsText(const std::string& path, const mapdb::MapInfo& info) {
       info.num_scans, static_cast<double>(info.file_bytes) / 1e6, info.schema_version,
       info.compatible_version, Printable(info.built_by));
   absl::StrAppend(&text, ExtentAsText(info.extent_m));
+  if (info.geo_origin) {
+    absl::StrAppend(&text, "  on earth        ", GeoOriginAsText(*info.geo_origin), "\n");
+  }
   absl::StrAppend(&text, "sessions\n");
   for (const mapdb::SessionInfo& session : info.sessions) {
     absl::StrAppendFormat(&text, "  %s: %d places of %d scans, %d empty, %d unreadable%s\n",

@@ -16,6 +16,7 @@ find_package(nlohmann_json 3.11 REQUIRED)     # nlohmann-json3-dev
 find_package(PostgreSQL REQUIRED)           # libpq-dev
 find_package(CURL 7.88 REQUIRED)              # libcurl4-openssl-dev
 pkg_check_modules(XXHASH REQUIRED IMPORTED_TARGET libxxhash)  # libxxhash-dev
+pkg_check_modules(GEOGRAPHICLIB REQUIRED IMPORTED_TARGET geographiclib)  # libgeographiclib-dev
 
 pkg_check_modules(LZF REQUIRED IMPORTED_TARGET liblzf)        # liblzf-dev
 pkg_check_modules(ZSTD REQUIRED IMPORTED_TARGET libzstd)      # libzstd-dev

@@ -35,9 +35,10 @@ forbid eval 'scanloc/(mapdb|dataset|sim|report|proto|server|client)/|sqlite3|pcl
 forbid slam 'scanloc/(dataset|sim|eval|report|proto|server|client)/|cli/|sqlite3|pcl/|grpc|google/|spdlog' \
   'slam knows core, mapdb and jobs only'
 forbid slam/include 'ceres/' 'Ceres stays in the sources of slam'
+forbid geo 'scanloc/(mapdb|dataset|sim|eval|report|proto|server|client|slam|jobs)/' 'geo knows core only'
 forbid jobs 'scanloc/(core|mapdb|dataset|sim|eval|report|proto|server|client|slam)/' 'jobs know no work'
 forbid report 'scanloc/(mapdb|dataset|sim|proto|server|client)/|cli/|sqlite3|pcl/|grpc|google/|spdlog' \
-  'report draws and writes: it knows core and eval only'
+  'report draws and writes: it knows core, eval and geo only'
 forbid proto 'scanloc/(mapdb|dataset|sim|eval|server|client)/|sqlite3|pcl/' 'proto knows core only'
 forbid server 'scanloc/(dataset|sim|eval|client)/|sqlite3|pcl/' \
   'server knows core, mapdb and proto only'

@@ -96,26 +96,25 @@ absl::Status WriteCalibration(const StoredCalibration& calibration, const std::s
       static_cast<std::int64_t>(calibration.confusable.size())};
   absl::StatusOr<Statement> insert = connection.Prepare(schema::kInsertCalibration);
   if (!insert.ok()) return insert.status();
-  insert->Bind(1, row.content_id);
-  insert->Bind(2, row.calibration.bias);
-  insert->Bind(3, row.calibration.score_weight);
-  insert->Bind(4, row.calibration.margin_weight);
-  insert->Bind(5, std::int64_t{row.calibration.num_trials});
-  insert->Bind(6, row.num_confusable);
-  insert->Bind(7, CalibrationChecksum(row));
-  if (absl::Status status = insert->Run(); !status.ok()) return status;
+  if (absl::Status status =
+          insert->RunWith(row.content_id, row.calibration.bias, row.calibration.score_weight,
+                          row.calibration.margin_weight, std::int64_t{row.calibration.num_trials},
+                          row.num_confusable, CalibrationChecksum(row));
+      !status.ok()) {
+    return status;
+  }
 
   absl::StatusOr<Statement> insert_pair = connection.Prepare(schema::kInsertConfusable);
   if (!insert_pair.ok()) return insert_pair.status();
   for (std::size_t i = 0; i < calibration.confusable.size(); ++i) {
     const auto id = static_cast<std::int64_t>(i);
     const ConfusablePair& pair = calibration.confusable[i];
-    insert_pair->Bind(1, id);
-    insert_pair->Bind(2, std::int64_t{pair.place});
-    insert_pair->Bind(3, std::int64_t{pair.lookalike});
-    insert_pair->Bind(4, pair.confidence);
-    insert_pair->Bind(5, ConfusableChecksum(id, pair));
-    if (absl::Status status = insert_pair->Run(); !status.ok()) return status;
+    if (absl::Status status =
+            insert_pair->RunWith(id, std::int64_t{pair.place}, std::int64_t{pair.lookalike},
+                                 pair.confidence, ConfusableChecksum(id, pair));
+        !status.ok()) {
+      return status;
+    }
   }
   return absl::OkStatus();
 }

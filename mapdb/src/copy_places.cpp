@@ -11,7 +11,9 @@
 #include "map_rows.hpp"
 #include "map_writer.hpp"
 #include "open_map.hpp"
+#include "scanloc/mapdb/geo_origin.hpp"
 #include "scanloc/mapdb/map_builder.hpp"
+#include "schema.hpp"
 
 namespace scanloc::mapdb {
 namespace {
@@ -118,18 +120,41 @@ std::vector<HistoryEntry> HistoryOf(const std::vector<CopyPart>& parts, HistoryE
   return history;
 }
 
+/// That of the parts that have one, which must be one.
+absl::StatusOr<std::optional<GeoOrigin>> GeoOriginOf(const std::vector<CopyPart>& parts) {
+  const CopySource* told = nullptr;
+  for (const CopyPart& part : parts) {
+    if (!part.source->info.geo_origin) continue;
+    if (told != nullptr && part.source->info.geo_origin != told->info.geo_origin) {
+      return absl::FailedPreconditionError(
+          absl::StrCat("maps '", told->path, "' and '", part.source->path,
+                       "' have different geo origins: maps that are put together share one frame; "
+                       "give one of them that of the other (scanloc edit --geo-origin)"));
+    }
+    told = part.source;
+  }
+  return told == nullptr ? std::nullopt : told->info.geo_origin;
+}
+
 absl::StatusOr<std::string> WriteParts(const std::string& path, const std::vector<CopyPart>& parts,
                                        const std::vector<HistoryEntry>& history) {
+  const absl::StatusOr<std::optional<GeoOrigin>> geo_origin = GeoOriginOf(parts);
+  if (!geo_origin.ok()) return geo_origin.status();
   Copier copier(path);
   for (const CopyPart& part : parts) {
     if (absl::Status status = copier.Copy(part); !status.ok()) return status;
   }
   absl::StatusOr<std::string> content_id = copier.Finish();
-  if (!content_id.ok() || history.empty()) return content_id;
+  if (!content_id.ok()) return content_id;
   absl::StatusOr<MapWriter> writer = MapWriter::Open(path);
   if (!writer.ok()) return writer.status();
-  if (absl::Status s = writer->WriteHistory(EncodeHistory(history)); !s.ok()) return s;
-  if (absl::Status s = writer->Release(); !s.ok()) return s;
+  absl::Status status;
+  if (!history.empty()) status = writer->SetMeta(schema::kHistoryKey, EncodeHistory(history));
+  if (status.ok() && *geo_origin) {
+    status = writer->SetMeta(schema::kGeoOriginKey, EncodeGeoOrigin(**geo_origin));
+  }
+  if (status.ok()) status = writer->Release();
+  if (!status.ok()) return status;
   return content_id;
 }
 

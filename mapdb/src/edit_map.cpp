@@ -1,6 +1,8 @@
 #include "scanloc/mapdb/edit_map.hpp"
 
+#include <algorithm>
 #include <set>
+#include <variant>
 
 #include "absl/strings/str_cat.h"
 #include "copy_places.hpp"
@@ -11,8 +13,12 @@ absl::StatusOr<EditSummary> EditMap(const std::string& in, const std::string& ou
                                     const std::vector<Edit>& edits, HistoryEntry made_by,
                                     const Finish& finish) {
   if (absl::Status status = CheckIsNew(out); !status.ok()) return status;
-  const absl::StatusOr<CopySource> source = ReadSource(in);
+  absl::StatusOr<CopySource> source = ReadSource(in);
   if (!source.ok()) return source.status();
+  const bool is_moved = std::any_of(edits.begin(), edits.end(), [](const Edit& edit) {
+    return std::holds_alternative<Transform>(edit);
+  });
+  if (is_moved) source->info.geo_origin.reset();
   std::vector<EditedPlace> places;
   for (const CopiedPlace& copied : AllPlaces(*source)) {
     const auto place = static_cast<std::size_t>(copied.place);

@@ -246,6 +246,7 @@ absl::StatusOr<MapInfo> ReadInfo(const std::string& path) {
   info.compatible_version = file->head.compatible_version;
   info.built_by = file->head.built_by;
   info.history = file->head.history;
+  info.geo_origin = file->head.geo_origin;
   info.content_id = file->head.content_id;
   info.complete = file->head.complete();
   info.params = file->head.params;

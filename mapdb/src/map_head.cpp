@@ -9,6 +9,7 @@
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "scanloc/core/limits.hpp"
+#include "scanloc/mapdb/geo_origin.hpp"
 #include "schema.hpp"
 
 namespace scanloc::mapdb {
@@ -140,6 +141,11 @@ absl::Status ReadVersions(Connection& connection, const std::vector<SchemaRow>& 
     absl::StatusOr<std::vector<HistoryEntry>> history = DecodeHistory(entry->second);
     if (!history.ok()) return DamagedError(path, history.status().message());
     head.history = *std::move(history);
+  }
+  if (const auto entry = meta->find(schema::kGeoOriginKey); entry != meta->end()) {
+    const absl::StatusOr<GeoOrigin> origin = DecodeGeoOrigin(entry->second);
+    if (!origin.ok()) return DamagedError(path, origin.status().message());
+    head.geo_origin = *origin;
   }
   return absl::OkStatus();
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -8,6 +9,7 @@
 #include "absl/status/statusor.h"
 #include "checksum.hpp"
 #include "encoding.hpp"
+#include "scanloc/core/map/geo_origin.hpp"
 #include "scanloc/core/params.hpp"
 #include "scanloc/mapdb/history.hpp"
 #include "sqlite.hpp"
@@ -21,6 +23,7 @@ struct MapHead {
   std::string built_by;
   std::string content_id;
   std::vector<HistoryEntry> history;
+  std::optional<GeoOrigin> geo_origin;
   ParamTexts param_texts;
   Params params;
   std::vector<SessionRow> sessions;

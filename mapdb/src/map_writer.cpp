@@ -17,14 +17,6 @@ constexpr char kBuiltBy[] = "scanloc " SCANLOC_VERSION;
 // Another writer holds its lock to its end, so waiting for it is in vain; a reader soon lets go.
 constexpr int kOtherWriterTimeout_ms = 200;
 
-/// Runs a statement with these values for its parameters, in their order.
-template <typename... Values>
-absl::Status RunWith(Statement& statement, const Values&... values) {
-  int parameter = 0;
-  (statement.Bind(++parameter, values), ...);
-  return statement.Run();
-}
-
 }  // namespace
 
 absl::StatusOr<MapWriter> MapWriter::Open(const std::string& path) {
@@ -92,7 +84,7 @@ absl::Status MapWriter::InsertPairs(const char* sql, const ParamTexts& pairs,
   absl::StatusOr<Statement> insert = connection_.Prepare(sql);
   if (!insert.ok()) return insert.status();
   for (const auto& [key, value] : pairs) {
-    absl::Status status = RunWith(*insert, key, value, checksum(key, value));
+    absl::Status status = insert->RunWith(key, value, checksum(key, value));
     if (!status.ok()) return status;
   }
   return absl::OkStatus();
@@ -171,8 +163,9 @@ absl::Status MapWriter::StartSession(const SessionPlan& plan) {
   row.num_scans = static_cast<std::int64_t>(plan.scans.size());
   absl::StatusOr<Statement> insert = connection_.Prepare(schema::kInsertSession);
   if (!insert.ok()) return insert.status();
-  absl::Status status = RunWith(*insert, id, row.name, row.plan_hash, row.num_scans, row.num_places,
-                                row.num_empty, row.num_unreadable, SessionChecksum(id, row));
+  absl::Status status =
+      insert->RunWith(id, row.name, row.plan_hash, row.num_scans, row.num_places, row.num_empty,
+                      row.num_unreadable, SessionChecksum(id, row));
   if (!status.ok()) return status;
   head_.sessions.push_back(std::move(row));
   content_->AddSessionsBefore(head_.sessions.size(), head_.sessions);
@@ -222,28 +215,29 @@ void MapWriter::EncodeStructure(const Structure& structure, std::int64_t place) 
 }
 
 absl::Status MapWriter::InsertPlace(const PlaceRow& place) {
-  return RunWith(*insert_place_, place.id, place.session, place.stamp_ns, std::span(place.pose),
-                 place.scan, place.num_voxels, place.checksum);
+  return insert_place_->RunWith(place.id, place.session, place.stamp_ns, std::span(place.pose),
+                                place.scan, place.num_voxels, place.checksum);
 }
 
 absl::Status MapWriter::InsertContext(const ContextRow& context) {
-  return RunWith(*insert_context_, context.id, context.place, context.kind, context.variant,
-                 context.checksum, context.retrieval_key, context.aligning_key, context.cells);
+  return insert_context_->RunWith(context.id, context.place, context.kind, context.variant,
+                                  context.checksum, context.retrieval_key, context.aligning_key,
+                                  context.cells);
 }
 
 absl::Status MapWriter::InsertStructure() {
-  return RunWith(*insert_structure_, structure_.place, structure_.roll_rad, structure_.pitch_rad,
-                 structure_.height_m, structure_.checksum, structure_.posts);
+  return insert_structure_->RunWith(structure_.place, structure_.roll_rad, structure_.pitch_rad,
+                                    structure_.height_m, structure_.checksum, structure_.posts);
 }
 
 absl::Status MapWriter::InsertKeys(const KeysRow& row) {
-  return RunWith(*insert_keys_, row.place, row.roll_rad, row.pitch_rad, row.height_m, row.num_posts,
-                 row.checksum, row.retrieval_keys, row.checksums);
+  return insert_keys_->RunWith(row.place, row.roll_rad, row.pitch_rad, row.height_m, row.num_posts,
+                               row.checksum, row.retrieval_keys, row.checksums);
 }
 
 absl::Status MapWriter::InsertBearings() {
   const BearingsRow row{.place = structure_.place, .rings = rings_};
-  return RunWith(*insert_bearings_, row.place, BearingsChecksum(row, context_hasher_), row.rings);
+  return insert_bearings_->RunWith(row.place, BearingsChecksum(row, context_hasher_), row.rings);
 }
 
 absl::Status MapWriter::AddPlace(const PlannedScan& scan, const PlaceDescriptor& descriptor) {
@@ -291,15 +285,15 @@ absl::Status MapWriter::WriteCountsAndContentId() {
   const SessionRow& session = head_.sessions.back();
   absl::StatusOr<Statement> update = connection_.Prepare(schema::kUpdateSession);
   if (!update.ok()) return update.status();
-  absl::Status status = RunWith(*update, id, session.num_places, session.num_empty,
-                                session.num_unreadable, SessionChecksum(id, session));
+  absl::Status status = update->RunWith(id, session.num_places, session.num_empty,
+                                        session.num_unreadable, SessionChecksum(id, session));
   if (!status.ok()) return status;
 
   head_.content_id = content_->ContentId();
   absl::StatusOr<Statement> update_meta = connection_.Prepare(schema::kUpdateMeta);
   if (!update_meta.ok()) return update_meta.status();
-  return RunWith(*update_meta, std::string_view(schema::kContentIdKey), head_.content_id,
-                 MetaChecksum(schema::kContentIdKey, head_.content_id));
+  return update_meta->RunWith(std::string_view(schema::kContentIdKey), head_.content_id,
+                              MetaChecksum(schema::kContentIdKey, head_.content_id));
 }
 
 // The lock of a writer is held already: only readers can be in the way.
@@ -321,9 +315,8 @@ absl::Status MapWriter::Commit() {
   return TakeLock();
 }
 
-absl::Status MapWriter::WriteHistory(const std::string& history) {
-  absl::Status status =
-      InsertPairs(schema::kInsertMeta, {{schema::kHistoryKey, history}}, MetaChecksum);
+absl::Status MapWriter::SetMeta(const char* key, const std::string& value) {
+  absl::Status status = InsertPairs(schema::kSetMeta, {{key, value}}, MetaChecksum);
   if (!status.ok()) return status;
   has_changes_ = true;
   return Commit();

@@ -48,9 +48,9 @@ class MapWriter {
   /// Replaces the calibration and commits. Requires a schema version of 2 at least and that
   /// everything is committed.
   [[nodiscard]] absl::Status ReplaceCalibration(const StoredCalibration& calibration);
-  /// Writes the history of a map that has none yet, and commits. Requires that everything is
-  /// committed.
-  [[nodiscard]] absl::Status WriteHistory(const std::string& history);
+  /// Sets what the map says of itself beside its content (a key of meta), and commits. Requires
+  /// that everything is committed.
+  [[nodiscard]] absl::Status SetMeta(const char* key, const std::string& value);
   /// How long a commit waits for those who read the file.
   void SetReadersTimeout(int milliseconds) { readers_timeout_ms_ = milliseconds; }
   /// Lets other writers in. Requires that everything is committed; the last call.

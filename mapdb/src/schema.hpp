@@ -92,7 +92,8 @@ inline constexpr const char* kVersionKey = "version";
 inline constexpr const char* kCompatibleVersionKey = "compatible_version";
 inline constexpr const char* kBuiltByKey = "built_by";
 inline constexpr const char* kContentIdKey = "content_id";
-inline constexpr const char* kHistoryKey = "history";  ///< only of maps made of others
+inline constexpr const char* kHistoryKey = "history";       ///< only of maps made of others
+inline constexpr const char* kGeoOriginKey = "geo_origin";  ///< only where that was told
 
 inline constexpr const char* kConfigureReader =
     "PRAGMA cell_size_check = ON; PRAGMA mmap_size = 0; PRAGMA temp_store = MEMORY";
@@ -159,6 +160,9 @@ inline constexpr const char* kSelectConfusable =
 
 inline constexpr const char* kInsertMeta =
     "INSERT INTO meta (key, value, checksum) VALUES (?1, ?2, ?3)";
+/// Replaces a row that is there.
+inline constexpr const char* kSetMeta =
+    "INSERT OR REPLACE INTO meta (key, value, checksum) VALUES (?1, ?2, ?3)";
 inline constexpr const char* kInsertParam =
     "INSERT INTO params (name, value, checksum) VALUES (?1, ?2, ?3)";
 inline constexpr const char* kInsertSession =

@@ -37,6 +37,13 @@ class Statement {
   [[nodiscard]] absl::StatusOr<bool> Step();
   /// Steps a statement that gives no rows, and resets it.
   [[nodiscard]] absl::Status Run();
+  /// The same with its parameters, in their order.
+  template <typename... Values>
+  [[nodiscard]] absl::Status RunWith(const Values&... values) {
+    int parameter = 0;
+    (Bind(++parameter, values), ...);
+    return Run();
+  }
   void Reset();
 
   /// Columns of the current row, from 0; valid until the next Step. What is stored with another

@@ -157,6 +157,50 @@ TEST_F(LongLived, NamesWhatWasRebuiltAndReplacesIt) {
   EXPECT_EQ(Scanloc(with_drive({"refresh", map_, fresh})).status, 1) << "there is one";
 }
 
+TEST_F(LongLived, KnowsWhereOnEarthItIsAndTellsOtherPrograms) {
+  const std::string drive = Drive("one", {"--to-m", "160"});
+  MustScanloc({"build", map_, "--scans", drive, "--poses", drive + "/poses.txt", "--times",
+               drive + "/times.txt", "--geo-origin", "48.1374,11.5755,519", "--quiet",
+               "--no-calibrate"});
+  const std::string csv = MustScanloc({"export", map_, "--grid", "mgrs"});
+  EXPECT_NE(csv.find(",latitude,longitude,altitude,grid\n"), std::string::npos) << csv;
+  EXPECT_NE(csv.find(",32UP"), std::string::npos) << csv;
+  const json points = json::parse(MustScanloc({"export", map_, "--format", "geojson"}));
+  EXPECT_NEAR(points.at("features")[0].at("geometry").at("coordinates")[1].get<double>(), 48.1374,
+              0.02);
+  EXPECT_NE(MustScanloc({"export", map_, "--format", "kml"}).find("<coordinates>"),
+            std::string::npos);
+  EXPECT_NE(MustScanloc({"export", map_, "--format", "gpx"}).find("<trkpt lat=\"48.1"),
+            std::string::npos);
+
+  // The fixes of a receiver along the drive say the same, in a map that does not know it yet.
+  std::string fixes = "stamp,latitude,longitude,altitude\n";
+  for (const json& point : points.at("features")) {
+    const json& at = point.at("geometry").at("coordinates");
+    const auto stamp_ns = point.at("properties").at("stamp_ns").get<std::int64_t>();
+    char row[120];
+    std::snprintf(row, sizeof row, "%.9f,%.10f,%.10f,%.4f\n", static_cast<double>(stamp_ns) * 1e-9,
+                  at[1].get<double>(), at[0].get<double>(), at[2].get<double>());
+    fixes += row;
+  }
+  const std::string moved = dir_.File("moved");
+  MustScanloc({"edit", map_, moved, "--transform", "10,20,0,0,0,90", "--quiet"});
+  EXPECT_TRUE(json::parse(MustScanloc({"info", moved, "--json"})).at("geo_origin").is_null());
+  EXPECT_EQ(Scanloc({"export", moved, "--format", "kml"}).status, 1);
+  const std::string found = dir_.File("found");
+  MustScanloc({"edit", moved, found, "--geo-fixes", dir_.Write("fixes.csv", fixes), "--quiet"});
+  const json again = json::parse(MustScanloc({"export", found, "--format", "geojson"}));
+  for (std::size_t i = 0; i < again.at("features").size(); ++i) {
+    for (const int axis : {0, 1}) {
+      EXPECT_NEAR(again.at("features")[i].at("geometry").at("coordinates")[axis].get<double>(),
+                  points.at("features")[i].at("geometry").at("coordinates")[axis].get<double>(),
+                  1e-6);
+    }
+  }
+  EXPECT_EQ(
+      Scanloc({"build", "m", "--scans", "x", "--poses", "y", "--geo-origin", "95,0,0"}).status, 2);
+}
+
 TEST_F(LongLived, RefusesWrongUsage) {
   EXPECT_EQ(Scanloc({"diff", "map"}).status, 2);
   EXPECT_EQ(Scanloc({"diff", "map", "other", "--scans", "x", "--poses", "y"}).status, 2);

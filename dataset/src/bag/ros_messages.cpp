@@ -171,6 +171,19 @@ absl::StatusOr<CloudMessage> DecodeCloud(WireFormat format, std::string_view byt
   return cloud;
 }
 
+absl::StatusOr<std::optional<GnssFix>> DecodeFix(WireFormat format, std::string_view bytes) {
+  absl::StatusOr<WireReader> reader = WireReader::Create(format, bytes);
+  if (!reader.ok()) return reader.status();
+  GnssFix fix{.stamp_ns = ReadHead(*reader).stamp_ns};
+  const bool is_fix = reader->Read<std::int8_t>() >= 0;
+  (void)reader->Read<std::uint16_t>();  // which satellites
+  fix.latitude_deg = reader->Read<double>();
+  fix.longitude_deg = reader->Read<double>();
+  fix.altitude_m = reader->Read<double>();
+  if (!reader->ok()) return NotWhole();
+  return is_fix ? std::optional(fix) : std::nullopt;
+}
+
 bool IsTransformType(std::string_view type) {
   return type == "tf2_msgs/TFMessage" || type == "tf/tfMessage";
 }

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -11,6 +12,7 @@
 #include "absl/status/statusor.h"
 #include "scanloc/core/scan/pose.hpp"
 #include "scanloc/dataset/bag.hpp"
+#include "scanloc/dataset/gnss_fixes.hpp"
 #include "scanloc/dataset/scan_reader.hpp"
 
 /// The messages of ROS that are read, from their bytes.
@@ -54,6 +56,11 @@ struct StampedPose {
 [[nodiscard]] bool IsPoseType(std::string_view type);
 [[nodiscard]] bool IsTransformType(std::string_view type);
 inline constexpr std::string_view kCloudType = "sensor_msgs/PointCloud2";
+
+inline constexpr std::string_view kFixType = "sensor_msgs/NavSatFix";
+/// None: the receiver says that it has no fix. InvalidArgument if the message is not whole.
+[[nodiscard]] absl::StatusOr<std::optional<GnssFix>> DecodeFix(WireFormat format,
+                                                               std::string_view bytes);
 
 /// nav_msgs/Odometry, geometry_msgs/PoseStamped, PoseWithCovarianceStamped and TransformStamped,
 /// and tf's messages. Transforms that are none (not finite, no rotation) are left out and counted.

@@ -88,8 +88,9 @@ struct EditSummary {
 
 /// Writes a new map that is `in` as edited; `in` is not changed. Calibrating it is for `finish`.
 ///
-/// As of MergeMaps: the file appears whole or not at all, and has a history. AlreadyExists,
-/// FailedPrecondition (incomplete) and the errors of map_file.hpp and PlanEdits.
+/// A map that is moved has no geo origin any more. As of MergeMaps: the file appears whole or not
+/// at all, and has a history. AlreadyExists, FailedPrecondition (incomplete) and the errors of
+/// map_file.hpp and PlanEdits.
 [[nodiscard]] absl::StatusOr<EditSummary> EditMap(const std::string& in, const std::string& out,
                                                   const std::vector<Edit>& edits,
                                                   HistoryEntry made_by, const Finish& finish = {});

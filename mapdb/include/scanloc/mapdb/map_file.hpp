@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "scanloc/core/map/geo_origin.hpp"
 #include "scanloc/core/map/map.hpp"
 #include "scanloc/core/params.hpp"
 #include "scanloc/core/scan/descriptor.hpp"
@@ -70,6 +71,7 @@ struct MapInfo {
   std::vector<ConfusablePair> confusable;  ///< worst first; empty where it is not calibrated
   std::string calibration_id;              ///< as in Map
   std::vector<HistoryEntry> history;       ///< oldest first; empty: built from scans alone
+  std::optional<GeoOrigin> geo_origin;     ///< where on earth its frame stands, if that was told
 };
 
 /// One place as the file holds it, without its contexts.

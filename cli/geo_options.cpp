@@ -1,0 +1,94 @@
+#include "cli/geo_options.hpp"
+
+#include <CLI/CLI.hpp>
+#include <vector>
+
+#include "absl/strings/str_format.h"
+#include "cli/command.hpp"
+#include "scanloc/dataset/gnss_fixes.hpp"
+#include "scanloc/geo/fit_origin.hpp"
+#include "scanloc/mapdb/geo_origin.hpp"
+#include "scanloc/mapdb/map_file.hpp"
+
+namespace scanloc::cli {
+namespace {
+
+absl::StatusOr<GeoOrigin> ParseOrigin(const std::string& text) {
+  absl::StatusOr<std::vector<double>> n = ParseNumbers(text, 4, "LAT,LON,ALT,HEADING");
+  if (!n.ok()) n = ParseNumbers(text, 3, "LAT,LON,ALT");
+  if (!n.ok()) return n.status();
+  GeoOrigin origin{(*n)[0], (*n)[1], (*n)[2]};
+  if (n->size() == 4) origin.heading_deg = (*n)[3];
+  if (absl::Status status = Validate(origin); !status.ok()) return status;
+  return origin;
+}
+
+absl::StatusOr<geo::FittedOrigin> Fit(const std::string& map, const std::string& path) {
+  const auto fixes = dataset::ReadGnssFixes(path);
+  if (!fixes.ok()) return fixes.status();
+  const absl::StatusOr<std::vector<mapdb::PlaceRecord>> records = mapdb::ReadPlaces(map);
+  if (!records.ok()) return records.status();
+  std::vector<geo::Fix> pairs;
+  for (const mapdb::PlaceRecord& record : *records) {
+    const auto fix = dataset::FixAt(*fixes, record.place.stamp_ns);
+    if (!fix) continue;
+    pairs.push_back({record.place.T_map_place.translation(),
+                     {fix->latitude_deg, fix->longitude_deg, fix->altitude_m}});
+  }
+  return geo::FitOrigin(pairs);
+}
+
+}  // namespace
+
+void GeoOptions::Declare(CLI::App& app) {
+  AddParsedOption(
+      app, "--geo-origin",
+      [this](const std::string& text) {
+        const absl::StatusOr<GeoOrigin> origin = ParseOrigin(text);
+        if (origin.ok()) origin_ = *origin;
+        return origin.status();
+      },
+      "Where on earth the zero of the map frame is, z up (WGS 84; altitude above the ellipsoid "
+      "[m]; "
+      "heading of x, clockwise from north [deg], 90 if not given: x east, y north)")
+      ->type_name("LAT,LON,ALT[,HEADING]");
+  app.add_option(
+         "--geo-fixes", fixes_,
+         "The same from fixes of a GNSS receiver at the times of the scans: a CSV file with "
+         "the columns stamp [s], latitude, longitude, altitude, or a bag with "
+         "sensor_msgs/NavSatFix")
+      ->type_name("FILE");
+}
+
+absl::Status GeoOptions::CheckUsage() const {
+  if (!origin_ || fixes_.empty()) return absl::OkStatus();
+  return absl::InvalidArgumentError("--geo-origin or --geo-fixes, not both");
+}
+
+absl::StatusOr<std::string> GeoOptions::Apply(const std::string& map) const {
+  if (origin_) {
+    if (absl::Status status = mapdb::SetGeoOrigin(map, *origin_); !status.ok()) return status;
+    return absl::StrFormat("  on earth    %s\n", GeoOriginAsText(*origin_));
+  }
+  if (fixes_.empty()) return std::string();
+  const absl::StatusOr<geo::FittedOrigin> fitted = Fit(map, fixes_);
+  if (!fitted.ok()) return fitted.status();
+  if (absl::Status status = mapdb::SetGeoOrigin(map, fitted->origin); !status.ok()) return status;
+  return absl::StrFormat(
+      "  on earth    %s\n"
+      "              by %d fixes, %.2f m off in the plane (rms), %.2f m at most\n",
+      GeoOriginAsText(fitted->origin), fitted->num_used, fitted->rms_m, fitted->max_m);
+}
+
+std::string GeoOriginAsText(const GeoOrigin& origin) {
+  std::string text = absl::StrFormat("%.9f %.9f, %.2f m above the ellipsoid, x %.3f deg from north",
+                                     origin.latitude_deg, origin.longitude_deg, origin.altitude_m,
+                                     origin.heading_deg);
+  if (!origin.anchor_m.isZero(0.0)) {
+    absl::StrAppendFormat(&text, ", at %.2f %.2f %.2f of the map", origin.anchor_m.x(),
+                          origin.anchor_m.y(), origin.anchor_m.z());
+  }
+  return text;
+}
+
+}  // namespace scanloc::cli

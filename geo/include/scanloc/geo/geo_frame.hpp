@@ -1,0 +1,40 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <memory>
+#include <string>
+
+#include "absl/status/statusor.h"
+#include "scanloc/core/map/geo_origin.hpp"
+
+/// Map frames on earth; by GeographicLib (Karney), to some nanometres.
+namespace scanloc::geo {
+
+/// WGS 84; altitude above the ellipsoid.
+struct GeoPosition {
+  double latitude_deg = 0.0;
+  double longitude_deg = 0.0;
+  double altitude_m = 0.0;
+};
+
+/// A map frame and where it stands. Safe to use from several threads.
+class GeoFrame {
+ public:
+  /// InvalidArgument: as Validate of the origin.
+  [[nodiscard]] static absl::StatusOr<GeoFrame> Create(const GeoOrigin& origin);
+
+  [[nodiscard]] GeoPosition ToGeo(const Eigen::Vector3d& at_map_m) const;
+  [[nodiscard]] Eigen::Vector3d ToMap(const GeoPosition& position) const;
+
+ private:
+  struct Impl;
+  explicit GeoFrame(std::shared_ptr<const Impl> impl) : impl_(std::move(impl)) {}
+  std::shared_ptr<const Impl> impl_;
+};
+
+/// `32n 691603.123 5334763.456`: zone and hemisphere, easting and northing [m]; near the poles UPS.
+[[nodiscard]] std::string UtmText(const GeoPosition& position);
+/// `32UPU9160034763`: to the metre.
+[[nodiscard]] std::string MgrsText(const GeoPosition& position);
+
+}  // namespace scanloc::geo

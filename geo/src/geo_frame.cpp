@@ -1,0 +1,84 @@
+#include "scanloc/geo/geo_frame.hpp"
+
+#include <GeographicLib/LocalCartesian.hpp>
+#include <GeographicLib/MGRS.hpp>
+#include <GeographicLib/UTMUPS.hpp>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+#include "absl/strings/str_format.h"
+
+namespace scanloc::geo {
+namespace {
+
+struct Grid {
+  int zone = 0;
+  bool is_north = false;
+  double easting_m = 0.0;
+  double northing_m = 0.0;
+};
+
+Grid GridOf(const GeoPosition& position) {
+  Grid grid;
+  GeographicLib::UTMUPS::Forward(position.latitude_deg, position.longitude_deg, grid.zone,
+                                 grid.is_north, grid.easting_m, grid.northing_m);
+  return grid;
+}
+
+}  // namespace
+
+struct GeoFrame::Impl {
+  GeographicLib::LocalCartesian east_north_up;
+  Eigen::Matrix2d R_east_map;
+  Eigen::Vector3d anchor_m;
+};
+
+absl::StatusOr<GeoFrame> GeoFrame::Create(const GeoOrigin& origin) {
+  if (absl::Status status = Validate(origin); !status.ok()) return status;
+  const double heading = origin.heading_deg * std::numbers::pi / 180.0;
+  // Exact where the axes are those of the compass.
+  const double quarters = origin.heading_deg / 90.0;
+  const bool is_quarter = quarters == std::round(quarters);
+  const double sine = is_quarter ? std::round(std::sin(heading)) : std::sin(heading);
+  const double cosine = is_quarter ? std::round(std::cos(heading)) : std::cos(heading);
+  Eigen::Matrix2d R_east_map;
+  R_east_map << sine, -cosine, cosine, sine;
+  return GeoFrame(std::make_shared<const Impl>(Impl{
+      GeographicLib::LocalCartesian(origin.latitude_deg, origin.longitude_deg, origin.altitude_m),
+      R_east_map, origin.anchor_m}));
+}
+
+GeoPosition GeoFrame::ToGeo(const Eigen::Vector3d& at_map_m) const {
+  const Eigen::Vector3d offset = at_map_m - impl_->anchor_m;
+  const Eigen::Vector2d east_north = impl_->R_east_map * offset.head<2>();
+  GeoPosition position;
+  impl_->east_north_up.Reverse(east_north.x(), east_north.y(), offset.z(), position.latitude_deg,
+                               position.longitude_deg, position.altitude_m);
+  return position;
+}
+
+Eigen::Vector3d GeoFrame::ToMap(const GeoPosition& position) const {
+  Eigen::Vector3d offset;
+  impl_->east_north_up.Forward(position.latitude_deg, position.longitude_deg, position.altitude_m,
+                               offset.x(), offset.y(), offset.z());
+  offset.head<2>() = impl_->R_east_map.transpose() * offset.head<2>().eval();
+  return impl_->anchor_m + offset;
+}
+
+std::string UtmText(const GeoPosition& position) {
+  const Grid grid = GridOf(position);
+  return absl::StrFormat("%s %.3f %.3f",
+                         GeographicLib::UTMUPS::EncodeZone(grid.zone, grid.is_north),
+                         grid.easting_m, grid.northing_m);
+}
+
+std::string MgrsText(const GeoPosition& position) {
+  const Grid grid = GridOf(position);
+  std::string text;
+  GeographicLib::MGRS::Forward(grid.zone, grid.is_north, grid.easting_m, grid.northing_m,
+                               position.latitude_deg, 5, text);
+  return text;
+}
+
+}  // namespace scanloc::geo
