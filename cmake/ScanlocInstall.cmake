@@ -45,7 +45,8 @@ function(scanloc_add_pkg_config component requires)
   install(FILES "${PROJECT_BINARY_DIR}/${PC_NAME}.pc"
     DESTINATION "${CMAKE_INSTALL_LIBDIR}/pkgconfig" COMPONENT dev)
 endfunction()
-scanloc_add_pkg_config(core "eigen3 absl_status absl_statusor absl_strings absl_str_format" core)
+scanloc_add_pkg_config(core
+  "eigen3 absl_flat_hash_map absl_status absl_statusor absl_strings absl_str_format" core)
 scanloc_add_pkg_config(offline "scanloc-core sqlite3 libxxhash"
   offline_client mapdb jobs client_interface messages)
 scanloc_add_pkg_config(client "scanloc-core grpc++ protobuf"
