@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <cmath>
+#include <utility>
 
 #include "scanloc/slam/pose_graph.hpp"
 
@@ -11,6 +12,13 @@
 namespace scanloc::slam {
 
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
+
+/// Standard deviations of a step: of its end and of its turn.
+inline std::pair<double, double> SigmasOfStep(const Pose& step, const OdometryNoise& noise) {
+  const double root_length = std::sqrt(step.translation().norm());
+  return {std::hypot(noise.least_m, noise.step_m * root_length),
+          std::hypot(noise.least_rad, noise.step_rad * root_length)};
+}
 
 /// Axis times angle.
 template <typename T>

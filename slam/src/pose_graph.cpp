@@ -39,13 +39,6 @@ struct Node {
   Eigen::Vector3d position;
 };
 
-/// Standard deviations of a step: of its end and of its turn.
-std::pair<double, double> SigmasOfStep(const Pose& step, const OdometryNoise& noise) {
-  const double root_length = std::sqrt(step.translation().norm());
-  return {std::hypot(noise.least_m, noise.step_m * root_length),
-          std::hypot(noise.least_rad, noise.step_rad * root_length)};
-}
-
 class Solver {
  public:
   Solver(const PoseGraph& graph, const GraphOptions& options)
