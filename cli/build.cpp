@@ -20,13 +20,13 @@
 #include "cli/output.hpp"
 #include "cli/param_options.hpp"
 #include "cli/progress.hpp"
+#include "cli/slam_options.hpp"
 #include "scanloc/core/printable.hpp"
 #include "scanloc/dataset/drive.hpp"
 #include "scanloc/mapdb/build_map.hpp"
 #include "scanloc/mapdb/check_session.hpp"
 #include "scanloc/mapdb/learn_scale.hpp"
 #include "scanloc/mapdb/map_file.hpp"
-#include "scanloc/slam/align_drive.hpp"
 
 namespace scanloc::cli {
 namespace {
@@ -216,24 +216,13 @@ absl::StatusOr<std::string> BuildCommand::Align(const mapdb::ScanLoader& load_sc
   if (resume_) {
     if (absl::Status s = mapdb::RecoverMap(map_).status(); !s.ok()) return s;
   }
-  absl::StatusOr<Map> map = mapdb::LoadMap(map_);
-  if (!map.ok()) return map.status();
   StageProgress progress(quiet_);
-  slam::DriveOptions options{
-      .num_threads = num_threads_,
-      .progress = [&](const char* stage, std::size_t num_done, std::size_t num_total) {
-        progress.Update(stage, num_done, num_total);
-      }};
-  options.graph.is_cancelled = &Interrupted;
   // What a build that was stopped had written of the session is left out, so that it goes on with
   // the poses that it began with.
-  const absl::StatusOr<slam::ClosedDrive> drive = slam::AlignDrive(
-      std::make_shared<const Map>(*std::move(map)), plan, load_scan, options, plan.name);
+  const absl::StatusOr<slam::ClosedDrive> drive =
+      AlignPlan(map_, load_scan, TellingOptions(num_threads_, progress), plan, plan.name);
   progress.Clear();
   if (!drive.ok()) return drive.status();
-  for (std::size_t i = 0; i < plan.scans.size(); ++i) {
-    plan.scans[i].T_map_place = drive->T_map_scan[i];
-  }
   return absl::StrFormat(
       "  aligned     by %d of %d constraints that were found; the others contradict them\n",
       drive->num_on(), drive->constraints.size());
@@ -283,6 +272,7 @@ absl::Status BuildCommand::CheckConsistency(const mapdb::BuildOptions& options,
 absl::Status BuildCommand::Run() {
   const auto start = std::chrono::steady_clock::now();
   CatchInterrupts();
+  if (absl::Status s = geo_.Read(); !s.ok()) return s;
   const absl::StatusOr<std::vector<dataset::Frame>> frames = ChooseFrames();
   if (!frames.ok()) return frames.status();
 

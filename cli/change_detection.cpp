@@ -9,9 +9,9 @@
 #include "cli/drive_plan.hpp"
 #include "cli/interrupt.hpp"
 #include "cli/progress.hpp"
+#include "cli/slam_options.hpp"
 #include "scanloc/mapdb/check_session.hpp"
 #include "scanloc/mapdb/map_file.hpp"
-#include "scanloc/slam/align_drive.hpp"
 
 namespace scanloc::cli {
 namespace {
@@ -31,9 +31,14 @@ std::vector<report::ReportedChange> SideOf(const std::vector<slam::Observation>&
   return side;
 }
 
-void CompareBothWays(const AutoParams& params, int num_threads, DetectedChanges& changes) {
-  changes.of_before = slam::Compare(changes.before, changes.after, params, num_threads);
-  changes.of_after = slam::Compare(changes.after, changes.before, params, num_threads);
+absl::Status CompareBothWays(const AutoParams& params, int num_threads, DetectedChanges& changes) {
+  auto compared = slam::Compare(changes.before, changes.after, params, num_threads);
+  if (!compared.ok()) return compared.status();
+  changes.of_before = *std::move(compared);
+  compared = slam::Compare(changes.after, changes.before, params, num_threads);
+  if (!compared.ok()) return compared.status();
+  changes.of_after = *std::move(compared);
+  return absl::OkStatus();
 }
 
 }  // namespace
@@ -68,15 +73,7 @@ absl::Status ComparedDrive::PutIntoFrame(const std::string& map, const slam::Dri
                                          const mapdb::ScanLoader& load_scan,
                                          mapdb::SessionPlan& plan) const {
   if (!align_) return mapdb::CheckFrame(map, plan, load_scan);
-  absl::StatusOr<Map> loaded = mapdb::LoadMap(map);
-  if (!loaded.ok()) return loaded.status();
-  const absl::StatusOr<slam::ClosedDrive> aligned =
-      slam::AlignDrive(std::make_shared<const Map>(*std::move(loaded)), plan, load_scan, options);
-  if (!aligned.ok()) return aligned.status();
-  for (std::size_t i = 0; i < plan.scans.size(); ++i) {
-    plan.scans[i].T_map_place = aligned->T_map_scan[i];
-  }
-  return absl::OkStatus();
+  return AlignPlan(map, load_scan, options, plan).status();
 }
 
 absl::StatusOr<DetectedChanges> ComparedDrive::CompareWithDrive(const std::string& map) const {
@@ -96,12 +93,7 @@ absl::StatusOr<DetectedChanges> ComparedDrive::CompareWithDrive(const std::strin
   changes.plan = PlanOf(changes.after_name, changes.frames, mount());
   const mapdb::ScanLoader load_scan = LoaderOf(changes.frames, mount());
   StageProgress progress(quiet_);
-  slam::DriveOptions options{
-      .num_threads = num_threads_,
-      .progress = [&](const char* stage, std::size_t num_done, std::size_t num_total) {
-        progress.Update(stage, num_done, num_total);
-      }};
-  options.graph.is_cancelled = &Interrupted;
+  const slam::DriveOptions options = TellingOptions(num_threads_, progress);
   absl::Status status = PutIntoFrame(map, options, load_scan, changes.plan);
   if (!status.ok()) return status;
   absl::StatusOr<std::vector<slam::Observation>> seen =
@@ -109,7 +101,8 @@ absl::StatusOr<DetectedChanges> ComparedDrive::CompareWithDrive(const std::strin
   progress.Clear();
   if (!seen.ok()) return seen.status();
   changes.after = *std::move(seen);
-  CompareBothWays(info->params.automatic, num_threads_, changes);
+  if (absl::Status s = CompareBothWays(info->params.automatic, num_threads_, changes); !s.ok())
+    return s;
   return changes;
 }
 
@@ -124,7 +117,8 @@ absl::StatusOr<DetectedChanges> ComparedDrive::CompareWithMap(const std::string&
     if (!places.ok()) return places.status();
     (is_before ? changes.before : changes.after) = *std::move(places);
   }
-  CompareBothWays(info->params.automatic, num_threads_, changes);
+  if (absl::Status s = CompareBothWays(info->params.automatic, num_threads_, changes); !s.ok())
+    return s;
   return changes;
 }
 

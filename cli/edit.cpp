@@ -148,6 +148,7 @@ absl::StatusOr<std::string> EditCommand::CostOfThinning(const std::vector<mapdb:
 
 absl::Status EditCommand::Run() {
   CatchInterrupts();
+  if (absl::Status status = geo_.Read(); !status.ok()) return status;
   std::vector<mapdb::Edit> edits;
   std::string command = "edit";
   const std::vector<EditOptions::Given> given = edits_.Take();

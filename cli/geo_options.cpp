@@ -23,14 +23,13 @@ absl::StatusOr<GeoOrigin> ParseOrigin(const std::string& text) {
   return origin;
 }
 
-absl::StatusOr<geo::FittedOrigin> Fit(const std::string& map, const std::string& path) {
-  const auto fixes = dataset::ReadGnssFixes(path);
-  if (!fixes.ok()) return fixes.status();
+absl::StatusOr<geo::FittedOrigin> Fit(const std::string& map,
+                                      const std::vector<dataset::GnssFix>& fixes) {
   const absl::StatusOr<std::vector<mapdb::PlaceRecord>> records = mapdb::ReadPlaces(map);
   if (!records.ok()) return records.status();
   std::vector<geo::Fix> pairs;
   for (const mapdb::PlaceRecord& record : *records) {
-    const auto fix = dataset::FixAt(*fixes, record.place.stamp_ns);
+    const auto fix = dataset::FixAt(fixes, record.place.stamp_ns);
     if (!fix) continue;
     pairs.push_back({record.place.T_map_place.translation(),
                      {fix->latitude_deg, fix->longitude_deg, fix->altitude_m}});
@@ -53,7 +52,7 @@ void GeoOptions::Declare(CLI::App& app) {
       "heading of x, clockwise from north [deg], 90 if not given: x east, y north)")
       ->type_name("LAT,LON,ALT[,HEADING]");
   app.add_option(
-         "--geo-fixes", fixes_,
+         "--geo-fixes", fixes_path_,
          "The same from fixes of a GNSS receiver at the times of the scans: a CSV file with "
          "the columns stamp [s], latitude, longitude, altitude, or a bag with "
          "sensor_msgs/NavSatFix")
@@ -61,8 +60,15 @@ void GeoOptions::Declare(CLI::App& app) {
 }
 
 absl::Status GeoOptions::CheckUsage() const {
-  if (!origin_ || fixes_.empty()) return absl::OkStatus();
+  if (!origin_ || fixes_path_.empty()) return absl::OkStatus();
   return absl::InvalidArgumentError("--geo-origin or --geo-fixes, not both");
+}
+
+absl::Status GeoOptions::Read() {
+  if (fixes_path_.empty()) return absl::OkStatus();
+  absl::StatusOr<std::vector<dataset::GnssFix>> fixes = dataset::ReadGnssFixes(fixes_path_);
+  if (fixes.ok()) fixes_ = *std::move(fixes);
+  return fixes.status();
 }
 
 absl::StatusOr<std::string> GeoOptions::Apply(const std::string& map) const {
@@ -70,7 +76,7 @@ absl::StatusOr<std::string> GeoOptions::Apply(const std::string& map) const {
     if (absl::Status status = mapdb::SetGeoOrigin(map, *origin_); !status.ok()) return status;
     return absl::StrFormat("  on earth    %s\n", GeoOriginAsText(*origin_));
   }
-  if (fixes_.empty()) return std::string();
+  if (fixes_path_.empty()) return std::string();
   const absl::StatusOr<geo::FittedOrigin> fitted = Fit(map, fixes_);
   if (!fitted.ok()) return fitted.status();
   if (absl::Status status = mapdb::SetGeoOrigin(map, fitted->origin); !status.ok()) return status;

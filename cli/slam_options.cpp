@@ -4,6 +4,7 @@
 #include <cmath>
 #include <filesystem>
 #include <map>
+#include <memory>
 #include <numbers>
 #include <system_error>
 
@@ -14,7 +15,9 @@
 #include "cli/interrupt.hpp"
 #include "cli/output.hpp"
 #include "scanloc/core/printable.hpp"
+#include "scanloc/mapdb/map_file.hpp"
 #include "scanloc/report/trajectory_text.hpp"
+#include "scanloc/slam/align_drive.hpp"
 
 namespace scanloc::cli {
 namespace {
@@ -147,16 +150,36 @@ absl::StatusOr<std::vector<Pose>> SlamOptions::ReadTruth(
   return truth;
 }
 
-slam::DriveOptions SlamOptions::MakeOptions(StageProgress& progress) const {
+slam::DriveOptions TellingOptions(int num_threads, StageProgress& progress) {
   slam::DriveOptions options{
-      .spacing_m = spacing_m_,
-      .window_m = window_m_,
-      .num_threads = num_threads_,
+      .num_threads = num_threads,
       .progress = [&progress](const char* stage, std::size_t num_done, std::size_t num_total) {
         progress.Update(stage, num_done, num_total);
       }};
-  if (!method_.empty()) options.query.method = *ParseMethod(method_);
   options.graph.is_cancelled = &Interrupted;
+  return options;
+}
+
+absl::StatusOr<slam::ClosedDrive> AlignPlan(const std::string& map,
+                                            const mapdb::ScanLoader& load_scan,
+                                            const slam::DriveOptions& options,
+                                            mapdb::SessionPlan& plan, const std::string& left_out) {
+  absl::StatusOr<Map> loaded = mapdb::LoadMap(map);
+  if (!loaded.ok()) return loaded.status();
+  absl::StatusOr<slam::ClosedDrive> drive = slam::AlignDrive(
+      std::make_shared<const Map>(*std::move(loaded)), plan, load_scan, options, left_out);
+  if (!drive.ok()) return drive.status();
+  for (std::size_t i = 0; i < plan.scans.size(); ++i) {
+    plan.scans[i].T_map_place = drive->T_map_scan[i];
+  }
+  return drive;
+}
+
+slam::DriveOptions SlamOptions::MakeOptions(StageProgress& progress) const {
+  slam::DriveOptions options = TellingOptions(num_threads_, progress);
+  options.spacing_m = spacing_m_;
+  options.window_m = window_m_;
+  if (!method_.empty()) options.query.method = *ParseMethod(method_);
   return options;
 }
 

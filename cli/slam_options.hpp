@@ -15,6 +15,18 @@
 
 namespace scanloc::cli {
 
+/// With this many threads, telling progress, and stopped by an interruption.
+[[nodiscard]] slam::DriveOptions TellingOptions(int num_threads, StageProgress& progress);
+
+/// Brings the poses of a plan, odometry in a frame of its own, into that of a map file. What the
+/// map has of a session of the name left_out, it does not count. Errors as of AlignDrive and
+/// LoadMap.
+[[nodiscard]] absl::StatusOr<slam::ClosedDrive> AlignPlan(const std::string& map,
+                                                          const mapdb::ScanLoader& load_scan,
+                                                          const slam::DriveOptions& options,
+                                                          mapdb::SessionPlan& plan,
+                                                          const std::string& left_out = "");
+
 /// A drive with odometry in, its poses made to agree out: the options and texts that `optimize` and
 /// `align` share.
 class SlamOptions {

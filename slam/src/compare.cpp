@@ -160,23 +160,21 @@ const char* ChangeName(Change change) {
   return "";
 }
 
-std::vector<Comparison> Compare(std::span<const Observation> seen,
-                                std::span<const Observation> others, const AutoParams& params,
-                                int num_threads) {
+absl::StatusOr<std::vector<Comparison>> Compare(std::span<const Observation> seen,
+                                                std::span<const Observation> others,
+                                                const AutoParams& params, int num_threads) {
   const Grid grid(others);
   std::vector<Comparison> alone(seen.size());
-  const std::size_t threads =
-      std::min(NumThreads(num_threads), std::max<std::size_t>(seen.size(), 1));
-  const absl::Status done = RunJobs(
-      threads, seen.size(),
-      [&](std::size_t i, std::size_t) {
-        alone[i] = CompareOne(seen[i], grid, others, params);
-        return absl::OkStatus();
-      },
-      [](std::size_t) {});
+  const auto compare = [&](std::size_t i, std::size_t /*worker*/) {
+    alone[i] = CompareOne(seen[i], grid, others, params);
+    return absl::OkStatus();
+  };
+  const absl::Status done =
+      RunJobs(NumThreads(num_threads), seen.size(), compare, [](std::size_t) {});
+  if (!done.ok()) return done;
   const double least_agreement = LeastAgreement(alone);
   std::vector<Comparison> comparisons = alone;
-  for (std::size_t i = 0; done.ok() && i < seen.size(); ++i) {
+  for (std::size_t i = 0; i < seen.size(); ++i) {
     if (!alone[i].other) continue;
     comparisons[i].agreement = JudgedTogether(seen, alone, i);
     comparisons[i].change =

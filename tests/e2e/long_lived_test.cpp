@@ -183,6 +183,12 @@ TEST_F(LongLived, KnowsWhereOnEarthItIsAndTellsOtherPrograms) {
                   at[1].get<double>(), at[0].get<double>(), at[2].get<double>());
     fixes += row;
   }
+  EXPECT_EQ(
+      Scanloc({"build", dir_.File("unbuilt"), "--scans", drive, "--poses", drive + "/poses.txt",
+               "--geo-fixes", dir_.Write("bad.csv", "x,y\n"), "--quiet"})
+          .status,
+      1);
+  EXPECT_FALSE(fs::exists(dir_.File("unbuilt"))) << "the file is looked at first";
   const std::string moved = dir_.File("moved");
   MustScanloc({"edit", map_, moved, "--transform", "10,20,0,0,0,90", "--quiet"});
   EXPECT_TRUE(json::parse(MustScanloc({"info", moved, "--json"})).at("geo_origin").is_null());

@@ -48,7 +48,7 @@ TEST(Compare, NamesTheStreetsThatWereRebuiltAndNoOthers) {
     ASSERT_TRUE(before.ok() && after.ok());
     const std::vector<Observation> places = Observe(*before);
     const std::vector<Observation> scans = Observe(*after);
-    const std::vector<Comparison> compared = Compare(places, scans, TownParams().automatic, 2);
+    const std::vector<Comparison> compared = *Compare(places, scans, TownParams().automatic, 2);
     for (std::size_t i = 0; i < places.size(); ++i) {
       const double from_m = FromRebuilt_m(*after, places[i].T_map_scan.translation());
       const bool is_named = compared[i].change == Change::kChanged;
@@ -76,10 +76,11 @@ TEST(Compare, SaysNothingWhereTheOtherVisitWasNot) {
   options.session.from_m = 300.0;
   options.session.to_m = 400.0;
   const std::vector<Observation> others = Observe(*sim::SimulatedDrive::Create(options));
-  for (const Comparison& comparison : Compare(some, others, TownParams().automatic, 2)) {
+  const std::vector<Comparison> compared = *Compare(some, others, TownParams().automatic, 2);
+  for (const Comparison& comparison : compared) {
     EXPECT_EQ(comparison.change, Change::kUnseen);
   }
-  EXPECT_TRUE(Compare({}, others, TownParams().automatic, 2).empty());
+  EXPECT_TRUE(Compare({}, others, TownParams().automatic, 2)->empty());
 }
 
 }  // namespace

@@ -44,10 +44,11 @@ struct Comparison {
 /// each other within some metres are judged together, so that a lorry is no change.
 ///
 /// Depends on the observations alone, not on the number of threads. Of the structures both must be
-/// of these parameters.
-[[nodiscard]] std::vector<Comparison> Compare(std::span<const Observation> seen,
-                                              std::span<const Observation> others,
-                                              const AutoParams& params, int num_threads);
+/// of these parameters. ResourceExhausted: no thread could be started.
+[[nodiscard]] absl::StatusOr<std::vector<Comparison>> Compare(std::span<const Observation> seen,
+                                                              std::span<const Observation> others,
+                                                              const AutoParams& params,
+                                                              int num_threads);
 
 /// The places of a map file. FailedPrecondition: it has no structures. Else the errors of
 /// map_file.hpp.
