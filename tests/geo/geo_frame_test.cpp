@@ -2,20 +2,40 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
+#include <cmath>
 #include <limits>
+#include <numbers>
 
 namespace scanloc::geo {
 namespace {
 
-// GeographicLib's own CartConvert, with -l 48.1374 11.5755 519, says where these points are.
+/// From the middle of the earth [m], by the textbook's formula of the ellipsoid.
+Eigen::Vector3d EarthCentred(const GeoPosition& at) {
+  constexpr double kA = 6378137.0;
+  constexpr double kF = 1.0 / 298.257223563;
+  constexpr double kE2 = kF * (2.0 - kF);
+  const double phi = at.latitude_deg * std::numbers::pi / 180.0;
+  const double lambda = at.longitude_deg * std::numbers::pi / 180.0;
+  const double n = kA / std::sqrt(1.0 - kE2 * std::sin(phi) * std::sin(phi));
+  return {(n + at.altitude_m) * std::cos(phi) * std::cos(lambda),
+          (n + at.altitude_m) * std::cos(phi) * std::sin(lambda),
+          (n * (1.0 - kE2) + at.altitude_m) * std::sin(phi)};
+}
+
 const GeoOrigin kMunich{48.1374, 11.5755, 519.0, 90.0, Eigen::Vector3d::Zero()};
 
 TEST(GeoFrame, PutsEastNorthAndUpWhereTheyAre) {
   const GeoFrame frame = *GeoFrame::Create(kMunich);
   const GeoPosition there = frame.ToGeo({1000.0, 2000.0, 30.0});
-  EXPECT_NEAR(there.latitude_deg, 48.15538, 1e-4);
-  EXPECT_NEAR(there.longitude_deg, 11.58895, 1e-4);
-  EXPECT_NEAR(there.altitude_m, 549.39, 0.02);  // the earth bends away
+  const double phi = 48.1374 * std::numbers::pi / 180.0;
+  const double lambda = 11.5755 * std::numbers::pi / 180.0;
+  const Eigen::Vector3d east(-std::sin(lambda), std::cos(lambda), 0.0);
+  const Eigen::Vector3d up(std::cos(phi) * std::cos(lambda), std::cos(phi) * std::sin(lambda),
+                           std::sin(phi));
+  const Eigen::Vector3d expected =
+      EarthCentred({48.1374, 11.5755, 519.0}) + 1000.0 * east + 2000.0 * up.cross(east) + 30.0 * up;
+  EXPECT_LT((EarthCentred(there) - expected).norm(), 1e-6);
   EXPECT_LT((frame.ToMap(there) - Eigen::Vector3d(1000.0, 2000.0, 30.0)).norm(), 1e-6);
 }
 
