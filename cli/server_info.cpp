@@ -6,21 +6,10 @@
 #include "absl/strings/str_format.h"
 #include "cli/map_text.hpp"
 #include "scanloc/core/printable.hpp"
+#include "scanloc/proto/map_state.hpp"
 
 namespace scanloc::cli {
 namespace {
-
-const char* StateName(MapState state) {
-  switch (state) {
-    case MapState::kLoading:
-      return "loading";
-    case MapState::kServing:
-      return "serving";
-    case MapState::kFailed:
-      return "failed";
-  }
-  return "unknown";
-}
 
 std::string ListAsText(const std::vector<MapSummary>& maps) {
   if (maps.empty()) return "no maps\n";

@@ -7,6 +7,7 @@
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
+#include "scanloc/proto/map_state.hpp"
 #include "scanloc/proto/messages.hpp"
 
 namespace scanloc {
@@ -61,6 +62,18 @@ absl::StatusOr<PlacesPage> PageOfPlaces(const Map& map, int page_size,
   page.places.assign(map.places.begin() + begin, map.places.begin() + end);
   if (end < num_places) page.next_page_token = absl::StrCat(end, "@", map.content_id);
   return page;
+}
+
+const char* StateName(MapState state) {
+  switch (state) {
+    case MapState::kLoading:
+      return "loading";
+    case MapState::kServing:
+      return "serving";
+    case MapState::kFailed:
+      return "failed";
+  }
+  return "unknown";
 }
 
 }  // namespace scanloc

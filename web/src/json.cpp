@@ -2,20 +2,10 @@
 
 #include <cmath>
 
+#include "scanloc/proto/map_state.hpp"
+
 namespace scanloc::web {
 namespace {
-
-const char* StateName(MapState state) {
-  switch (state) {
-    case MapState::kLoading:
-      return "loading";
-    case MapState::kServing:
-      return "serving";
-    case MapState::kFailed:
-      return "failed";
-  }
-  return "failed";
-}
 
 Json Vector(const Eigen::Vector3d& v) { return {{"x", v.x()}, {"y", v.y()}, {"z", v.z()}}; }
 
