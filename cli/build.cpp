@@ -1,10 +1,8 @@
 #include <CLI/CLI.hpp>
-#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <cstdint>
 #include <memory>
-#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -25,7 +23,7 @@
 #include "scanloc/dataset/drive.hpp"
 #include "scanloc/mapdb/build_map.hpp"
 #include "scanloc/mapdb/check_session.hpp"
-#include "scanloc/mapdb/learn_scale.hpp"
+#include "scanloc/mapdb/fix_params.hpp"
 #include "scanloc/mapdb/map_file.hpp"
 
 namespace scanloc::cli {
@@ -52,8 +50,6 @@ class BuildCommand : public Command {
   [[nodiscard]] absl::StatusOr<std::vector<dataset::Frame>> ChooseFrames();
   [[nodiscard]] absl::StatusOr<mapdb::BuildOptions> MakeBuildOptions(
       const mapdb::SessionPlan& plan, const mapdb::ScanLoader& load_scan) const;
-  /// The numbers of auto that a build which was stopped had begun with; none if it left no map.
-  [[nodiscard]] std::optional<AutoParams> BegunWith() const;
   /// InvalidArgument where the poses contradict the scans, or the map that is appended to.
   [[nodiscard]] absl::Status CheckConsistency(const mapdb::BuildOptions& options,
                                               const mapdb::SessionPlan& plan,
@@ -159,55 +155,28 @@ absl::StatusOr<std::vector<dataset::Frame>> BuildCommand::ChooseFrames() {
   if (!drive.ok()) return drive.status();
   absl::StatusOr<std::vector<dataset::Frame>> selected = Select(selection_, drive->frames);
   if (!selected.ok()) return selected.status();
-  std::vector<dataset::Frame> frames;
-  for (const std::size_t i : dataset::SelectBySpacing(*selected, spacing_m_)) {
-    frames.push_back(std::move((*selected)[i]));
-  }
-  num_too_near_ = selected->size() - frames.size();
+  const std::size_t num_selected = selected->size();
+  std::vector<dataset::Frame> frames = Thinned(*std::move(selected), spacing_m_);
+  num_too_near_ = num_selected - frames.size();
   return frames;
-}
-
-std::optional<AutoParams> BuildCommand::BegunWith() const {
-  // What is wrong with the file is told by the build.
-  if (!mapdb::RecoverMap(map_).ok()) return std::nullopt;
-  const absl::StatusOr<mapdb::MapInfo> info = mapdb::ReadInfo(map_);
-  if (!info.ok()) return std::nullopt;
-  return info->params.automatic;
 }
 
 absl::StatusOr<mapdb::BuildOptions> BuildCommand::MakeBuildOptions(
     const mapdb::SessionPlan& plan, const mapdb::ScanLoader& load_scan) const {
-  mapdb::BuildOptions options{.path = map_,
-                              .num_threads = num_threads_,
-                              .commit_interval = commit_interval_,
-                              .skip_unreadable = skip_bad_scans_};
+  mapdb::BuildOptions options{
+      .path = map_,
+      .mode = append_ ? mapdb::BuildMode::kAppend : mapdb::BuildMode::kCreate,
+      .num_threads = num_threads_,
+      .commit_interval = commit_interval_,
+      .skip_unreadable = skip_bad_scans_};
   absl::StatusOr<Params> params = params_.Make();
   if (!params.ok()) return params.status();
   options.params = *std::move(params);
-  if (resume_) options.mode = mapdb::BuildMode::kResume;
-  if (!append_) {
-    if (!params_.learns_scale() || !options.params.structure.enabled) return options;
-    if (const std::optional<AutoParams> begun = resume_ ? BegunWith() : std::nullopt) {
-      options.params.automatic = *begun;
-      return options;
-    }
-    const absl::StatusOr<double> scale = mapdb::LearnScale(options.params, plan, load_scan);
-    if (!scale.ok()) return scale.status();
-    options.params.automatic = AutoParamsAtScale(*scale);
-    return options;
+  if (absl::Status s = mapdb::FixParams({.resume = resume_, .learn_scale = params_.learns_scale()},
+                                        plan, load_scan, options);
+      !s.ok()) {
+    return s;
   }
-
-  if (resume_) {
-    if (absl::Status s = mapdb::RecoverMap(map_).status(); !s.ok()) return s;
-  }
-  const absl::StatusOr<mapdb::MapInfo> info = mapdb::ReadInfo(map_);
-  if (!info.ok()) return info.status();
-  options.params = info->params;
-  // A build stopped before its session was first committed has left nothing to resume.
-  const bool begun =
-      std::any_of(info->sessions.begin(), info->sessions.end(),
-                  [&](const mapdb::SessionInfo& existing) { return existing.name == plan.name; });
-  if (!resume_ || !begun) options.mode = mapdb::BuildMode::kAppend;
   return options;
 }
 

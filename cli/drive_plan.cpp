@@ -3,8 +3,20 @@
 #include <utility>
 
 #include "cli/interrupt.hpp"
+#include "scanloc/core/map/spacing.hpp"
 
 namespace scanloc::cli {
+
+std::vector<dataset::Frame> Thinned(std::vector<dataset::Frame> frames, double spacing_m) {
+  std::vector<Pose> poses;
+  poses.reserve(frames.size());
+  for (const dataset::Frame& frame : frames) poses.push_back(frame.T_map_sensor);
+  std::vector<dataset::Frame> kept;
+  for (const std::size_t i : SelectBySpacing(poses, spacing_m)) {
+    kept.push_back(std::move(frames[i]));
+  }
+  return kept;
+}
 
 mapdb::SessionPlan PlanOf(const std::string& name, const std::vector<dataset::Frame>& frames,
                           const SensorMount& mount) {

@@ -9,6 +9,10 @@
 
 namespace scanloc::cli {
 
+/// The frames that are left of a drive for places at least spacing_m apart (SelectBySpacing).
+[[nodiscard]] std::vector<dataset::Frame> Thinned(std::vector<dataset::Frame> frames,
+                                                  double spacing_m);
+
 /// The frames as they would become places: seen as the mount has it.
 [[nodiscard]] mapdb::SessionPlan PlanOf(const std::string& name,
                                         const std::vector<dataset::Frame>& frames,

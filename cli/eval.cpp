@@ -13,6 +13,7 @@
 #include "absl/strings/str_cat.h"
 #include "cli/command.hpp"
 #include "cli/drive_options.hpp"
+#include "cli/drive_plan.hpp"
 #include "cli/output.hpp"
 #include "cli/progress.hpp"
 #include "cli/provenance.hpp"
@@ -182,11 +183,10 @@ absl::StatusOr<std::vector<eval::EvalQuery>> EvalCommand::CollectQueries(
     std::vector<dataset::ScanFile>* files) const {
   const absl::StatusOr<dataset::Drive> drive = truth_.OpenDrive(scans_dir_);
   if (!drive.ok()) return drive.status();
-  const absl::StatusOr<std::vector<dataset::Frame>> frames = Select(selection_, drive->frames);
+  absl::StatusOr<std::vector<dataset::Frame>> frames = Select(selection_, drive->frames);
   if (!frames.ok()) return frames.status();
   std::vector<eval::EvalQuery> queries;
-  for (const std::size_t i : dataset::SelectBySpacing(*frames, query_spacing_m_)) {
-    const dataset::Frame& frame = (*frames)[i];
+  for (const dataset::Frame& frame : Thinned(*std::move(frames), query_spacing_m_)) {
     eval::EvalQuery query{.name = frame.name,
                           .T_map_true = TurnedOfSensor(truth_.mount(), frame.T_map_sensor),
                           .stamp_ns = frame.stamp_ns};

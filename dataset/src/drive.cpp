@@ -274,18 +274,4 @@ absl::StatusOr<Drive> OpenDrive(const DriveOptions& options) {
   return drive;
 }
 
-std::vector<std::size_t> SelectBySpacing(std::span<const Frame> frames, double spacing_m) {
-  constexpr double kSlack_m = 1e-3;
-  std::vector<std::size_t> kept;
-  for (std::size_t i = 0; i < frames.size(); ++i) {
-    if (!kept.empty()) {
-      const Eigen::Vector3d moved_m =
-          frames[i].T_map_sensor.translation() - frames[kept.back()].T_map_sensor.translation();
-      if (moved_m.norm() < spacing_m - kSlack_m) continue;
-    }
-    kept.push_back(i);
-  }
-  return kept;
-}
-
 }  // namespace scanloc::dataset

@@ -323,9 +323,6 @@ TEST(OpenDriveOnRealData, OpensEveryDriveAndReadsItsFirstScan) {
     ASSERT_EQ(drive->frames.size(), num_frames);
     EXPECT_EQ(drive->frames.front().stamp_ns != 0, has_times);
     EXPECT_TRUE(ReadScan(drive->frames.front().path).ok());
-    const std::size_t num_kept = SelectBySpacing(drive->frames, 5.0).size();
-    EXPECT_GT(num_kept, 1U);
-    EXPECT_LT(num_kept, num_frames);
   }
 }
 

@@ -4,7 +4,6 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
-#include <span>
 #include <string>
 #include <vector>
 
@@ -84,12 +83,5 @@ inline constexpr std::int64_t kMaxStampGap_ns = 100'000'000;
 /// poses or times that differ (both are named); names that can be ordered in two ways; times that
 /// fall where scans and poses are paired in order; or not one scan that has a pose.
 [[nodiscard]] absl::StatusOr<Drive> OpenDrive(const DriveOptions& options);
-
-/// The indices of the frames to keep for equidistant places (paper, Sec. VI): the first, and then
-/// each that lies spacing_m or more from the last one kept. Length of path does not count: at a
-/// standstill it grows by the noise of the poses. Up to a millimetre less is enough, for positions
-/// rounded in a text file. A spacing_m of 0 or less keeps all.
-[[nodiscard]] std::vector<std::size_t> SelectBySpacing(std::span<const Frame> frames,
-                                                       double spacing_m);
 
 }  // namespace scanloc::dataset

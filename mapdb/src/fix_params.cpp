@@ -1,0 +1,46 @@
+#include "scanloc/mapdb/fix_params.hpp"
+
+#include <algorithm>
+
+#include "scanloc/mapdb/learn_scale.hpp"
+#include "scanloc/mapdb/map_file.hpp"
+
+namespace scanloc::mapdb {
+namespace {
+
+absl::Status FixToAppend(bool resume, const SessionPlan& plan, BuildOptions& options) {
+  if (resume) {
+    if (absl::Status s = RecoverMap(options.path).status(); !s.ok()) return s;
+  }
+  const absl::StatusOr<MapInfo> info = ReadInfo(options.path);
+  if (!info.ok()) return info.status();
+  options.params = info->params;
+  // A build stopped before its session was first committed has left nothing to resume.
+  const bool begun =
+      std::any_of(info->sessions.begin(), info->sessions.end(),
+                  [&](const SessionInfo& existing) { return existing.name == plan.name; });
+  if (resume && begun) options.mode = BuildMode::kResume;
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+absl::Status FixParams(const FixOptions& how, const SessionPlan& plan, const ScanLoader& load_scan,
+                       BuildOptions& options) {
+  if (options.mode == BuildMode::kAppend) return FixToAppend(how.resume, plan, options);
+  if (how.resume) options.mode = BuildMode::kResume;
+  if (!how.learn_scale || !options.params.structure.enabled) return absl::OkStatus();
+  // What is wrong with the file is told by the build.
+  if (how.resume && RecoverMap(options.path).ok()) {
+    if (const absl::StatusOr<MapInfo> begun = ReadInfo(options.path); begun.ok()) {
+      options.params.automatic = begun->params.automatic;
+      return absl::OkStatus();
+    }
+  }
+  const absl::StatusOr<double> scale = LearnScale(options.params, plan, load_scan);
+  if (!scale.ok()) return scale.status();
+  options.params.automatic = AutoParamsAtScale(*scale);
+  return absl::OkStatus();
+}
+
+}  // namespace scanloc::mapdb
