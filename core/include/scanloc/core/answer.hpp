@@ -37,7 +37,7 @@ struct Candidate {
   /// In [0, 1]: of the descriptors, D; with `auto`, the share of the upright structure of query and
   /// place that does not agree.
   double distance = 1.0;
-  /// Probability that the query stands within 8 m of T_map_query; only `auto` tells one.
+  /// Probability that T_map_query is right (PoseLimits), in [0, 1]; only `auto` tells one.
   std::optional<double> confidence;
   double yaw_rad = 0.0;    ///< heading of the query in the place frame, (-π, π]
   double lateral_m = 0.0;  ///< displacement of the query along the place's +y
