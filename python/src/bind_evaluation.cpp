@@ -107,7 +107,8 @@ void BindEvaluation(nb::module_& m) {
           if (!localizer.ok()) return localizer.status();
           std::vector<eval::EvalQuery> queries = QueriesOf(truth, num_scans);
           eval::FindRevisits(*map.map, within_m, &queries);
-          return eval::Evaluate(**localizer, queries, options, [](std::size_t) {});
+          return eval::Evaluate(**localizer, queries, options,
+                                [&](std::size_t) { scans.Call([] {}); });
         });
       },
       nb::arg("map"), nb::arg("scans"), nb::arg("T_map_true").none(),

@@ -2,8 +2,8 @@
 
 #include <nanobind/nanobind.h>
 
+#include <atomic>
 #include <exception>
-#include <mutex>
 #include <utility>
 
 #include "absl/status/statusor.h"
@@ -19,16 +19,33 @@ class PythonScans {
   explicit PythonScans(nanobind::object scans) : scans_(std::move(scans)) {}
 
   absl::StatusOr<PointCloud> operator()(std::size_t number) {
-    nanobind::gil_scoped_acquire locked;
-    try {
-      const nanobind::object points =
+    PointCloud points;
+    Call([&] {
+      const nanobind::object given =
           PyCallable_Check(scans_.ptr()) != 0 ? scans_(number) : nanobind::object(scans_[number]);
-      return Scan(points).Take();
+      points = Scan(given).Take();
+    });
+    if (raised()) return absl::CancelledError("Python raised an exception");
+    return points;
+  }
+
+  /// Calls into Python, Ctrl-C first: between the steps of long work. Nothing once it has raised.
+  template <typename Work>
+  void Call(Work&& work) {
+    nanobind::gil_scoped_acquire locked;
+    if (raised_) return;
+    try {
+      // Of no effect but on the thread that Python handles signals on.
+      if (PyErr_CheckSignals() != 0) throw nanobind::python_error();
+      work();
     } catch (...) {
-      if (!raised_) raised_ = std::current_exception();
-      return absl::CancelledError("reading a scan raised an exception");
+      raised_ = std::current_exception();
+      has_raised_ = true;
     }
   }
+
+  /// Any thread.
+  [[nodiscard]] bool raised() const { return has_raised_; }
 
   /// With the interpreter's lock held, after the work is done.
   void Rethrow() {
@@ -38,9 +55,10 @@ class PythonScans {
  private:
   nanobind::object scans_;
   std::exception_ptr raised_;  // guarded by the interpreter's lock
+  std::atomic<bool> has_raised_ = false;
 };
 
-/// As Unlocked; what reading the scans raised goes before what the work made of it.
+/// As Unlocked; what calls into Python raised goes before what the work made of it.
 template <typename Work>
 auto UnlockedReading(PythonScans& scans, Work&& work) {
   auto result = [&] {

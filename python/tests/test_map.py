@@ -1,5 +1,7 @@
+import functools
 import os
 import pathlib
+import signal
 
 import numpy as np
 import pytest
@@ -113,6 +115,74 @@ def test_builds_with_a_mount(tmp_path, town, scans, poses):
                               mount=scanloc.SensorMount(T_base_sensor=T_base_sensor))
     np.testing.assert_allclose(built.T_map_place, town.T_map_place, atol=1e-9)
     assert scanloc.Localizer(built).localize(scene(5)).candidates[0].place == 5
+
+
+def test_keeps_places_apart(tmp_path, scans, poses):
+    apart = np.linalg.norm(poses[1, :3, 3] - poses[0, :3, 3])
+    every = scanloc.Map.build(str(tmp_path / "a.scanloc"), scans, poses, calibrate=False)
+    assert len(every) == NUM_PLACES
+    thinned = scanloc.Map.build(str(tmp_path / "b.scanloc"), scans, poses, spacing_m=1.5 * apart,
+                                stamps_ns=list(range(NUM_PLACES)), calibrate=False)
+    np.testing.assert_array_equal(thinned.stamps_ns, np.arange(0, NUM_PLACES, 2))
+    np.testing.assert_allclose(thinned.T_map_place, poses[::2], atol=1e-9)
+    still = scanloc.Map.build(str(tmp_path / "c.scanloc"), scans[:1] * 5, poses[[0] * 5],
+                              calibrate=False)
+    assert len(still) == 1
+    all_of_it = scanloc.Map.build(str(tmp_path / "d.scanloc"), scans[:1] * 5, poses[[0] * 5],
+                                  spacing_m=0, calibrate=False)
+    assert len(all_of_it) == 5
+    for bad in (-1.0, np.nan, 1e7):
+        with pytest.raises(scanloc.InvalidArgument, match="spacing_m"):
+            scanloc.Map.build(str(tmp_path / "e.scanloc"), scans, poses, spacing_m=bad)
+
+
+def test_learns_the_scale_from_the_scans(tmp_path, scans, poses):
+    def scale(name, points, **keywords):
+        built = scanloc.Map.build(str(tmp_path / name), points, poses, check=False,
+                                  calibrate=False, **keywords)
+        return built.params["auto.scale"]
+
+    rooms = [scan * np.float32([0.2, 0.2, 1]) for scan in scans]
+    assert scale("streets", scans) == 1.0
+    assert scale("rooms", rooms) == 0.35
+    assert scale("said", rooms, scale=0.5) == 0.5
+    assert scale("set", rooms, params=scanloc.Params({"auto.scale": 2.0})) == 2.0
+    with pytest.raises(scanloc.InvalidArgument, match="scale is 9"):
+        scale("bad", rooms, scale=9.0)
+    with pytest.raises(scanloc.InvalidArgument, match="one of the two"):
+        scale("both", rooms, scale=0.5, params=scanloc.Params({"auto.scale": 2.0}))
+
+
+@pytest.mark.parametrize("appends", [False, True])
+def test_goes_on_where_ctrl_c_stopped_it(tmp_path, scans, poses, appends):
+    path = str(tmp_path / "m.scanloc")
+    if appends:
+        scanloc.Map.build(path, scans[:3], poses[:3], session="first", calibrate=False)
+    build = functools.partial(
+        scanloc.Map.append if appends else scanloc.Map.build, path, scans, poses,
+        session="drive", check=False, calibrate=False, num_threads=1)
+    told = []
+
+    def interrupt(done, total):
+        told.append((done, total))
+        if done == 4:
+            signal.raise_signal(signal.SIGINT)
+
+    with pytest.raises(KeyboardInterrupt):
+        build(progress=interrupt)
+    assert told[-1] == (4, NUM_PLACES)
+    resumed = build(resume=True)
+    assert len(resumed) == NUM_PLACES + (3 if appends else 0)
+    with pytest.raises(scanloc.AlreadyExists):
+        build()
+
+
+def test_passes_on_what_telling_of_progress_raises(tmp_path, scans, poses):
+    def tell(done, total):
+        raise RuntimeError(f"{done} of {total}")
+
+    with pytest.raises(RuntimeError, match=f"of {NUM_PLACES}"):
+        scanloc.Map.build(str(tmp_path / "m.scanloc"), scans, poses, progress=tell)
 
 
 def test_goes_on_with_a_build_of_the_same_scans_only(tmp_path, scans, poses):
