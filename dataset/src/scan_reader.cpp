@@ -39,25 +39,27 @@ absl::Status CheckMetres(const Scan& scan) {
   constexpr float kNear_m = 1.0F;
   constexpr float kFar_m = 80.0F;
   const std::size_t num_points = scan.points.size();
-  std::size_t num_beyond = 0, num_near = 0, num_far = 0;
+  std::size_t num_within = 0;
+  bool is_all_near = true, is_all_far = true;
   for (const Point& p : scan.points) {
     const float squared_m2 = p.x * p.x + p.y * p.y + p.z * p.z;
-    num_beyond += IsBeyondLimit(p) ? 1 : 0;
-    num_near += squared_m2 < kNear_m * kNear_m ? 1 : 0;
-    num_far += squared_m2 > kFar_m * kFar_m ? 1 : 0;
+    num_within += IsBeyondLimit(p) ? 0 : 1;
+    is_all_near &= squared_m2 < kNear_m * kNear_m;
+    is_all_far &= squared_m2 > kFar_m * kFar_m;
+    // Of most scans half is enough.
+    if (2 * num_within >= num_points && !is_all_near && !is_all_far) return absl::OkStatus();
   }
-  if (num_beyond > num_points / 2) {
-    return absl::InvalidArgumentError(absl::StrCat(
-        num_beyond, " of its ", num_points, " points lie beyond ", limits::kMaxCoordinate_m,
-        " m of the origin; a scan must be in the sensor frame, in metres"));
+  if (2 * num_within < num_points) {
+    return absl::InvalidArgumentError(
+        absl::StrCat(num_points - num_within, " of its ", num_points, " points lie beyond ",
+                     limits::kMaxCoordinate_m,
+                     " m of the origin; a scan must be in the sensor frame, in metres"));
   }
-  if (num_points < kFew || (num_far < num_points && num_near < num_points)) {
-    return absl::OkStatus();
-  }
-  return absl::InvalidArgumentError(absl::StrCat(
-      "0 of its ", num_points, " points lie ",
-      num_far == num_points ? absl::StrCat("within ", kFar_m) : absl::StrCat("beyond ", kNear_m),
-      " m of the sensor: are these metres, in the sensor frame?"));
+  if (num_points < kFew) return absl::OkStatus();
+  return absl::InvalidArgumentError(
+      absl::StrCat("0 of its ", num_points, " points lie ",
+                   is_all_far ? absl::StrCat("within ", kFar_m) : absl::StrCat("beyond ", kNear_m),
+                   " m of the sensor: are these metres, in the sensor frame?"));
 }
 
 }  // namespace

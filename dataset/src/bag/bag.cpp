@@ -46,6 +46,14 @@ absl::StatusOr<std::vector<std::string>> ListFolder(const std::string& folder) {
   return paths;
 }
 
+// The type of a topic, and whose: both have the same names.
+std::string Told(const FileTopic& topic) {
+  const char* of = topic.format == WireFormat::kCdr    ? " of ROS 2"
+                   : topic.format == WireFormat::kRos1 ? " of ROS 1"
+                                                       : " of an unknown encoding";
+  return absl::StrCat(Quote(topic.type), of);
+}
+
 }  // namespace
 
 struct Bag::Impl {
@@ -92,9 +100,9 @@ absl::StatusOr<std::shared_ptr<const Bag>> Bag::Open(const std::vector<std::stri
     for (const FileTopic& topic : (*file)->topics()) {
       const auto& [known, of] = topics.try_emplace(topic.name, topic, path).first->second;
       if (known.type != topic.type || known.format != topic.format) {
-        return absl::InvalidArgumentError(absl::StrCat("topic ", Quote(topic.name), " is of type ",
-                                                       Quote(known.type), " in ", of, " but of ",
-                                                       Quote(topic.type), " in ", path));
+        return absl::InvalidArgumentError(
+            absl::StrCat("topic ", Quote(topic.name), " is of type ", Told(known), " in ", of,
+                         " but of ", Told(topic), " in ", path, "; read these apart"));
       }
     }
     const auto& notes = (*file)->notes();

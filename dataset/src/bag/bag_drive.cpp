@@ -206,7 +206,7 @@ absl::Status BagScans::Connect(const BagDriveOptions& options) {
           "the poses of ", Quote(pose_topic_->name), " are of ", Quote(child_), ", the clouds of ",
           Quote(cloud_topic_->name), " in ", Quote(sensor_frame_), ": ",
           of_sensor.ok() ? "no static transforms connect them" : of_sensor.status().message(),
-          "; give the mount as --calib FILE with the row \"Tr: \" and 12 numbers, or take the "
+          "; give the mount by --T-base-sensor X,Y,Z,ROLL,PITCH,YAW or --calib FILE, or take the "
           "poses from TF by --poses-from tf:FRAME"));
     }
     chain.AppendMount(*T_body_sensor);

@@ -56,25 +56,30 @@ absl::StatusOr<FileBytes> ChunkedFile::ReadChunk(const Chunk& chunk) const {
 absl::StatusOr<std::shared_ptr<const FileBytes>> ChunkedFile::GetChunk(std::uint32_t i) const {
   // Chunks often hold several clouds, which are asked for one after the other, by a few threads.
   constexpr std::size_t kMostRecent = 8;
-  constexpr std::size_t kMostBytes = 256 << 20;
-  {
+  constexpr std::uint64_t kMostBytes = 256 << 20;
+  const std::shared_ptr<ReadOnce> chunk = [&] {
     const std::lock_guard lock(mutex_);
-    for (const auto& [chunk, records] : recent_) {
-      if (chunk == i) return records;
+    for (const auto& [number, known] : recent_) {
+      if (number == i) return known;
     }
+    recent_.emplace_front(i, std::make_shared<ReadOnce>());
+    auto added = recent_.front().second;
+    std::uint64_t num_bytes = 0;
+    for (const auto& [number, known] : recent_) num_bytes += chunks_[number].num_bytes;
+    while (recent_.size() > kMostRecent || (num_bytes > kMostBytes && !recent_.empty())) {
+      num_bytes -= chunks_[recent_.back().first].num_bytes;
+      recent_.pop_back();
+    }
+    return added;
+  }();
+  // Who wants a chunk that another thread is reading waits for it.
+  const std::lock_guard lock(chunk->mutex);
+  if (chunk->records == nullptr) {
+    absl::StatusOr<FileBytes> read = ReadChunk(chunks_[i]);
+    if (!read.ok()) return read.status();
+    chunk->records = std::make_shared<const FileBytes>(*std::move(read));
   }
-  absl::StatusOr<FileBytes> read = ReadChunk(chunks_[i]);
-  if (!read.ok()) return read.status();
-  auto records = std::make_shared<const FileBytes>(*std::move(read));
-  const std::lock_guard lock(mutex_);
-  recent_.emplace_front(i, records);
-  std::size_t num_bytes = 0;
-  for (const auto& [chunk, kept] : recent_) num_bytes += kept->view().size();
-  while (recent_.size() > kMostRecent || (num_bytes > kMostBytes && !recent_.empty())) {
-    num_bytes -= recent_.back().second->view().size();
-    recent_.pop_back();
-  }
-  return records;
+  return chunk->records;
 }
 
 absl::StatusOr<MessageBytes> ChunkedFile::Read(const MessageRef& message) const {

@@ -66,11 +66,16 @@ class ChunkedFile : public BagFile {
   [[nodiscard]] absl::StatusOr<std::shared_ptr<const FileBytes>> GetChunk(std::uint32_t i) const;
   [[nodiscard]] absl::Status ScanChunk(std::uint32_t i, bool with_messages);
 
+  struct ReadOnce {
+    std::mutex mutex;
+    std::shared_ptr<const FileBytes> records;  ///< null until it was read
+  };
+
   RandomFile file_;
   std::vector<Chunk> chunks_;
   std::map<std::uint32_t, FileTopic> channels_;
   mutable std::mutex mutex_;  // guards recent_
-  mutable std::deque<std::pair<std::uint32_t, std::shared_ptr<const FileBytes>>> recent_;
+  mutable std::deque<std::pair<std::uint32_t, std::shared_ptr<ReadOnce>>> recent_;
   // The chunk that AddMessage is called for, if not the last.
   std::optional<std::uint32_t> scanned_;
 };
