@@ -7,6 +7,7 @@
 #include "absl/strings/str_join.h"
 #include "cli/calibrate.hpp"
 #include "cli/command.hpp"
+#include "cli/interrupt.hpp"
 #include "cli/made_now.hpp"
 #include "cli/output.hpp"
 #include "scanloc/core/printable.hpp"
@@ -37,6 +38,7 @@ class MergeCommand : public Command {
         "  scanloc merge town.scanloc north.scanloc south.scanloc");
   }
   [[nodiscard]] absl::Status Run() override {
+    CatchInterrupts();
     std::string calibration;
     const absl::StatusOr<std::string> content_id =
         mapdb::MergeMaps(out_, inputs_, rename_sessions_,

@@ -28,20 +28,25 @@ namespace {
 
 constexpr std::size_t kMaxAsked = 200;
 
-/// A map of the new places, beside the one to be made; gone at the end.
+/// A map of the new places, beside the one to be made; gone at the end. One of a process that was
+/// killed, and had the same number, is in nobody's way.
 class FreshMap {
  public:
-  explicit FreshMap(const std::string& out) : path_(absl::StrCat(out, ".fresh-", getpid())) {}
+  explicit FreshMap(const std::string& out) : path_(absl::StrCat(out, ".fresh-", getpid())) {
+    Remove();
+  }
   FreshMap(const FreshMap&) = delete;
   FreshMap& operator=(const FreshMap&) = delete;
-  ~FreshMap() {
+  ~FreshMap() { Remove(); }
+  [[nodiscard]] const std::string& path() const { return path_; }
+
+ private:
+  void Remove() const {
     std::error_code ignored;
     std::filesystem::remove(path_, ignored);
     std::filesystem::remove(path_ + "-journal", ignored);
   }
-  [[nodiscard]] const std::string& path() const { return path_; }
 
- private:
   const std::string path_;
 };
 
@@ -145,6 +150,8 @@ absl::Status RefreshCommand::Run() {
     return WriteText("-", absl::StrFormat("%s sees nothing else than %s: no map was made\n",
                                           Printable(changes->after_name), Printable(map_)));
   }
+  const absl::StatusOr<std::string> before = Recall(map_, *changes);
+  if (!before.ok()) return before.status();
   const FreshMap fresh(out_);
   if (absl::Status status = BuildFresh(*changes, fresh.path()); !status.ok()) return status;
   std::string calibration;
@@ -152,8 +159,6 @@ absl::Status RefreshCommand::Run() {
       map_, replaced, fresh.path(), out_, MadeNow(absl::StrCat("refresh by ", changes->after_name)),
       Calibrating(drive_.num_threads(), drive_.quiet(), &calibration));
   if (!content_id.ok()) return content_id.status();
-  const absl::StatusOr<std::string> before = Recall(map_, *changes);
-  if (!before.ok()) return before.status();
   const absl::StatusOr<std::string> after = Recall(out_, *changes);
   if (!after.ok()) return after.status();
   return WriteText("-", absl::StrFormat("refreshed %s into %s\n"

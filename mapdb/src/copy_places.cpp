@@ -136,6 +136,11 @@ absl::StatusOr<std::optional<GeoOrigin>> GeoOriginOf(const std::vector<CopyPart>
   return told == nullptr ? std::nullopt : told->info.geo_origin;
 }
 
+void RemovePartial(const std::string& path) {
+  unlink(path.c_str());
+  unlink(absl::StrCat(path, "-journal").c_str());
+}
+
 absl::StatusOr<std::string> WriteParts(const std::string& path, const std::vector<CopyPart>& parts,
                                        const std::vector<HistoryEntry>& history) {
   const absl::StatusOr<std::optional<GeoOrigin>> geo_origin = GeoOriginOf(parts);
@@ -247,13 +252,14 @@ absl::StatusOr<std::string> WriteCopy(const std::string& out, const std::vector<
   }
   if (is_empty) return absl::InvalidArgumentError("the new map would have no place");
   const std::string partial = absl::StrCat(out, ".partial-", getpid());
+  RemovePartial(partial);  // of a process that was killed, and had the same number
   absl::StatusOr<std::string> content_id =
       WriteParts(partial, parts, HistoryOf(parts, std::move(made_by)));
   absl::Status status = content_id.status();
   if (status.ok() && finish) status = finish(partial);
   if (status.ok()) status = RenameNew(partial, out);
   if (!status.ok()) content_id = status;
-  if (!content_id.ok()) unlink(partial.c_str());
+  if (!content_id.ok()) RemovePartial(partial);
   return content_id;
 }
 
