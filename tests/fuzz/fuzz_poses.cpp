@@ -1,4 +1,5 @@
-// Files of poses, times and calibrations: the first byte chooses the reader, the rest is the file.
+// Files of poses, times, calibrations and fixes, and messages with a fix: the first byte chooses
+// the reader, the rest is the file.
 #include <sys/mman.h>
 #include <unistd.h>
 
@@ -7,7 +8,9 @@
 #include <cstdint>
 #include <string>
 
+#include "scanloc/dataset/gnss_fixes.hpp"
 #include "scanloc/dataset/pose_reader.hpp"
+#include "scanloc/dataset/ros_messages.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace scanloc::dataset;
@@ -18,13 +21,20 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   constexpr std::array kFormats = {PoseFormat::kAuto,   PoseFormat::kKitti,  PoseFormat::kTum,
                                    PoseFormat::kMulran, PoseFormat::kNclt,   PoseFormat::kOxford,
                                    PoseFormat::kNaver,  PoseFormat::kMatrix, PoseFormat::kKitti360};
-  const std::size_t choice = data[0] % (kFormats.size() + 2);
+  const std::size_t choice = data[0] % (kFormats.size() + 5);
   if (choice < kFormats.size()) {
     (void)ReadTrajectory(path, kFormats[choice]);
   } else if (choice == kFormats.size()) {
     (void)ReadTimes(path);
-  } else {
+  } else if (choice == kFormats.size() + 1) {
     (void)ReadCalib(path);
+  } else if (choice == kFormats.size() + 2) {
+    const auto fixes = ReadGnssFixes(path);
+    if (fixes.ok()) (void)FixAt(*fixes, fixes->front().stamp_ns + 1);
+  } else {
+    const bool is_ros1 = choice == kFormats.size() + 3;
+    (void)DecodeFix(is_ros1 ? WireFormat::kRos1 : WireFormat::kCdr,
+                    {reinterpret_cast<const char*>(data + 1), size - 1});
   }
   close(fd);
   return 0;

@@ -91,6 +91,18 @@ void AddPoses(const Seeds& seeds) {
   seeds.Add("poses", 0, "headline", "time,x,y,z,qw,qx,qy,qz\n1.5,1,2,3,1,0,0,0\n");
   seeds.Add("poses", 0, "two_stamps", "7 5 1 2 3 0 0 0 1\n");
   seeds.Add("poses", 9, "times", "0.0\n1.5e0\n1567496784.952532897\n");
+  seeds.Add("poses", 11, "fixes",
+            "stamp,latitude,longitude,altitude\n1567410202.5,48.2,11.6,519.5\n"
+            "1567410203.5,48.3,11.6,nan\n");
+  // Header, status, position, and the covariance with its kind.
+  const std::string stamp("\x0c\0\0\0\x05\0\0\0", 8);
+  const std::string rest(3 * 8 + 9 * 8 + 1, '\0');
+  seeds.Add("poses", 12, "fix_ros1",
+            std::string(4, '\0') + stamp + std::string("\3\0\0\0gps", 7) +
+                std::string("\0\1\0", 3) + rest);
+  seeds.Add("poses", 13, "fix_cdr",
+            std::string("\0\1\0\0", 4) + stamp + std::string("\4\0\0\0gps\0", 8) +
+                std::string("\0\0\1\0\0\0\0\0", 8) + rest);
   seeds.Add("poses", 10, "calib", "P0: 1 2\nTr: " + identity);
   seeds.Add(
       "poses", 10, "calib_json",
