@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 #include <vector>
@@ -64,15 +65,34 @@ class DriftingDrive {
     graph_.T_map_scan = graph_.T_odom_scan;
   }
 
-  /// True loops at all revisits, as a registration would tell them.
-  void CloseLoops() {
-    for (std::size_t i = 0; i < truth_.size(); ++i) {
+  /// True loops at revisits, of every scan or of fewer, as a registration would tell them.
+  void CloseLoops(std::size_t every = 1) {
+    for (std::size_t i = 0; i < truth_.size(); i += every) {
       for (std::size_t j = 0; j + 60 < i; ++j) {
         if ((truth_[i].translation() - truth_[j].translation()).norm() > 1.0) continue;
         graph_.constraints.push_back(Loop(j, i, truth_[j].inverse() * truth_[i]));
         break;
       }
     }
+  }
+
+  /// So many loops that put a scan where it never was, as places that look alike do.
+  std::size_t AddFalseLoops(double share) {
+    const auto num_right = static_cast<double>(graph_.constraints.size());
+    const auto num = static_cast<std::size_t>(share / (1.0 - share) * num_right);
+    std::uniform_int_distribution<std::size_t> any(0, truth_.size() - 1);
+    for (std::size_t added = 0; added < num;) {
+      const std::size_t i = any(random_);
+      const std::size_t j = any(random_);
+      if (j + 60 >= i || (truth_[i].translation() - truth_[j].translation()).norm() < 20.0) {
+        continue;
+      }
+      graph_.constraints.push_back(Loop(j, i,
+                                        MakePose({normal_(random_), normal_(random_), 0.0},
+                                                 {0.0, 0.0, 0.05 * normal_(random_)})));
+      ++added;
+    }
+    return num;
   }
 
   /// What scans say of the way: the scale is in no loop.
@@ -122,6 +142,20 @@ TEST_P(Optimized, TakesTheDriftOutOfThreeKilometres) {
   EXPECT_LT(after_m, 0.5);
   EXPECT_LT(5.0 * after_m, before_m);
   EXPECT_EQ(optimized->num_on(), drive.graph().constraints.size());
+}
+
+TEST_P(Optimized, SwitchesFalseLoopsOff) {
+  DriftingDrive drive(GetParam());
+  drive.CloseLoops(5);
+  const std::size_t num_right = drive.graph().constraints.size();
+  const std::size_t num_false = drive.AddFalseLoops(0.3);
+  drive.LookAhead();
+  const auto optimized = Optimize(drive.graph());
+  ASSERT_TRUE(optimized.ok()) << optimized.status();
+  EXPECT_LT(drive.Ate(optimized->T_map_scan), 0.5);
+  const auto on = optimized->is_on.begin() + static_cast<std::ptrdiff_t>(num_right);
+  EXPECT_EQ(std::count(on, on + static_cast<std::ptrdiff_t>(num_false), true), 0);
+  EXPECT_EQ(std::count(optimized->is_on.begin(), on, false), 0);
 }
 
 TEST(Optimize, KeepsTheOdometryWhereThereAreNoLoops) {
