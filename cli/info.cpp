@@ -49,14 +49,7 @@ std::string InfoAsJson(const mapdb::MapInfo& info) {
         {{"when", entry.when}, {"command", entry.command}, {"parents", entry.parents}});
   }
   json["geo_origin"] = nullptr;
-  if (const auto& origin = info.geo_origin) {
-    json["geo_origin"] = {
-        {"latitude", origin->latitude_deg},
-        {"longitude", origin->longitude_deg},
-        {"altitude_m", origin->altitude_m},
-        {"heading_deg", origin->heading_deg},
-        {"anchor_m", {origin->anchor_m.x(), origin->anchor_m.y(), origin->anchor_m.z()}}};
-  }
+  if (info.geo_origin) json["geo_origin"] = report::GeoToJson(*info.geo_origin);
   json["params"] = ParamsToJson(info.params);
   json["extent"] = ExtentToJson(info.extent_m);
   json["file_bytes"] = info.file_bytes;

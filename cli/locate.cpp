@@ -50,6 +50,7 @@ class LocateCommand : public Command {
     std::shared_ptr<const client::LocalizationClient> client;
     Params params;
     bool has_several_maps = false;
+    bool is_on_earth = false;  // that map knows where it stands
   };
   [[nodiscard]] absl::StatusOr<Answerer> OpenAnswerer() const;
   [[nodiscard]] std::chrono::milliseconds budget() const {
@@ -100,6 +101,7 @@ absl::StatusOr<LocateCommand::Answerer> LocateCommand::OpenAnswerer() const {
     if (answerer.has_several_maps) info = answerer.client->GetMapInfo(serving->name);
   }
   if (!info.ok()) return info.status();
+  answerer.is_on_earth = info->geo_origin.has_value();
   answerer.params = std::move(info->params);
   return answerer;
 }
@@ -250,13 +252,20 @@ absl::StatusOr<std::vector<report::QueryResult>> LocateCommand::ReplayAll(
 
 absl::Status LocateCommand::Print(const std::vector<report::QueryResult>& results,
                                   const Answerer& answerer) const {
-  const report::ResultFormat format{.several_maps = answerer.has_several_maps,
-                                    .all_candidates = options_.top > 1,
-                                    .truth = options_.has_truth(),
-                                    .sequence = options_.sequence,
-                                    .within_m = options_.within_m,
-                                    .mount = options_.truth.mount(),
-                                    .prior = options_.prior};
+  const auto is_on_earth = [](const report::QueryResult& result) {
+    const std::vector<Candidate>& candidates = result.answer.candidates;
+    return std::any_of(candidates.begin(), candidates.end(),
+                       [](const Candidate& candidate) { return candidate.geo.has_value(); });
+  };
+  const report::ResultFormat format{
+      .several_maps = answerer.has_several_maps,
+      .geo = answerer.is_on_earth || std::any_of(results.begin(), results.end(), is_on_earth),
+      .all_candidates = options_.top > 1,
+      .truth = options_.has_truth(),
+      .sequence = options_.sequence,
+      .within_m = options_.within_m,
+      .mount = options_.truth.mount(),
+      .prior = options_.prior};
   const std::string summary = report::SummaryText(results, format);
   if (options_.json || options_.csv == "-") {
     const std::string method =

@@ -4,6 +4,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "cli/geo_options.hpp"
 #include "cli/map_text.hpp"
 #include "scanloc/core/printable.hpp"
 #include "scanloc/proto/map_state.hpp"
@@ -55,6 +56,7 @@ report::Json InfoToJson(const MapInfo& info) {
   json["extent"] = ExtentToJson(BoxOf(info));
   return json;
 }
+  if (info.geo_origin) json["geo_origin"] = report::GeoToJson(*info.geo_origin);
 
 std::string InfoAsText(const MapInfo& info) {
   std::string text = absl::StrFormat(
@@ -63,7 +65,11 @@ std::string InfoAsText(const MapInfo& info) {
       "  put in service  %d times\n"
       "  places          %d\n",
       Printable(info.name), Printable(info.content_id), info.generation, info.num_places);
-  absl::StrAppend(&text, ExtentAsText(BoxOf(info)), "sessions\n");
+  absl::StrAppend(&text, ExtentAsText(BoxOf(info)));
+  if (info.geo_origin) {
+    absl::StrAppend(&text, "  on earth        ", GeoOriginAsText(*info.geo_origin), "\n");
+  }
+  absl::StrAppend(&text, "sessions\n");
   for (const std::string& session : info.sessions) {
     absl::StrAppend(&text, "  ", Printable(session), "\n");
   }

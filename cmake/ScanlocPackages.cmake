@@ -32,7 +32,7 @@ set(CPACK_COMPONENT_DEV_DESCRIPTION
   "Libraries and headers of scanloc, for CMake and pkg-config: the method (core), answers from map
 files (offline), and from servers (client); the .proto files.")
 set(CPACK_DEBIAN_DEV_PACKAGE_SECTION libdevel)
-set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS "libeigen3-dev, libabsl-dev, libsqlite3-dev, libxxhash-dev, \
+set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS "libeigen3-dev, libabsl-dev, libsqlite3-dev, libxxhash-dev, libgeographiclib-dev, \
 libgrpc++-dev, libprotobuf-dev, protobuf-compiler-grpc, pkg-config")
 
 if(TARGET scanloc-ros2)

@@ -41,7 +41,7 @@ forbid report 'scanloc/(mapdb|dataset|sim|proto|server|client)/|cli/|sqlite3|pcl
   'report draws and writes: it knows core, eval and geo only'
 forbid proto 'scanloc/(mapdb|dataset|sim|eval|server|client)/|sqlite3|pcl/' 'proto knows core only'
 forbid server 'scanloc/(dataset|sim|eval|client)/|sqlite3|pcl/' \
-  'server knows core, mapdb and proto only'
+  'server knows core, geo, mapdb and proto only'
 forbid 'client/src client/include' 'scanloc/(mapdb|dataset|sim|eval|server)/|sqlite3|pcl/' \
   'the client library knows core and proto only'
 forbid sim 'scanloc/(mapdb|eval|proto|server|client)/|sqlite3|pcl/|grpc|google/|spdlog' \

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 #include <utility>
+#include <vector>
 
 #include "absl/strings/str_format.h"
 
@@ -58,12 +59,44 @@ GeoPosition GeoFrame::ToGeo(const Eigen::Vector3d& at_map_m) const {
   return position;
 }
 
+GeoPose GeoFrame::ToGeo(const Pose& T_map_x) const {
+  const Eigen::Vector3d offset = T_map_x.translation() - impl_->anchor_m;
+  const Eigen::Vector2d east_north = impl_->R_east_map * offset.head<2>();
+  GeoPose pose;
+  std::vector<GeographicLib::Math::real> rows(
+      9);  // of what turns local axes there into the origin's
+  impl_->east_north_up.Reverse(east_north.x(), east_north.y(), offset.z(), pose.latitude_deg,
+                               pose.longitude_deg, pose.altitude_m, rows);
+  const Eigen::Matrix3d R_origin_local =
+      Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(rows.data());
+  Eigen::Vector3d ahead = T_map_x.linear().col(0);
+  ahead.head<2>() = impl_->R_east_map * ahead.head<2>().eval();
+  const Eigen::Vector3d local = R_origin_local.transpose() * ahead;
+  const double heading = std::atan2(local.x(), local.y()) * 180.0 / std::numbers::pi;
+  pose.heading_deg = heading < 0.0 ? heading + 360.0 : heading;
+  if (pose.heading_deg >= 360.0) pose.heading_deg = 0.0;  // a hair west of north, rounded
+  return pose;
+}
+
+std::vector<GeoPose> GeoFrame::ToGeo(const std::vector<Place>& places) const {
+  std::vector<GeoPose> poses;
+  poses.reserve(places.size());
+  for (const Place& place : places) poses.push_back(ToGeo(place.T_map_place));
+  return poses;
+}
+
 Eigen::Vector3d GeoFrame::ToMap(const GeoPosition& position) const {
   Eigen::Vector3d offset;
   impl_->east_north_up.Forward(position.latitude_deg, position.longitude_deg, position.altitude_m,
                                offset.x(), offset.y(), offset.z());
   offset.head<2>() = impl_->R_east_map.transpose() * offset.head<2>().eval();
   return impl_->anchor_m + offset;
+}
+
+void TellOnEarth(const std::optional<GeoFrame>& frame, Answer& answer) {
+  if (!frame) return;
+  for (Candidate& candidate : answer.candidates)
+    candidate.geo = frame->ToGeo(candidate.T_map_query);
 }
 
 std::string UtmText(const GeoPosition& position) {

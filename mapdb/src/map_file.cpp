@@ -81,6 +81,7 @@ Map StartMap(const MapHead& head, bool with_contexts) {
   Map map = MakeEmptyMap(head.params);
   map.content_id = head.content_id;
   map.complete = head.complete();
+  map.geo_origin = head.geo_origin;
   for (const SessionRow& session : head.sessions) map.sessions.push_back(session.name);
   ReserveFor(static_cast<std::size_t>(head.num_places()), with_contexts, map);
   return map;

@@ -87,6 +87,11 @@ absl::StatusOr<Candidate> FromProto(const v1::Candidate& message) {
     }
     if (auto status = CheckCovariance(*candidate.covariance); !status.ok()) return status;
   }
+  if (message.has_geo()) {
+    const auto geo = GeoPoseFromProto("candidate.geo", message.geo());
+    if (!geo.ok()) return geo.status();
+    candidate.geo = *geo;
+  }
   return candidate;
 }
 
@@ -105,6 +110,7 @@ v1::Candidate ToProto(const Candidate& candidate) {
   if (candidate.covariance) {
     for (int i = 0; i < 36; ++i) message.add_covariance((*candidate.covariance)(i / 6, i % 6));
   }
+  if (candidate.geo) *message.mutable_geo() = GeoPoseToProto(*candidate.geo);
   return message;
 }
 

@@ -195,6 +195,15 @@ absl::StatusOr<MapInfo> FromProto(const v1::MapInfo& message) {
     info.extent = *extent;
   }
   info.generation = message.generation();
+  if (message.has_geo_origin()) {
+    const v1::GeoOrigin& origin = message.geo_origin();
+    info.geo_origin = GeoOrigin{origin.latitude_deg(),
+                                origin.longitude_deg(),
+                                origin.altitude_m(),
+                                origin.heading_deg(),
+                                {origin.anchor_x_m(), origin.anchor_y_m(), origin.anchor_z_m()}};
+    if (status = Validate(*info.geo_origin); !status.ok()) return status;
+  }
   return info;
 }
 
@@ -207,6 +216,16 @@ v1::MapInfo ToProto(const MapInfo& info) {
   message.set_num_places(info.num_places);
   if (info.extent) *message.mutable_extent() = BoxToProto(*info.extent);
   message.set_generation(info.generation);
+  if (info.geo_origin) {
+    v1::GeoOrigin& origin = *message.mutable_geo_origin();
+    origin.set_latitude_deg(info.geo_origin->latitude_deg);
+    origin.set_longitude_deg(info.geo_origin->longitude_deg);
+    origin.set_altitude_m(info.geo_origin->altitude_m);
+    origin.set_heading_deg(info.geo_origin->heading_deg);
+    origin.set_anchor_x_m(info.geo_origin->anchor_m.x());
+    origin.set_anchor_y_m(info.geo_origin->anchor_m.y());
+    origin.set_anchor_z_m(info.geo_origin->anchor_m.z());
+  }
   return message;
 }
 
@@ -241,12 +260,16 @@ absl::StatusOr<PlacesPage> FromProto(const v1::ListPlacesResponse& message) {
                   .next_page_token = message.next_page_token()};
   page.places.reserve(message.places_size());
   for (const v1::Place& place : message.places()) {
-    const auto T_map_place = PoseFromProto("places.T_map_place", place.t_map_place());
-    if (!T_map_place.ok()) return T_map_place.status();
-    status =
-        CheckRange("places.session", place.session(), 0, static_cast<double>(limits::kMaxSessions));
-    if (!status.ok()) return status;
-    page.places.push_back({*T_map_place, place.stamp_ns(), place.session()});
+    const auto converted = PlaceFromProto(place);
+    if (!converted.ok()) return converted.status();
+    page.places.push_back(*converted);
+    if (!place.has_geo()) continue;
+    const auto geo = GeoPoseFromProto("place.geo", place.geo());
+    if (!geo.ok()) return geo.status();
+    page.geo.push_back(*geo);
+  }
+  if (!page.geo.empty() && page.geo.size() != page.places.size()) {
+    return absl::InvalidArgumentError("some places have a position on earth and others none");
   }
   return page;
 }
@@ -255,11 +278,8 @@ v1::ListPlacesResponse ToProto(const PlacesPage& page) {
   v1::ListPlacesResponse message;
   message.set_content_id(page.content_id);
   message.set_first_place(page.first_place);
-  for (const Place& place : page.places) {
-    v1::Place& one = *message.add_places();
-    *one.mutable_t_map_place() = PoseToProto(place.T_map_place);
-    one.set_session(place.session);
-    one.set_stamp_ns(place.stamp_ns);
+  for (std::size_t i = 0; i < page.places.size(); ++i) {
+    *message.add_places() = PlaceToProto(page.places[i], page.geo.empty() ? nullptr : &page.geo[i]);
   }
   message.set_next_page_token(page.next_page_token);
   return message;

@@ -86,7 +86,7 @@ absl::StatusOr<Place> PlaceFromProto(const v1::Place& message) {
       !status.ok()) {
     return status;
   }
-  return Place{*T_map_place, message.stamp_ns(), message.session()};
+  return page;
 }
 
 absl::StatusOr<SeenAnswer> SeenFromProto(const v1::SeenAnswer& message) {
@@ -94,6 +94,9 @@ absl::StatusOr<SeenAnswer> SeenFromProto(const v1::SeenAnswer& message) {
   status.Update(CheckLength("client", message.client(), kMaxReasonBytes));
   if (!status.ok()) return status;
   auto reply = FromProto(message.answer());
+namespace proto {
+namespace {
+
   if (!reply.ok()) return reply.status();
   SeenAnswer seen{.number = message.number(),
                   .answered_ns = message.answered_ns(),
@@ -123,16 +126,19 @@ absl::StatusOr<PlaceDetails> FromProto(const v1::GetPlaceResponse& message) {
   if (!place.ok()) return place.status();
   auto descriptor = FromProto(message.descriptors());
   if (!descriptor.ok()) return descriptor.status();
-  return PlaceDetails{message.content_id(), *place, std::move(descriptor->descriptor)};
+  PlaceDetails details{message.content_id(), *place, std::move(descriptor->descriptor)};
+  if (message.place().has_geo()) {
+    const auto geo = GeoPoseFromProto("place.geo", message.place().geo());
+    if (!geo.ok()) return geo.status();
+    details.geo = *geo;
+  }
+  return details;
 }
 
 v1::GetPlaceResponse ToProto(const PlaceDetails& details) {
   v1::GetPlaceResponse message;
   message.set_content_id(details.content_id);
-  v1::Place& place = *message.mutable_place();
-  *place.mutable_t_map_place() = PoseToProto(details.place.T_map_place);
-  place.set_session(details.place.session);
-  place.set_stamp_ns(details.place.stamp_ns);
+  *message.mutable_place() = PlaceToProto(details.place, details.geo ? &*details.geo : nullptr);
   *message.mutable_descriptors() = ToProto(SignedDescriptor{"", details.descriptor});
   return message;
 }

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "absl/strings/str_cat.h"
+#include "scanloc/core/limits.hpp"
 
 namespace scanloc::proto {
 
@@ -66,6 +67,46 @@ v1::Box BoxToProto(const Box& box) {
   message.set_max_x_m(box.max_m.x());
   message.set_max_y_m(box.max_m.y());
   message.set_max_z_m(box.max_m.z());
+  return message;
+}
+
+absl::StatusOr<GeoPose> GeoPoseFromProto(absl::string_view field, const v1::GeoPose& message) {
+  const auto named = [field](const char* part) { return absl::StrCat(field, ".", part); };
+  absl::Status status = CheckRange(named("latitude_deg"), message.latitude_deg(), -90.0, 90.0);
+  status.Update(CheckRange(named("longitude_deg"), message.longitude_deg(), -180.0, 180.0));
+  status.Update(CheckFinite(named("altitude_m"), message.altitude_m()));
+  status.Update(CheckRange(named("heading_deg"), message.heading_deg(), 0.0, 360.0));
+  if (!status.ok()) return status;
+  return GeoPose{message.latitude_deg(), message.longitude_deg(), message.altitude_m(),
+                 message.heading_deg()};
+}
+
+v1::GeoPose GeoPoseToProto(const GeoPose& pose) {
+  v1::GeoPose message;
+  message.set_latitude_deg(pose.latitude_deg);
+  message.set_longitude_deg(pose.longitude_deg);
+  message.set_altitude_m(pose.altitude_m);
+  message.set_heading_deg(pose.heading_deg);
+  return message;
+}
+
+absl::StatusOr<Place> PlaceFromProto(const v1::Place& message) {
+  const auto T_map_place = PoseFromProto("place.T_map_place", message.t_map_place());
+  if (!T_map_place.ok()) return T_map_place.status();
+  if (auto status = CheckRange("place.session", message.session(), 0,
+                               static_cast<double>(limits::kMaxSessions));
+      !status.ok()) {
+    return status;
+  }
+  return Place{*T_map_place, message.stamp_ns(), message.session()};
+}
+
+v1::Place PlaceToProto(const Place& place, const GeoPose* geo) {
+  v1::Place message;
+  *message.mutable_t_map_place() = PoseToProto(place.T_map_place);
+  message.set_session(place.session);
+  message.set_stamp_ns(place.stamp_ns);
+  if (geo != nullptr) *message.mutable_geo() = GeoPoseToProto(*geo);
   return message;
 }
 

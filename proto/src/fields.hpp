@@ -6,6 +6,8 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
+#include "scanloc/core/map/geo_origin.hpp"
+#include "scanloc/core/map/map.hpp"
 #include "scanloc/core/scan/pose.hpp"
 #include "scanloc/core/scan/sensor_mount.hpp"
 #include "scanloc/core/scan/structure.hpp"
@@ -33,6 +35,14 @@ namespace scanloc::proto {
 /// InvalidArgument if a number is NaN or infinite.
 [[nodiscard]] absl::StatusOr<Box> BoxFromProto(absl::string_view field, const v1::Box& message);
 [[nodiscard]] v1::Box BoxToProto(const Box& box);
+
+/// InvalidArgument if a number is none or out of range.
+[[nodiscard]] absl::StatusOr<GeoPose> GeoPoseFromProto(absl::string_view field,
+                                                       const v1::GeoPose& message);
+[[nodiscard]] v1::GeoPose GeoPoseToProto(const GeoPose& pose);
+
+[[nodiscard]] absl::StatusOr<Place> PlaceFromProto(const v1::Place& message);
+[[nodiscard]] v1::Place PlaceToProto(const Place& place, const GeoPose* geo);
 
 [[nodiscard]] absl::StatusOr<Structure> StructureFromProto(const v1::Structure& message);
 [[nodiscard]] v1::Structure StructureToProto(const Structure& structure);

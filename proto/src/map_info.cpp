@@ -33,7 +33,8 @@ MapInfo InfoOf(const std::string& name, const Map& map) {
           .sessions = map.sessions,
           .num_places = static_cast<std::int64_t>(map.places.size()),
           .extent = ExtentOf(map.places),
-          .generation = 0};
+          .generation = 0,
+          .geo_origin = map.geo_origin};
 }
 
 absl::StatusOr<PlacesPage> PageOfPlaces(const Map& map, int page_size,

@@ -1,8 +1,11 @@
+#include <nanobind/stl/map.h>
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
 
+#include <map>
 #include <optional>
+#include <string>
 
 #include "absl/strings/str_cat.h"
 #include "arrays.hpp"
@@ -54,6 +57,17 @@ void BindAnswers(nb::module_& m) {
           nb::rv_policy::move,
           "6x6 float64, of T_map_query if it is right: x y z in the map [m^2], then the rotations "
           "about the map's axes, roll pitch yaw [rad^2]; None but with the method auto.")
+      .def_prop_ro(
+          "geo",
+          [](const Candidate& c) -> std::optional<std::map<std::string, double>> {
+            if (!c.geo) return std::nullopt;
+            return std::map<std::string, double>{{"latitude", c.geo->latitude_deg},
+                                                 {"longitude", c.geo->longitude_deg},
+                                                 {"altitude_m", c.geo->altitude_m},
+                                                 {"heading_deg", c.geo->heading_deg}};
+          },
+          "T_map_query on earth (WGS 84, above the ellipsoid; heading clockwise from true north); "
+          "None where the map does not know where it stands.")
       .def("__repr__", [](const Candidate& c) {
         return absl::StrCat("<Candidate place ", c.place, ", distance ", c.distance, ">");
       });

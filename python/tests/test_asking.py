@@ -24,6 +24,7 @@ def test_tells_how_far_off_the_pose_may_be(asked):
     assert 0.0 < np.sqrt(covariance[0, 0]) < 0.5
     paper = asked.localize(scene(5, T_PLACE_QUERY), method="a-pc")
     assert paper.candidates[0].covariance is None
+    assert paper.candidates[0].geo is None  # the map was not told where it stands
 
 
 def test_gives_stamp_and_frame_back(asked):

@@ -34,6 +34,18 @@ void AppendPoseMore(const Candidate* candidate, std::vector<std::string>* fields
   }
 }
 
+void AppendGeo(const Candidate* candidate, std::vector<std::string>* fields) {
+  if (candidate == nullptr || !candidate->geo) {
+    fields->insert(fields->end(), 4, "");
+    return;
+  }
+  const GeoPose& geo = *candidate->geo;
+  for (const double value :
+       {geo.latitude_deg, geo.longitude_deg, geo.altitude_m, geo.heading_deg}) {
+    fields->push_back(FixedText(value, kDecimals));
+  }
+}
+
 void AppendTruth(const QueryResult& result, const Candidate* candidate,
                  std::vector<std::string>* fields) {
   if (candidate != nullptr && result.T_map_true.has_value()) {
@@ -74,6 +86,9 @@ std::string ResultsAsCsv(const std::vector<QueryResult>& results, const ResultFo
   fields.emplace_back("heading_deg");
   fields.insert(fields.end(), kDeviationNames.begin(), kDeviationNames.end());
   if (format.several_maps) fields.emplace_back("map");
+  if (format.geo) {
+    fields.insert(fields.end(), {"latitude", "longitude", "altitude", "true_heading_deg"});
+  }
   std::string csv = CsvRow(fields);
   for (const QueryResult& result : results) {
     const std::vector<Candidate>& candidates = result.answer.candidates;
@@ -98,6 +113,7 @@ std::string ResultsAsCsv(const std::vector<QueryResult>& results, const ResultFo
       }
       AppendPoseMore(candidate, &fields);
       if (format.several_maps) fields.push_back(candidate != nullptr ? candidate->map : "");
+      if (format.geo) AppendGeo(candidate, &fields);
       csv += CsvRow(fields);
     }
   }

@@ -39,6 +39,7 @@ Json CandidateToJson(const Candidate& candidate, const std::optional<Pose>& T_ma
   json["T_map_place"] = PoseToJson(candidate.T_map_place);
   json["T_map_query"] = PoseToJson(candidate.T_map_query);
   json["heading_deg"] = HeadingDeg(candidate);
+  if (candidate.geo) json["geo"] = GeoToJson(*candidate.geo);
   json["covariance"] = nullptr;
   if (candidate.covariance) {
     for (int i = 0; i < 6; ++i) {
@@ -90,6 +91,21 @@ Json PoseToJson(const Pose& pose) {
   const Eigen::Vector3d& t = pose.translation();
   return {{"x", t.x()},  {"y", t.y()},  {"z", t.z()}, {"qx", q.x()},
           {"qy", q.y()}, {"qz", q.z()}, {"qw", q.w()}};
+}
+
+Json GeoToJson(const GeoPose& geo) {
+  return {{"latitude", geo.latitude_deg},
+          {"longitude", geo.longitude_deg},
+          {"altitude_m", geo.altitude_m},
+          {"heading_deg", geo.heading_deg}};
+}
+
+Json GeoToJson(const GeoOrigin& origin) {
+  return {{"latitude", origin.latitude_deg},
+          {"longitude", origin.longitude_deg},
+          {"altitude_m", origin.altitude_m},
+          {"heading_deg", origin.heading_deg},
+          {"anchor_m", {origin.anchor_m.x(), origin.anchor_m.y(), origin.anchor_m.z()}}};
 }
 
 Json AnswerToJson(const Answer& answer, const std::optional<Pose>& T_map_true) {

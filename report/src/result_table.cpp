@@ -39,7 +39,7 @@ Row RowOf(const QueryResult& result, const Candidate* candidate, const ResultFor
   if (format.sequence) row.push_back(std::to_string(result.num_scans));
   if (format.several_maps) row.push_back(candidate == nullptr ? "-" : Printable(candidate->map));
   if (candidate == nullptr) {
-    row.insert(row.end(), truth ? 15 : 10, "-");
+    row.insert(row.end(), (truth ? 15U : 10U) + (format.geo ? 3U : 0U), "-");
     return row;
   }
   const Eigen::Vector3d& position = candidate->T_map_query.translation();
@@ -53,6 +53,12 @@ Row RowOf(const QueryResult& result, const Candidate* candidate, const ResultFor
   row.push_back(FixedText(position.y(), 2));
   row.push_back(FixedText(position.z(), 2));
   row.push_back(FixedText(HeadingDeg(*candidate), 1));
+  if (format.geo) {
+    const auto& geo = candidate->geo;
+    row.push_back(geo ? FixedText(geo->latitude_deg, 7) : "-");
+    row.push_back(geo ? FixedText(geo->longitude_deg, 7) : "-");
+    row.push_back(geo ? FixedText(geo->heading_deg, 1) : "-");
+  }
   if (!truth) return row;
   if (!result.T_map_true.has_value()) {
     row.insert(row.end(), 5, "-");
@@ -133,6 +139,9 @@ std::string ResultsAsTable(const std::vector<QueryResult>& results, const Result
                             "yaw_deg", "lateral_m", "x", "y", "z", "heading_deg"}};
   if (format.several_maps) rows.front().insert(rows.front().begin() + 2, "map");
   if (format.sequence) rows.front().insert(rows.front().begin() + 2, "num_scans");
+  if (format.geo) {
+    rows.front().insert(rows.front().end(), {"latitude", "longitude", "true_heading_deg"});
+  }
   if (format.truth) {
     rows.front().insert(rows.front().end(), {"true_place_error_m", "error_m", "height_error_m",
                                              "yaw_error_deg", "missed"});

@@ -5,14 +5,58 @@
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <vector>
 
 #include "e2e/programs.hpp"
+#include "support/scan_files.hpp"
 
 namespace scanloc::test {
 namespace {
 
 using nlohmann::json;
 namespace fs = std::filesystem;
+
+/// One fix of a receiver.
+struct Fix {
+  std::int64_t stamp_ns = 0;
+  double latitude = 0.0;
+  double longitude = 0.0;
+  double altitude = 0.0;
+};
+
+/// An MCAP file of sensor_msgs/NavSatFix in CDR, as a ROS 2 robot records it, without an index.
+std::string FixesAsMcap(const std::vector<Fix>& fixes) {
+  const auto text = [](const std::string& value) {
+    std::string bytes;
+    AppendBytes(bytes, static_cast<std::uint32_t>(value.size()));
+    return bytes + value;
+  };
+  std::string file = "\x89MCAP0\r\n";
+  const auto add_record = [&file](char kind, const std::string& content) {
+    file += kind;
+    AppendBytes(file, static_cast<std::uint64_t>(content.size()));
+    file += content;
+  };
+  const std::string one("\1\0", 2);
+  add_record(1, text("ros2") + text("test"));
+  add_record(3, one + text("sensor_msgs/msg/NavSatFix") + text("ros2msg") + text("# none"));
+  add_record(4, one + one + text("/fix") + text("cdr") + text(""));
+  for (const Fix& fix : fixes) {
+    std::string message("\0\1\0\0", 4);
+    AppendBytes(message, static_cast<std::int32_t>(fix.stamp_ns / 1'000'000'000));
+    AppendBytes(message, static_cast<std::uint32_t>(fix.stamp_ns % 1'000'000'000));
+    message += text(std::string("gps\0", 4)) + std::string("\0\0\1\0\0\0\0\0", 8);
+    for (const double value : {fix.latitude, fix.longitude, fix.altitude}) {
+      AppendBytes(message, value);
+    }
+    message += std::string(9 * 8 + 1, '\0');
+    std::string record = one + std::string(4, '\0');
+    AppendBytes(record, static_cast<std::uint64_t>(fix.stamp_ns));
+    AppendBytes(record, static_cast<std::uint64_t>(fix.stamp_ns));
+    add_record(5, record + message);
+  }
+  return file;
+}
 
 class LongLived : public testing::Test {
  protected:
@@ -173,8 +217,20 @@ TEST_F(LongLived, KnowsWhereOnEarthItIsAndTellsOtherPrograms) {
   EXPECT_NE(MustScanloc({"export", map_, "--format", "gpx"}).find("<trkpt lat=\"48.1"),
             std::string::npos);
 
+  // Answers tell it, too: where the places near by are.
+  const json asked =
+      json::parse(MustScanloc({"locate", map_, "--scans", drive, "--every", "20", "--json"}));
+  for (const json& query : asked.at("queries")) {
+    const json& best = query.at("candidates")[0];
+    const json& place =
+        points.at("features")[best.at("place").get<std::size_t>()].at("geometry").at("coordinates");
+    EXPECT_NEAR(best.at("geo").at("latitude").get<double>(), place[1].get<double>(), 1e-4);
+    EXPECT_NEAR(best.at("geo").at("longitude").get<double>(), place[0].get<double>(), 1e-4);
+  }
+
   // The fixes of a receiver along the drive say the same, in a map that does not know it yet.
   std::string fixes = "stamp,latitude,longitude,altitude\n";
+  std::vector<Fix> recorded;
   for (const json& point : points.at("features")) {
     const json& at = point.at("geometry").at("coordinates");
     const auto stamp_ns = point.at("properties").at("stamp_ns").get<std::int64_t>();
@@ -182,6 +238,7 @@ TEST_F(LongLived, KnowsWhereOnEarthItIsAndTellsOtherPrograms) {
     std::snprintf(row, sizeof row, "%.9f,%.10f,%.10f,%.4f\n", static_cast<double>(stamp_ns) * 1e-9,
                   at[1].get<double>(), at[0].get<double>(), at[2].get<double>());
     fixes += row;
+    recorded.push_back({stamp_ns, at[1].get<double>(), at[0].get<double>(), at[2].get<double>()});
   }
   EXPECT_EQ(
       Scanloc({"build", dir_.File("unbuilt"), "--scans", drive, "--poses", drive + "/poses.txt",
@@ -193,14 +250,21 @@ TEST_F(LongLived, KnowsWhereOnEarthItIsAndTellsOtherPrograms) {
   MustScanloc({"edit", map_, moved, "--transform", "10,20,0,0,0,90", "--quiet"});
   EXPECT_TRUE(json::parse(MustScanloc({"info", moved, "--json"})).at("geo_origin").is_null());
   EXPECT_EQ(Scanloc({"export", moved, "--format", "kml"}).status, 1);
-  const std::string found = dir_.File("found");
-  MustScanloc({"edit", moved, found, "--geo-fixes", dir_.Write("fixes.csv", fixes), "--quiet"});
-  const json again = json::parse(MustScanloc({"export", found, "--format", "geojson"}));
-  for (std::size_t i = 0; i < again.at("features").size(); ++i) {
-    for (const int axis : {0, 1}) {
-      EXPECT_NEAR(again.at("features")[i].at("geometry").at("coordinates")[axis].get<double>(),
-                  points.at("features")[i].at("geometry").at("coordinates")[axis].get<double>(),
-                  1e-6);
+  EXPECT_EQ(MustScanloc({"locate", moved, "--scans", drive, "--every", "20", "--csv", "-"})
+                .find("latitude"),
+            std::string::npos);
+  for (const std::string& file :
+       {dir_.Write("fixes.csv", fixes), dir_.Write("fixes.mcap", FixesAsMcap(recorded))}) {
+    const std::string found = file + ".found";
+    MustScanloc({"edit", moved, found, "--geo-fixes", file, "--quiet"});
+    const json again = json::parse(MustScanloc({"export", found, "--format", "geojson"}));
+    for (std::size_t i = 0; i < again.at("features").size(); ++i) {
+      for (const int axis : {0, 1}) {
+        EXPECT_NEAR(again.at("features")[i].at("geometry").at("coordinates")[axis].get<double>(),
+                    points.at("features")[i].at("geometry").at("coordinates")[axis].get<double>(),
+                    1e-6)
+            << file;
+      }
     }
   }
   EXPECT_EQ(

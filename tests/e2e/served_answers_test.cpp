@@ -50,11 +50,15 @@ Args LocateArgs(const Args& where, const Args& more) {
 }
 
 TEST(ServedAnswers, AreThoseOfTheMapFileByteForByte) {
-  RunningServer server({"one=" + Town().map1});
+  const TempDir dir;
+  const std::string map = dir.File("on-earth");
+  MustScanloc({"edit", Town().map1, map, "--geo-origin", "48.1,11.5,519,30", "--quiet"});
+  RunningServer server({"one=" + map});
   for (const char* method : {"auto", "pc", "cc", "a-pc", "a-cc"}) {
     for (const char* form : {"--csv=-", "--json"}) {
       const Args what = {"--method", method, form, "--top", "3", "--truth", Town().Poses2()};
-      const std::string local = MustScanloc(LocateArgs({Town().map1}, what));
+      const std::string local = MustScanloc(LocateArgs({map}, what));
+      EXPECT_NE(local.find("latitude"), std::string::npos);
       for (const char* send : {"scan", "descriptor"}) {
         const std::string served = MustScanloc(
             LocateArgs({"--server", server.address(), "--map", "one", "--send", send}, what));

@@ -49,6 +49,36 @@ TEST(GeoFrame, TurnsByTheHeadingOfX) {
   EXPECT_LT(left.longitude_deg, kMunich.longitude_deg - 1e-3) << "y is to the left of x";
 }
 
+TEST(GeoFrame, TellsHeadingsAgainstNorthThere) {
+  Pose pose = Pose::Identity();
+  const GeoFrame frame = *GeoFrame::Create(kMunich);
+  EXPECT_NEAR(frame.ToGeo(pose).heading_deg, 90.0, 1e-9);
+  pose.linear() = Eigen::AngleAxisd(0.5, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  EXPECT_NEAR(frame.ToGeo(pose).heading_deg, 90.0 - 0.5 * 180.0 / std::numbers::pi, 1e-9);
+  // North is elsewhere farther east: the meridians meet at the pole.
+  pose.linear().setIdentity();
+  pose.translation() = Eigen::Vector3d(100'000.0, 0.0, 0.0);
+  const GeoPose east = frame.ToGeo(pose);
+  const GeoPosition there = frame.ToGeo(pose.translation());
+  EXPECT_EQ(east.latitude_deg, there.latitude_deg);
+  EXPECT_EQ(east.longitude_deg, there.longitude_deg);
+  EXPECT_EQ(east.altitude_m, there.altitude_m);
+  const double meridians = (there.longitude_deg - kMunich.longitude_deg) *
+                           std::sin(kMunich.latitude_deg * std::numbers::pi / 180.0);
+  EXPECT_NEAR(east.heading_deg, 90.0 + meridians, 0.01);
+}
+
+TEST(GeoFrame, TellsOfEveryCandidateOrOfNone) {
+  Answer answer;
+  answer.candidates.resize(2);
+  answer.candidates[1].T_map_query.translation().x() = 10.0;
+  TellOnEarth(std::nullopt, answer);
+  EXPECT_FALSE(answer.candidates[0].geo.has_value());
+  TellOnEarth(*GeoFrame::Create(kMunich), answer);
+  EXPECT_NEAR(answer.candidates[0].geo->latitude_deg, kMunich.latitude_deg, 1e-12);
+  EXPECT_GT(answer.candidates[1].geo->longitude_deg, kMunich.longitude_deg + 1e-4);
+}
+
 TEST(GeoFrame, LosesNothingFarFromTheZeroOfTheMap) {
   GeoOrigin origin = kMunich;
   origin.anchor_m = {1.0e7, -1.0e7, 0.0};

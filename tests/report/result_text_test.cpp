@@ -59,6 +59,25 @@ TEST(ResultsAsCsv, TellsTheMapWhereSeveralWereAsked) {
   EXPECT_EQ(best.at("queries")[0].at("candidates")[0].at("map"), "south");
 }
 
+TEST(ResultsAsCsv, TellsWhereOnEarthOnlyWhereThatIsKnown) {
+  QueryResult result = MakeResult();
+  const ResultFormat format{.geo = true};
+  result.answer.candidates.front().geo = GeoPose{48.1374, -11.5, 519.5, 359.25};
+  const std::string csv = ResultsAsCsv({result, MakeEmptyResult()}, format);
+  EXPECT_NE(csv.find(",std_yaw_deg,latitude,longitude,altitude,true_heading_deg\na.bin,"),
+            std::string::npos)
+      << csv;
+  EXPECT_NE(csv.find(",48.137400000,-11.500000000,519.500000000,359.250000000\n"),
+            std::string::npos)
+      << csv;
+  EXPECT_EQ(csv.substr(csv.size() - 5), ",,,,\n");
+  EXPECT_NE(ResultsAsTable({result, MakeEmptyResult()}, format).find("48.1374000"),
+            std::string::npos);
+  const json told = json::parse(ResultsAsJson({result}, "auto", format)).at("queries")[0];
+  EXPECT_EQ(told.at("candidates")[0].at("geo").at("heading_deg"), 359.25);
+  EXPECT_FALSE(told.at("candidates")[1].contains("geo"));
+}
+
 TEST(ResultsAsCsv, TellsDeviationsInMetresAndDegrees) {
   QueryResult result = MakeResult();
   Eigen::Matrix<double, 6, 1> variances;

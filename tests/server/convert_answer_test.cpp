@@ -30,6 +30,7 @@ Candidate RandomCandidate(std::mt19937_64& random) {
     const PoseCovariance root = PoseCovariance::NullaryExpr([&] { return number(random); });
     candidate.covariance = MovedBy(Eigen::Vector3d::Ones(), root * root.transpose());
   }
+  if (random() % 2 == 0) candidate.geo = GeoPose{48.0 + number(random), 11.0, 500.0, 359.0};
   return candidate;
 }
 
@@ -104,6 +105,9 @@ TEST(ConvertReply, RefusesWhatIsOutOfRange) {
   refuses([](Reply&, One& c) { c.mutable_t_map_query()->set_qw(3.0); });
   refuses([&](Reply&, One& c) { c.mutable_t_map_query()->set_x_m(nan); });
   refuses([&](Reply&, One& c) { c.mutable_t_map_query()->set_qx(nan); });
+  refuses([](Reply&, One& c) { c.mutable_geo()->set_latitude_deg(90.1); });
+  refuses([](Reply&, One& c) { c.mutable_geo()->set_heading_deg(-1.0); });
+  refuses([&](Reply&, One& c) { c.mutable_geo()->set_altitude_m(nan); });
 }
 
 }  // namespace

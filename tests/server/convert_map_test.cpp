@@ -51,7 +51,8 @@ MapInfo MakeInfo() {
           .sessions = {"morning", "", "été"},
           .num_places = 12345,
           .extent = Box{.min_m = {-1.1, -2.2, -3.3}, .max_m = {4.4, 5.5, 6.6}},
-          .generation = 7};
+          .generation = 7,
+          .geo_origin = GeoOrigin{48.0, 11.0, 500.0, 12.0, {1.0, 2.0, 3.0}}};
 }
 
 TEST(ConvertParams, BringsEveryFieldBackAsItWas) {
@@ -121,6 +122,7 @@ TEST(ConvertMapInfo, RefusesWhatIsOutOfRange) {
   refuses([](v1::MapInfo& m) { m.set_content_id(std::string(300, 'n')); });
   refuses([](v1::MapInfo& m) { m.add_sessions(std::string(300, 'n')); });
   refuses([](v1::MapInfo& m) { m.set_num_places(-1); });
+  refuses([](v1::MapInfo& m) { m.mutable_geo_origin()->set_longitude_deg(1000.0); });
   refuses([](v1::MapInfo& m) { m.set_num_places(limits::kMaxPlaces + 1); });
   refuses([](v1::MapInfo& m) { m.mutable_extent()->set_max_z_m(1.0 / 0.0); });
   refuses([](v1::MapInfo& m) { m.clear_params(); });

@@ -39,6 +39,7 @@ inline void ExpectSameAnswer(const Answer& actual, const Answer& expected) {
     EXPECT_TRUE(SameBits(a.yaw_rad, e.yaw_rad)) << "candidate " << i;
     EXPECT_TRUE(SameBits(a.lateral_m, e.lateral_m)) << "candidate " << i;
     EXPECT_TRUE(SamePose(a.T_map_query, e.T_map_query)) << "candidate " << i;
+    EXPECT_EQ(a.geo, e.geo) << "candidate " << i;
     ASSERT_EQ(a.covariance.has_value(), e.covariance.has_value());
     if (a.covariance) {
       EXPECT_TRUE(a.covariance->isApprox(*e.covariance, 1e-9));

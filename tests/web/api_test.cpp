@@ -1,4 +1,6 @@
 // The interface as somebody with curl sees it.
+#include <cmath>
+
 #include "http_fixture.hpp"
 #include "support/temp_dir.hpp"
 

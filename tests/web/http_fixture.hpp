@@ -14,6 +14,7 @@
 #include "json.hpp"
 #include "support/small_map.hpp"
 #include "support/tcp_connection.hpp"
+#include "support/temp_dir.hpp"
 #include "support/test_server.hpp"
 
 namespace scanloc::web {
@@ -53,6 +54,7 @@ class HttpTest : public testing::Test {
 
   void StartServer(int recent_answers = 100, const std::string& token_file = "") {
     Map map = test::SmallMap(1, kNumPlaces);
+    map.geo_origin = GeoOrigin{48.0, 11.0, 500.0};
     map.confusable = {{.place = 2, .lookalike = 9, .confidence = 0.5}};
     maps_ = {{"town", std::move(map)}};
     server::ServerOptions options = test::OptionsFor(maps_);
@@ -84,6 +86,7 @@ class HttpTest : public testing::Test {
 
   test::Maps maps_;
   std::unique_ptr<server::Server> server_;
+  test::TempDir dir_;
   std::unique_ptr<Gateway> gateway_;
   std::unique_ptr<Api> api_;
   std::unique_ptr<HttpServer> web_;

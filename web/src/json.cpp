@@ -37,6 +37,7 @@ Json ToJson(const MapInfo& info) {
             {"polar_max_range_m", info.params.polar.max_range_m},
             {"cart_max_x_m", info.params.cart.max_x_m},
             {"cart_max_y_m", info.params.cart.max_y_m}};
+  if (info.geo_origin) json["geo_origin"] = report::GeoToJson(*info.geo_origin);
   if (info.extent) {
     json["extent"] = {{"min", Vector(info.extent->min_m)}, {"max", Vector(info.extent->max_m)}};
   }
@@ -47,25 +48,29 @@ Json ToJson(const PlacesPage& page) {
   Json json{{"content_id", page.content_id},
             {"places", Json::array()},
             {"next_page_token", page.next_page_token}};
-  std::int32_t index = page.first_place;
-  for (const Place& place : page.places) {
-    json["places"].push_back({{"place", index++},
-                              {"session", place.session},
-                              {"stamp_ns", place.stamp_ns},
-                              {"T_map_place", report::PoseToJson(place.T_map_place)}});
+  for (std::size_t i = 0; i < page.places.size(); ++i) {
+    const Place& place = page.places[i];
+    Json row{{"place", page.first_place + static_cast<std::int32_t>(i)},
+             {"session", place.session},
+             {"stamp_ns", place.stamp_ns},
+             {"T_map_place", report::PoseToJson(place.T_map_place)}};
+    if (!page.geo.empty()) row["geo"] = report::GeoToJson(page.geo[i]);
+    json["places"].push_back(std::move(row));
   }
   return json;
 }
 
 Json ToJson(std::int32_t index, const PlaceDetails& details) {
-  return {{"content_id", details.content_id},
-          {"place", index},
-          {"session", details.place.session},
-          {"stamp_ns", details.place.stamp_ns},
-          {"T_map_place", report::PoseToJson(details.place.T_map_place)},
-          {"polar", ContextToJson(details.descriptor.polar)},
-          {"cart", ContextToJson(details.descriptor.cart)},
-          {"posts_cm", PostsToJson(details.descriptor.structure)}};
+  Json json{{"content_id", details.content_id},
+            {"place", index},
+            {"session", details.place.session},
+            {"stamp_ns", details.place.stamp_ns},
+            {"T_map_place", report::PoseToJson(details.place.T_map_place)},
+            {"polar", ContextToJson(details.descriptor.polar)},
+            {"cart", ContextToJson(details.descriptor.cart)},
+            {"posts_cm", PostsToJson(details.descriptor.structure)}};
+  if (details.geo) json["geo"] = report::GeoToJson(*details.geo);
+  return json;
 }
 
 Json ToJson(const ConfusablePairs& pairs, const PlaceTiles& tiles) {

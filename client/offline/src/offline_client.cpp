@@ -10,6 +10,7 @@
 #include "scanloc/core/localizer.hpp"
 #include "scanloc/core/scan/descriptor.hpp"
 #include "scanloc/core/track/tracker.hpp"
+#include "scanloc/geo/geo_frame.hpp"
 #include "scanloc/mapdb/map_file.hpp"
 #include "scanloc/proto/as_received.hpp"
 
@@ -101,6 +102,7 @@ struct OfflineClient::State {
     auto answer = localizer->Localize(descriptor, options.query, terms.ControlSince(began_ns));
     if (!answer.ok()) return terms.Told(answer.status());
     TellOfBase(mount, *answer);
+    geo::TellOnEarth(geo, *answer);
     proto::MakeAsReceived(*answer);
     return LocalizeReply{.answer = *std::move(answer), .map = info.name, .header = options.header};
   }
@@ -108,6 +110,7 @@ struct OfflineClient::State {
   MapInfo info;
   std::string signature;
   std::shared_ptr<const Localizer> localizer;
+  std::optional<geo::GeoFrame> geo;
   std::mutex mutex;
   std::vector<Describer> idle;
 };
@@ -129,6 +132,7 @@ class OfflineClient::TrackedRobot final : public RobotStream::Tracking {
         tracker_.Update(described->descriptor, T_last, terms_.ControlSince(described->began_ns));
     if (!told.ok()) return terms_.Told(told.status());
     TellOfBase(mount_, told->answer);
+    geo::TellOnEarth(state_->geo, told->answer);
     proto::MakeAsReceived(told->answer);
     told->answer.times.describe_ns = described->describe_ns;
     return TrackedReply{.reply = {.answer = std::move(told->answer),
@@ -159,6 +163,11 @@ absl::StatusOr<std::shared_ptr<const OfflineClient>> OfflineClient::Create(
   state->info = InfoOf(name, *map);
   state->info.generation = 1;
   state->signature = DescriptorSignature(map->params);
+  if (map->geo_origin) {
+    auto frame = geo::GeoFrame::Create(*map->geo_origin);
+    if (!frame.ok()) return frame.status();
+    state->geo = *std::move(frame);
+  }
   auto describer = Describer::Create(map->params);
   if (!describer.ok()) return describer.status();
   state->idle.push_back(*std::move(describer));
@@ -188,7 +197,9 @@ absl::StatusOr<MapInfo> OfflineClient::GetMapInfo(const std::string& map) const 
 absl::StatusOr<PlacesPage> OfflineClient::ListPlaces(const std::string& map,
                                                      const std::string& page_token) const {
   if (auto status = state_->CheckName(map); !status.ok()) return status;
-  return PageOfPlaces(state_->localizer->map(), 0, page_token);
+  auto page = PageOfPlaces(state_->localizer->map(), 0, page_token);
+  if (page.ok() && state_->geo) page->geo = state_->geo->ToGeo(page->places);
+  return page;
 }
 
 absl::StatusOr<LocalizeReply> OfflineClient::LocalizeScan(PointView scan,

@@ -32,6 +32,7 @@ MapKeeper::MapKeeper(MapSources sources, MapLoader load_map, MapRegistry& maps,
       health_(health),
       metrics_(metrics),
       memory_(memory),
+      uses_(uses),
       scrubber_({.progress =
                      [this](const ServedMap& map, std::size_t num_done) {
                        metrics_.SetChecked(map.info.name, num_done);
@@ -123,7 +124,8 @@ bool MapKeeper::IsInService(const std::string& name, const Map& map) const {
   if (!served.ok()) return false;
   const Map& now = (*served)->localizer->map();
   return now.content_id == map.content_id && now.complete == map.complete &&
-         now.calibration == map.calibration && now.confusable == map.confusable;
+         now.calibration == map.calibration && now.confusable == map.confusable &&
+         now.geo_origin == map.geo_origin;
 }
 
 absl::Status MapKeeper::PutInService(const MapSource& source, Map map) {

@@ -53,6 +53,11 @@ absl::Status MapRegistry::Serve(const std::string& name, const std::string& path
   next->info = InfoOf(name, map);
   auto localizer = Localizer::Create(std::make_shared<const Map>(std::move(map)));
   if (!localizer.ok()) return localizer.status();
+  if (map.geo_origin) {
+    auto frame = geo::GeoFrame::Create(*map.geo_origin);
+    if (!frame.ok()) return frame.status();
+    next->geo = *std::move(frame);
+  }
   next->localizer = *std::move(localizer);
 
   std::shared_ptr<const ServedMap> before;  // freed outside the lock, if this was its last holder

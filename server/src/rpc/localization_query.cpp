@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <functional>
 #include <map>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -21,8 +22,9 @@ namespace {
 constexpr int kAutoCandidates = 100;
 
 /// Whether several maps can be asked one question whose answers can be compared.
-absl::Status CheckComparable(const std::vector<std::shared_ptr<const ServedMap>>& maps,
-                             const Query& query) {
+using ServedMaps = std::vector<std::shared_ptr<const ServedMap>>;
+
+absl::Status CheckComparable(const ServedMaps& maps, const Query& query) {
   if (maps.size() == 1) return absl::OkStatus();
   if (!query.prior.is_open()) {
     return absl::InvalidArgumentError(
@@ -43,11 +45,22 @@ absl::Status CheckComparable(const std::vector<std::shared_ptr<const ServedMap>>
 }
 
 using DescribedBySignature = std::map<std::string, QueryDescriber::Described>;
+/// Each candidate by the map that it is in, which it names where several were asked.
+void TellWhereOnEarth(const ServedMaps& maps, Answer& answer) {
+  for (Candidate& candidate : answer.candidates) {
+    const auto map = std::find_if(maps.begin(), maps.end(), [&](const auto& asked) {
+      return candidate.map.empty() || candidate.map == asked->info.name;
+    });
+    if (map != maps.end() && (*map)->geo) {
+      candidate.geo = (*map)->geo->ToGeo(candidate.T_map_query);
+    }
+  }
+}
+
 
 absl::StatusOr<std::vector<MapAnswer>> AskEach(
-    const std::vector<std::shared_ptr<const ServedMap>>& maps,
-    const DescribedBySignature& described, const Query& asked, int max_candidates,
-    SearchControl control,
+    const ServedMaps& maps, const DescribedBySignature& described, const Query& asked,
+    int max_candidates, SearchControl control,
     const std::function<absl::Status(const absl::Status&, const ServedMap&)>& error_of) {
   const std::int64_t end_ns = control.deadline_ns;
   std::vector<MapAnswer> answers;
@@ -165,6 +178,7 @@ absl::StatusOr<LocalizeReply> LocalizationService::Answer(
   told.answer.times.describe_ns = describe_ns;
   TellOfBase(of_scan.mount, told.answer);
   LocalizeReply reply{.answer = std::move(told.answer),
+  TellWhereOnEarth(*maps, told.answer);
                       .map = std::move(told.map),
                       .queue_ns = arrival.started_ns - arrival.arrived_ns,
                       .decode_ns = decode_ns,

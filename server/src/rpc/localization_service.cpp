@@ -165,9 +165,10 @@ RawService::Reactor* LocalizationService::ListPlaces(grpc::CallbackServerContext
         if (auto status = proto::CheckAskedMap(message.map()); !status.ok()) return status;
         const auto map = maps_.Find(message.map());
         if (!map.ok()) return map.status();
-        const auto page =
+        auto page =
             PageOfPlaces((*map)->localizer->map(), message.page_size(), message.page_token());
         if (!page.ok()) return page.status();
+        if ((*map)->geo) page->geo = (*map)->geo->ToGeo(page->places);
         return proto::ToProto(*page);
       });
 }

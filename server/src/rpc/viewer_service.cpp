@@ -25,9 +25,10 @@ ViewerService::ViewerService(const MapRegistry& maps, const RecentAnswers& answe
       [this](const v1::GetPlaceRequest& message) -> absl::StatusOr<v1::GetPlaceResponse> {
         const auto map = FindMap(maps_, message.map());
         if (!map.ok()) return map.status();
-        const auto details = DetailsOf((*map)->localizer->map(), message.place());
+        auto details = DetailsOf((*map)->localizer->map(), message.place());
         if (!details.ok()) return details.status();
         return proto::ToProto(*details);
+        if ((*map)->geo) details->geo = (*map)->geo->ToGeo(details->place.T_map_place);
       });
   Offer<v1::ListConfusablePairsRequest>(
       "/scanloc.v1.Viewer/ListConfusablePairs", "ListConfusablePairs", Role::kQuery,

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "scanloc/core/map/geo_origin.hpp"
 #include "scanloc/core/scan/pose.hpp"
 #include "scanloc/core/scan/pose_covariance.hpp"
 #include "scanloc/core/scan/sensor_mount.hpp"
@@ -46,6 +47,8 @@ struct Candidate {
   Pose T_map_query = Pose::Identity();
   /// Of T_map_query, if it is right; only `auto` tells one.
   std::optional<PoseCovariance> covariance;
+  /// T_map_query on earth, told by who knows where the map stands there (geo::TellOnEarth).
+  std::optional<GeoPose> geo;
 };
 
 /// The query taken to stand where a place was mapped; its distance is left open.

@@ -2,10 +2,15 @@
 
 #include <Eigen/Core>
 #include <memory>
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "absl/status/statusor.h"
+#include "scanloc/core/answer.hpp"
 #include "scanloc/core/map/geo_origin.hpp"
+#include "scanloc/core/map/map.hpp"
+#include "scanloc/core/scan/pose.hpp"
 
 /// Map frames on earth; by GeographicLib (Karney), to some nanometres.
 namespace scanloc::geo {
@@ -24,6 +29,9 @@ class GeoFrame {
   [[nodiscard]] static absl::StatusOr<GeoFrame> Create(const GeoOrigin& origin);
 
   [[nodiscard]] GeoPosition ToGeo(const Eigen::Vector3d& at_map_m) const;
+  /// With the heading against true north there, which turns from place to place.
+  [[nodiscard]] GeoPose ToGeo(const Pose& T_map_x) const;
+  [[nodiscard]] std::vector<GeoPose> ToGeo(const std::vector<Place>& places) const;
   [[nodiscard]] Eigen::Vector3d ToMap(const GeoPosition& position) const;
 
  private:
@@ -31,6 +39,9 @@ class GeoFrame {
   explicit GeoFrame(std::shared_ptr<const Impl> impl) : impl_(std::move(impl)) {}
   std::shared_ptr<const Impl> impl_;
 };
+
+/// Tells of each candidate where its T_map_query is on earth; without a frame nothing.
+void TellOnEarth(const std::optional<GeoFrame>& frame, Answer& answer);
 
 /// `32n 691603.123 5334763.456`: zone and hemisphere, easting and northing [m]; near the poles UPS.
 [[nodiscard]] std::string UtmText(const GeoPosition& position);

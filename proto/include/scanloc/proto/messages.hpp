@@ -28,6 +28,7 @@ struct MapInfo {
   std::int64_t num_places = 0;
   std::optional<Box> extent;     ///< in the map frame, holds every place; none without any
   std::uint64_t generation = 0;  ///< how often a map was put in service under this name, from 1
+  std::optional<GeoOrigin> geo_origin = {};  ///< where its frame stands on earth, if that was told
 
   friend bool operator==(const MapInfo&, const MapInfo&) = default;
 };
@@ -58,6 +59,7 @@ struct PlacesPage {
   std::int32_t first_place = 0;  ///< index in the map of the first of them
   std::vector<Place> places;
   std::string next_page_token;  ///< empty: these were the last
+  std::vector<GeoPose> geo;     ///< of each, where the map has a geo_origin; else empty
 };
 
 inline constexpr int kMaxPlacesPerPage = 1000;

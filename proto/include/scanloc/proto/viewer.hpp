@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -17,6 +18,7 @@ struct PlaceDetails {
   Place place;
   ScanDescriptor descriptor;  ///< its own; num_voxels is not known
 };
+  std::optional<GeoPose> geo = {};
 
 /// Places of a map that look alike, worst first.
 struct ConfusablePairs {

@@ -12,6 +12,7 @@ namespace scanloc::report {
 /// What the texts below say beside the documented columns.
 struct ResultFormat {
   bool several_maps = false;    ///< candidates tell the map that they are in
+  bool geo = false;             ///< where candidates are on earth: a map that is asked knows it
   bool all_candidates = false;  ///< CSV: a row a candidate, with its rank from 1, not only the best
   bool truth = false;           ///< errors and true positions
   bool sequence = false;        ///< how many scans the answers rest on

@@ -6,6 +6,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -14,6 +15,7 @@
 #include "absl/status/statusor.h"
 #include "scanloc/core/localizer.hpp"
 #include "scanloc/core/map/map.hpp"
+#include "scanloc/geo/geo_frame.hpp"
 #include "scanloc/proto/messages.hpp"
 
 namespace scanloc::server {

@@ -20,6 +20,16 @@ struct GeoOrigin {
   friend bool operator==(const GeoOrigin&, const GeoOrigin&) = default;
 };
 
+/// A pose in such a map frame, on earth (WGS 84).
+struct GeoPose {
+  double latitude_deg = 0.0;
+  double longitude_deg = 0.0;
+  double altitude_m = 0.0;   ///< above the ellipsoid
+  double heading_deg = 0.0;  ///< of its x axis, clockwise from true north, in [0, 360)
+
+  friend bool operator==(const GeoPose&, const GeoPose&) = default;
+};
+
 /// InvalidArgument: a number that is not finite or out of range, named.
 [[nodiscard]] absl::Status Validate(const GeoOrigin& origin);
 

@@ -2,11 +2,13 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "scanloc/core/map/context_table.hpp"
+#include "scanloc/core/map/geo_origin.hpp"
 #include "scanloc/core/map/payload.hpp"
 #include "scanloc/core/params.hpp"
 #include "scanloc/core/scan/bearing_grid.hpp"
@@ -72,6 +74,7 @@ struct Map {
   /// Hash over calibration and confusable, empty for the defaults: maps of one content id and one
   /// calibration id give the same answers.
   std::string calibration_id;
+  std::optional<GeoOrigin> geo_origin;  ///< where on earth its frame stands, if that was told
   bool complete = true;  ///< false: its build was stopped; places are missing at its end
 
   /// Appends the contexts, augmented ones included, and the structure of the next place. Requires
