@@ -14,7 +14,10 @@
 #include "cli/server_info.hpp"
 #include "scanloc/core/printable.hpp"
 #include "scanloc/mapdb/map_file.hpp"
+#include "scanloc/mapdb/use_file.hpp"
+#include "scanloc/report/answer_json.hpp"
 #include "scanloc/report/json.hpp"
+#include "scanloc/report/map_use_text.hpp"
 
 namespace scanloc::cli {
 namespace {
@@ -126,6 +129,31 @@ std::string InfoAsText(const std::string& path, const mapdb::MapInfo& info) {
   return text;
 }
 
+absl::StatusOr<std::string> TellHealthOf(const std::string& map, bool as_json) {
+  const absl::StatusOr<mapdb::MapInfo> info = mapdb::ReadInfo(map);
+  if (!info.ok()) return info.status();
+  const std::string file = mapdb::UseFileOf(map);
+  absl::StatusOr<MapUse> use = mapdb::ReadUse(file);
+  if (absl::IsNotFound(use.status())) {
+    return absl::NotFoundError(absl::StrCat(
+        "no server has counted yet how '", map, "' fares: there is no '", file,
+        "'; serve it with scanlocd from a folder that it may write to, or ask the server with "
+        "--server and --map"));
+  }
+  if (!use.ok()) return use.status();
+  if (use->content_id != info->content_id) {
+    return absl::FailedPreconditionError(absl::StrCat(
+        "'", file, "' is of a map with content id ", use->content_id, ", and this one has ",
+        info->content_id, ": a server that serves it sets that aside and counts anew"));
+  }
+  if (as_json) return report::ToText(report::MapUseToJson(*use));
+  const absl::StatusOr<std::vector<mapdb::PlaceRecord>> records = mapdb::ReadPlaces(map);
+  if (!records.ok()) return records.status();
+  std::vector<Place> places;
+  for (const mapdb::PlaceRecord& record : *records) places.push_back(record.place);
+  return report::MapUseAsText(*use, places);
+}
+
 class InfoCommand : public Command {
  public:
   [[nodiscard]] std::string name() const override { return "info"; }
@@ -139,18 +167,30 @@ class InfoCommand : public Command {
     app.add_option("--map", name_, "Name of one map of the server [the list of all]")
         ->needs(server)
         ->group("Through a server");
+    app.add_flag("--health", health_,
+                 "How the places fared in use, as a server counted it: from MAP.health beside the "
+                 "map, or with --server and --map from the server");
     app.add_flag("--json", json_, "One JSON document");
     app.callback([this] {
       if (map_.empty() && server_.address.empty()) throw CLI::RequiredError("MAP or --server");
+      if (health_ && map_.empty() && name_.empty()) {
+        throw CLI::ValidationError("--health", "with --server it needs --map, too");
+      }
     });
     app.footer(
         "Examples:\n"
         "  scanloc info town.scanloc\n"
         "  scanloc info town.scanloc --json | jq .num_places\n"
+        "  scanloc info town.scanloc --health\n"
         "  scanloc info --server 127.0.0.1:50061\n"
         "  scanloc info --server 127.0.0.1:50061 --map town");
   }
   [[nodiscard]] absl::Status Run() override {
+    if (health_) {
+      const auto text = server_.address.empty() ? TellHealthOf(map_, json_)
+                                                : TellHealthOnServer(server_, name_, json_);
+      return text.ok() ? WriteText("-", *text) : text.status();
+    }
     if (!server_.address.empty()) {
       const auto text = TellOfServer(server_, name_, json_);
       return text.ok() ? WriteText("-", *text) : text.status();
@@ -164,6 +204,7 @@ class InfoCommand : public Command {
   std::string map_;
   Connection server_;
   std::string name_;
+  bool health_ = false;
   bool json_ = false;
 };
 

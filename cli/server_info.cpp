@@ -8,6 +8,8 @@
 #include "cli/map_text.hpp"
 #include "scanloc/core/printable.hpp"
 #include "scanloc/proto/map_state.hpp"
+#include "scanloc/report/answer_json.hpp"
+#include "scanloc/report/map_use_text.hpp"
 
 namespace scanloc::cli {
 namespace {
@@ -54,9 +56,9 @@ report::Json InfoToJson(const MapInfo& info) {
   for (const std::string& session : info.sessions) json["sessions"].push_back({{"name", session}});
   json["params"] = ParamsToJson(info.params);
   json["extent"] = ExtentToJson(BoxOf(info));
+  if (info.geo_origin) json["geo_origin"] = report::GeoToJson(*info.geo_origin);
   return json;
 }
-  if (info.geo_origin) json["geo_origin"] = report::GeoToJson(*info.geo_origin);
 
 std::string InfoAsText(const MapInfo& info) {
   std::string text = absl::StrFormat(
@@ -90,6 +92,24 @@ absl::StatusOr<std::string> TellOfServer(const Connection& server, const std::st
   const auto info = client->GetMapInfo(name);
   if (!info.ok()) return info.status();
   return as_json ? report::ToText(InfoToJson(*info)) : InfoAsText(*info);
+}
+
+absl::StatusOr<std::string> TellHealthOnServer(const Connection& server, const std::string& name,
+                                               bool as_json) {
+  const auto client = Connect(server);
+  if (!client.ok()) return client.status();
+  const auto use = client->GetMapUse(name);
+  if (!use.ok()) return use.status();
+  if (as_json) return report::ToText(report::MapUseToJson(*use));
+  std::vector<Place> places;
+  std::string token;
+  do {
+    const auto page = client->ListPlaces(name, token);
+    if (!page.ok()) return page.status();
+    places.insert(places.end(), page->places.begin(), page->places.end());
+    token = page->next_page_token;
+  } while (!token.empty());
+  return report::MapUseAsText(*use, places);
 }
 
 }  // namespace scanloc::cli

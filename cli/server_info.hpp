@@ -11,4 +11,8 @@ namespace scanloc::cli {
 [[nodiscard]] absl::StatusOr<std::string> TellOfServer(const Connection& server,
                                                        const std::string& name, bool as_json);
 
+/// How a map of the server fared in use.
+[[nodiscard]] absl::StatusOr<std::string> TellHealthOnServer(const Connection& server,
+                                                             const std::string& name, bool as_json);
+
 }  // namespace scanloc::cli

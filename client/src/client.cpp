@@ -67,6 +67,25 @@ absl::StatusOr<ConfusablePairs> Client::ListConfusablePairs(const std::string& m
   return state_->View(&v1::Viewer::Stub::ListConfusablePairs, request);
 }
 
+absl::StatusOr<MapUse> Client::GetMapUse(const std::string& map) const {
+  MapUse whole;
+  v1::ListPlaceUseRequest request;
+  request.set_map(map);
+  while (true) {
+    auto page = state_->View(&v1::Viewer::Stub::ListPlaceUse, request);
+    if (!page.ok()) return page.status();
+    const std::int32_t first = request.first_place();
+    if (first > 0 && page->use.content_id != whole.content_id) {
+      return absl::AbortedError("the map was replaced meanwhile; ask again");
+    }
+    page->use.places.merge(whole.places);
+    whole = std::move(page->use);
+    if (page->next_place == 0) return whole;
+    if (page->next_place <= first) return absl::InternalError("the server's pages go backwards");
+    request.set_first_place(page->next_place);
+  }
+}
+
 absl::StatusOr<AnswersPage> Client::ListAnswers(const std::string& map,
                                                 const AnswersPage& last) const {
   v1::ListAnswersRequest request;

@@ -75,28 +75,33 @@ absl::StatusOr<PlaceDetails> DetailsOf(const Map& map, std::int32_t place) {
   return details;
 }
 
-namespace proto {
-namespace {
-
-absl::StatusOr<Place> PlaceFromProto(const v1::Place& message) {
-  const auto T_map_place = PoseFromProto("place.T_map_place", message.t_map_place());
-  if (!T_map_place.ok()) return T_map_place.status();
-  if (auto status = CheckRange("place.session", message.session(), 0,
-                               static_cast<double>(limits::kMaxSessions));
-      !status.ok()) {
-    return status;
+absl::StatusOr<PlaceUsePage> PageOfUse(const MapUse& use, std::int32_t first_place,
+                                       int max_places) {
+  if (first_place < 0 || max_places < 0 || max_places > kMaxPlacesPerPage) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        "first_place and max_places are ", first_place, " and ", max_places,
+        "; the one must not be negative, the other must lie in [0, ", kMaxPlacesPerPage, "]"));
+  }
+  PlaceUsePage page{.use = TotalsOf(use)};
+  const auto most = static_cast<std::size_t>(max_places == 0 ? kMaxPlacesPerPage : max_places);
+  for (auto place = use.places.lower_bound(first_place); place != use.places.end(); ++place) {
+    if (page.use.places.size() == most) {
+      page.next_place = place->first;
+      break;
+    }
+    page.use.places.insert(*place);
   }
   return page;
 }
+
+namespace proto {
+namespace {
 
 absl::StatusOr<SeenAnswer> SeenFromProto(const v1::SeenAnswer& message) {
   absl::Status status = CheckLength("request_id", message.request_id(), limits::kMaxNameBytes);
   status.Update(CheckLength("client", message.client(), kMaxReasonBytes));
   if (!status.ok()) return status;
   auto reply = FromProto(message.answer());
-namespace proto {
-namespace {
-
   if (!reply.ok()) return reply.status();
   SeenAnswer seen{.number = message.number(),
                   .answered_ns = message.answered_ns(),
@@ -169,6 +174,63 @@ v1::ListConfusablePairsResponse ToProto(const ConfusablePairs& pairs) {
     one.set_lookalike(pair.lookalike);
     one.set_confidence(pair.confidence);
   }
+  return message;
+}
+
+absl::StatusOr<PlaceUsePage> FromProto(const v1::ListPlaceUseResponse& message) {
+  absl::Status status = CheckLength("content_id", message.content_id(), kMaxContentIdBytes);
+  status.Update(CheckRange("the number of places", message.places_size(), 0, kMaxPlacesPerPage));
+  constexpr auto kMaxPlace = static_cast<double>(limits::kMaxPlaces);
+  status.Update(CheckRange("next_place", message.next_place(), 0, kMaxPlace));
+  PlaceUsePage page{.use = {.content_id = message.content_id(),
+                            .since_ns = message.since_ns(),
+                            .until_ns = message.until_ns(),
+                            .num_localized = message.num_localized(),
+                            .num_ambiguous = message.num_ambiguous(),
+                            .num_not_recognized = message.num_not_recognized(),
+                            .num_insufficient = message.num_insufficient_scan(),
+                            .num_refused_nowhere = message.num_refused_nowhere()},
+                    .next_place = message.next_place()};
+  for (const v1::PlaceUse& place : message.places()) {
+    status.Update(CheckRange("places.place", place.place(), 0, kMaxPlace));
+    const PlaceUse use{.num_found = place.num_found(),
+                       .num_refused = place.num_refused(),
+                       .confidence = place.confidence(),
+                       .disagreement = place.disagreement(),
+                       .recent_disagreement = place.recent_disagreement(),
+                       .last_found_ns = place.last_found_ns(),
+                       .last_refused_ns = place.last_refused_ns()};
+    status.Update(Validate(use));
+    if (!status.ok()) return status;
+    page.use.places[place.place()] = use;
+  }
+  status.Update(Validate(page.use));
+  if (!status.ok()) return status;
+  return page;
+}
+
+v1::ListPlaceUseResponse ToProto(const PlaceUsePage& page) {
+  v1::ListPlaceUseResponse message;
+  message.set_content_id(page.use.content_id);
+  message.set_since_ns(page.use.since_ns);
+  message.set_until_ns(page.use.until_ns);
+  message.set_num_localized(page.use.num_localized);
+  message.set_num_ambiguous(page.use.num_ambiguous);
+  message.set_num_not_recognized(page.use.num_not_recognized);
+  message.set_num_insufficient_scan(page.use.num_insufficient);
+  message.set_num_refused_nowhere(page.use.num_refused_nowhere);
+  for (const auto& [place, use] : page.use.places) {
+    v1::PlaceUse& one = *message.add_places();
+    one.set_place(place);
+    one.set_num_found(use.num_found);
+    one.set_num_refused(use.num_refused);
+    one.set_confidence(use.confidence);
+    one.set_disagreement(use.disagreement);
+    one.set_recent_disagreement(use.recent_disagreement);
+    one.set_last_found_ns(use.last_found_ns);
+    one.set_last_refused_ns(use.last_refused_ns);
+  }
+  message.set_next_place(page.next_place);
   return message;
 }
 

@@ -158,6 +158,10 @@ void Declare(CLI::App& app, CommandLine& line) {
                  "answers kept in memory for a live view by tokens of the roles view and admin, "
                  "or by everybody where there is no token file; 0: none")
       ->capture_default_str();
+  app.add_option("--map-health-seconds", options.map_health_s,
+                 "how often to write into MAP.health, beside each map, how its places fare in use "
+                 "(scanloc info --health); 0: not counted [s]")
+      ->capture_default_str();
   Choose<RequestLog>(
       app.add_option("--log-requests", options.log_requests,
                      "requests that get a line in the log, at most 100 a second"),

@@ -21,6 +21,7 @@
 #include "maps/catalogue_maps.hpp"
 #include "maps/map_keeper.hpp"
 #include "maps/map_sources.hpp"
+#include "maps/use_book.hpp"
 #include "ops/metrics.hpp"
 #include "ops/metrics_endpoint.hpp"
 #include "ops/query_capture.hpp"
@@ -83,6 +84,7 @@ struct Server::State {
         metrics([this] { return Look(); }),
         capture(open_capture(metrics)),
         recent(server_options.recent_answers),
+        uses(std::chrono::duration<double>(server_options.map_health_s)),
         admission(*access, metrics, server_options.max_rate_per_s, server_options.log_requests),
         receiving(
             {.max_idle = MaxReceiving(server_options),
@@ -116,7 +118,7 @@ struct Server::State {
                .unload = [this](const std::string& name) { return keeper.Unload(name); }}),
         health(sending, std::chrono::duration<double>(server_options.receive_s)),
         keeper(MapSources(server_options.maps, server_options.maps_dir), std::move(loader), maps,
-               health, metrics, memory),
+               health, metrics, memory, uses),
         reflection(ServicesOf(server_options)) {}
 
   // The front ends every call, then the workers what they were at; only then goes what both use.
@@ -140,6 +142,7 @@ struct Server::State {
   Metrics metrics;
   const std::unique_ptr<QueryCapture> capture;
   RecentAnswers recent;
+  UseBook uses;
   Admission admission;
   IdleCalls receiving;  // requests on their way
   IdleCalls sending;    // answers on theirs
@@ -269,6 +272,7 @@ void Server::Shutdown() {
     state_->sending.Drain(kDrainGrace);
     state_->front->Shutdown(std::chrono::duration_cast<std::chrono::nanoseconds>(
         std::chrono::duration<double>(state_->options.drain_s)));
+    state_->uses.Stop();
   });
 }
 

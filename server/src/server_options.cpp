@@ -30,6 +30,7 @@ constexpr std::int64_t kPointBytes = 12;
 constexpr std::int64_t kOtherMessageBytes = 3 << 20;
 constexpr double kMaxRate_per_s = 1e6;
 constexpr int kMaxRecentAnswers = 100'000;
+constexpr double kMaxMapHealth_s = 86400.0;
 constexpr double kMinCaptureBytes = 1 << 20;
 constexpr double kMaxCaptureBytes = 1e15;
 
@@ -165,6 +166,7 @@ absl::Status Validate(const ServerOptions& options) {
   status.Update(CheckRange("max_capture_bytes", static_cast<double>(options.max_capture_bytes),
                            kMinCaptureBytes, kMaxCaptureBytes));
   status.Update(CheckRange("recent_answers", options.recent_answers, 0, kMaxRecentAnswers));
+  status.Update(CheckRange("map_health_s", options.map_health_s, 0.0, kMaxMapHealth_s));
   status.Update(CheckMetrics(options));
   status.Update(CheckRange("max_message_bytes", options.max_message_bytes, kMinMessageBytes,
                            limits::kMaxMessageBytes));

@@ -98,6 +98,7 @@ void ReadWhatIsSeen(const std::string& bytes) {
   if (v1::ListConfusablePairsResponse message; Parses(bytes, &message)) {
     (void)proto::FromProto(message);
   }
+  if (v1::ListPlaceUseResponse message; Parses(bytes, &message)) (void)proto::FromProto(message);
   if (v1::ListAnswersResponse message; Parses(bytes, &message)) (void)proto::FromProto(message);
 }
 

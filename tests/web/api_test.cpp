@@ -40,6 +40,22 @@ TEST_F(ApiTest, TellsOfPlacesAndWhatTheyHold) {
   EXPECT_NEAR(pair["to"]["x"].get<double>(), 7.1 * 9, 1e-3);
 }
 
+TEST_F(ApiTest, TellsWhereOnEarthAndHowPlacesFare) {
+  StartWeb();
+  const std::string scan = KittiBytes(test::QueryScan(1, 4));
+  const Json best = Ask(RequestText("POST", "/v1/localize?map=town", scan)).json()["candidates"][0];
+  EXPECT_NEAR(best["geo"]["latitude"].get<double>(), 48.0, 1e-2);
+  const double turned =
+      best["geo"]["heading_deg"].get<double>() + best["heading_deg"].get<double>();
+  EXPECT_NEAR(std::remainder(turned - 90.0, 360.0), 0.0, 1e-2);
+  EXPECT_EQ(Get("/v1/maps/town").json()["geo_origin"]["longitude"], 11.0);
+  const Json page = Get("/v1/maps/town/places").json();
+  EXPECT_EQ(page["places"][3]["geo"], Get("/v1/maps/town/places/3").json()["geo"]);
+  const Json use = Get("/v1/maps/town/use").json();
+  EXPECT_EQ(use["num_localized"], 1);
+  EXPECT_EQ(use["places"][0]["place"], best["place"]);
+}
+
 TEST_F(ApiTest, TellsOfTilesUntilTheMapIsReplaced) {
   StartWeb();
   const Json tiles = Get("/v1/maps/town/tiles").json();

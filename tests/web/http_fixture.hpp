@@ -58,6 +58,8 @@ class HttpTest : public testing::Test {
     map.confusable = {{.place = 2, .lookalike = 9, .confidence = 0.5}};
     maps_ = {{"town", std::move(map)}};
     server::ServerOptions options = test::OptionsFor(maps_);
+    options.maps.front().path = dir_.File("town");
+    options.map_health_s = 3600.0;
     options.recent_answers = recent_answers;
     options.token_file = token_file;
     server_ = test::StartServer(maps_, options);
@@ -84,9 +86,9 @@ class HttpTest : public testing::Test {
     return Ask(RequestText("GET", target, "", headers));
   }
 
+  test::TempDir dir_;
   test::Maps maps_;
   std::unique_ptr<server::Server> server_;
-  test::TempDir dir_;
   std::unique_ptr<Gateway> gateway_;
   std::unique_ptr<Api> api_;
   std::unique_ptr<HttpServer> web_;

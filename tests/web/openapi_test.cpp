@@ -90,7 +90,7 @@ TEST_F(OpenApiTest, DescribesWhatIsAnswered) {
       ++num_checked;
     }
   }
-  EXPECT_EQ(num_checked, 10);
+  EXPECT_EQ(num_checked, 11);
   const Said wrong = Get("/v1/maps/nowhere");
   EXPECT_EQ(Violation(Document()["components"]["schemas"]["Error"], wrong.json()), "");
 }

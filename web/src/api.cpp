@@ -16,6 +16,7 @@
 #include "openapi_document.hpp"
 #include "scanloc/client/error_reason.hpp"
 #include "scanloc/core/printable.hpp"
+#include "scanloc/report/map_use_text.hpp"
 
 namespace scanloc::web {
 namespace {
@@ -69,6 +70,7 @@ Api::Api(Gateway& gateway) : gateway_(gateway) {
   Offer("GET", "/v1/maps/{map}/places", &Api::ListPlaces);
   Offer("GET", "/v1/maps/{map}/places/{place}", &Api::GetPlace);
   Offer("GET", "/v1/maps/{map}/pairs", &Api::ListPairs);
+  Offer("GET", "/v1/maps/{map}/use", &Api::GetUse);
   Offer("GET", "/v1/maps/{map}/tiles", &Api::ListTiles);
   Offer("GET", "/v1/maps/{map}/tiles/{tile}", &Api::GetTile);
   Offer("GET", "/v1/answers", &Api::ListAnswers);
@@ -172,6 +174,12 @@ Api::Answer Api::ListPairs(const Asked& asked) const {
     return absl::AbortedError("the map was replaced just now; ask again");
   }
   return Document200(ToJson(*pairs, **tiles));
+}
+
+Api::Answer Api::GetUse(const Asked& asked) const {
+  const auto use = asked.client->GetMapUse(asked.part("map"));
+  if (!use.ok()) return use.status();
+  return Document200(report::MapUseToJson(*use));
 }
 
 Api::Answer Api::ListTiles(const Asked& asked) const {

@@ -44,6 +44,7 @@ class Api {
   [[nodiscard]] Answer ListPlaces(const Asked& asked) const;
   [[nodiscard]] Answer GetPlace(const Asked& asked) const;
   [[nodiscard]] Answer ListPairs(const Asked& asked) const;
+  [[nodiscard]] Answer GetUse(const Asked& asked) const;
   [[nodiscard]] Answer ListTiles(const Asked& asked) const;
   [[nodiscard]] Answer GetTile(const Asked& asked) const;
   [[nodiscard]] Answer ListAnswers(const Asked& asked) const;

@@ -21,6 +21,9 @@ namespace fs = std::filesystem;
 
 constexpr char kEnding[] = ".scanloc";
 constexpr char kPart[] = ".part";
+/// How a map fares in use, beside it.
+constexpr char kHealth[] = ".health";
+constexpr char kOld[] = ".old";
 constexpr char kRemembered[] = "/live.json";
 
 template <typename Act>
@@ -91,7 +94,10 @@ absl::Status MapCacheDir::Keep(const catalogue::Version& version) const {
 }
 
 void MapCacheDir::Remove(const catalogue::Version& version) const {
-  unlink(PathOf(version).c_str());
+  const std::string path = PathOf(version);
+  for (const std::string& file : {path, path + kHealth, path + kHealth + kOld}) {
+    unlink(file.c_str());
+  }
 }
 
 std::int64_t MapCacheDir::NumBytes() const {
@@ -117,7 +123,10 @@ void MapCacheDir::RemoveAllBut(const std::vector<catalogue::Version>& versions) 
   for (const catalogue::Version& version : versions) kept.insert(version.FileName());
   ForEachFile(folder_, [&](const fs::path& path) {
     std::error_code ignored;  // it counts as room that is taken
-    if (path.extension() == kEnding && !kept.contains(path.filename().string())) {
+    fs::path map = path;
+    if (map.extension() == kOld) map.replace_extension();
+    if (map.extension() == kHealth) map.replace_extension();
+    if (map.extension() == kEnding && !kept.contains(map.filename().string())) {
       fs::remove(path, ignored);
     }
   });

@@ -25,7 +25,7 @@ std::string CheckedHealthName(const std::string& map_name) {
 }
 
 MapKeeper::MapKeeper(MapSources sources, MapLoader load_map, MapRegistry& maps,
-                     HealthService& health, Metrics& metrics, MemoryBound& memory)
+                     HealthService& health, Metrics& metrics, MemoryBound& memory, UseBook& uses)
     : sources_(std::move(sources)),
       load_map_(std::move(load_map)),
       maps_(maps),
@@ -143,7 +143,9 @@ absl::Status MapKeeper::PutInService(const MapSource& source, Map map) {
   const std::string content_id = map.content_id;
   const std::string calibration_id = map.calibration_id;
   const bool complete = map.complete;
-  if (auto status = maps_.Serve(source.name, source.path, std::move(map)); !status.ok()) {
+  auto use = uses_.Open(source.path, content_id);
+  if (auto status = maps_.Serve(source.name, source.path, std::move(map), std::move(use));
+      !status.ok()) {
     return status;
   }
   spdlog::info("map {} in service: {} places, content id {}, calibration id {}", source.name,

@@ -11,6 +11,7 @@
 #include "front/memory_bound.hpp"
 #include "maps/map_scrubber.hpp"
 #include "maps/map_sources.hpp"
+#include "maps/use_book.hpp"
 #include "ops/metrics.hpp"
 #include "rpc/health_service.hpp"
 #include "scanloc/server/map_registry.hpp"
@@ -23,9 +24,9 @@ namespace scanloc::server {
 /// allows; the load of one map makes nobody wait who asks for another. Thread-safe.
 class MapKeeper {
  public:
-  /// Registry, health, metrics and memory, which is told what loads, must outlive the keeper.
+  /// Registry, health, metrics, memory, which is told what loads, and uses must outlive the keeper.
   MapKeeper(MapSources sources, MapLoader load_map, MapRegistry& maps, HealthService& health,
-            Metrics& metrics, MemoryBound& memory);
+            Metrics& metrics, MemoryBound& memory, UseBook& uses);
 
   /// Has health and metrics know all maps before any is loaded. An error if the maps folder cannot
   /// be read.
@@ -85,6 +86,7 @@ class MapKeeper {
   HealthService& health_;
   Metrics& metrics_;
   MemoryBound& memory_;
+  UseBook& uses_;
   std::atomic<bool> is_stopping_ = false;
   std::mutex mutex_;
   std::map<std::string, std::mutex> map_mutexes_;  // one for every name there ever was

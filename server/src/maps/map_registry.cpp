@@ -39,7 +39,8 @@ absl::Status MapRegistry::Remove(const std::string& name) {
   return absl::OkStatus();
 }
 
-absl::Status MapRegistry::Serve(const std::string& name, const std::string& path, Map map) {
+absl::Status MapRegistry::Serve(const std::string& name, const std::string& path, Map map,
+                                std::shared_ptr<UseCounter> use) {
   const auto unknown = [&] {
     return absl::NotFoundError(absl::StrCat("no map is configured as ", name));
   };
@@ -49,15 +50,16 @@ absl::Status MapRegistry::Serve(const std::string& name, const std::string& path
   }
   auto next = std::make_shared<ServedMap>();
   next->path = path;
+  next->use = std::move(use);
   next->signature = DescriptorSignature(map.params);
   next->info = InfoOf(name, map);
-  auto localizer = Localizer::Create(std::make_shared<const Map>(std::move(map)));
-  if (!localizer.ok()) return localizer.status();
   if (map.geo_origin) {
     auto frame = geo::GeoFrame::Create(*map.geo_origin);
     if (!frame.ok()) return frame.status();
     next->geo = *std::move(frame);
   }
+  auto localizer = Localizer::Create(std::make_shared<const Map>(std::move(map)));
+  if (!localizer.ok()) return localizer.status();
   next->localizer = *std::move(localizer);
 
   std::shared_ptr<const ServedMap> before;  // freed outside the lock, if this was its last holder

@@ -12,4 +12,11 @@ namespace scanloc::server {
       .count();
 }
 
+/// By the clock, since 1970 [ns].
+[[nodiscard]] inline std::int64_t SinceEpochNs() {
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(
+             std::chrono::system_clock::now().time_since_epoch())
+      .count();
+}
+
 }  // namespace scanloc::server

@@ -1,13 +1,13 @@
 #include "ops/recent_answers.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <random>
 #include <utility>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "ops/clock.hpp"
 #include "scanloc/proto/convert_viewer.hpp"
 
 namespace scanloc::server {
@@ -28,9 +28,7 @@ RecentAnswers::RecentAnswers(int max_answers)
       run_(absl::StrFormat("%08x%08x", std::random_device{}(), std::random_device{}())) {}
 
 void RecentAnswers::Add(SeenAnswer answer) {
-  answer.answered_ns = std::chrono::duration_cast<std::chrono::nanoseconds>(
-                           std::chrono::system_clock::now().time_since_epoch())
-                           .count();
+  answer.answered_ns = SinceEpochNs();
   Thin(answer.structure.posts);
   auto& candidates = answer.reply.answer.candidates;
   if (candidates.size() > kMaxSeenCandidates) candidates.resize(kMaxSeenCandidates);

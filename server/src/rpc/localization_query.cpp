@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "maps/use_book.hpp"
 #include "ops/clock.hpp"
 #include "rpc/localization_service.hpp"
 #include "scanloc/core/among_maps.hpp"
@@ -21,9 +22,9 @@ namespace {
 /// What the method auto takes of each kind of context where nobody says how many.
 constexpr int kAutoCandidates = 100;
 
-/// Whether several maps can be asked one question whose answers can be compared.
 using ServedMaps = std::vector<std::shared_ptr<const ServedMap>>;
 
+/// Whether several maps can be asked one question whose answers can be compared.
 absl::Status CheckComparable(const ServedMaps& maps, const Query& query) {
   if (maps.size() == 1) return absl::OkStatus();
   if (!query.prior.is_open()) {
@@ -44,7 +45,6 @@ absl::Status CheckComparable(const ServedMaps& maps, const Query& query) {
   return absl::OkStatus();
 }
 
-using DescribedBySignature = std::map<std::string, QueryDescriber::Described>;
 /// Each candidate by the map that it is in, which it names where several were asked.
 void TellWhereOnEarth(const ServedMaps& maps, Answer& answer) {
   for (Candidate& candidate : answer.candidates) {
@@ -57,6 +57,7 @@ void TellWhereOnEarth(const ServedMaps& maps, Answer& answer) {
   }
 }
 
+using DescribedBySignature = std::map<std::string, QueryDescriber::Described>;
 
 absl::StatusOr<std::vector<MapAnswer>> AskEach(
     const ServedMaps& maps, const DescribedBySignature& described, const Query& asked,
@@ -177,16 +178,26 @@ absl::StatusOr<LocalizeReply> LocalizationService::Answer(
                                         : AmongMaps(*std::move(answers), asked->query);
   told.answer.times.describe_ns = describe_ns;
   TellOfBase(of_scan.mount, told.answer);
-  LocalizeReply reply{.answer = std::move(told.answer),
   TellWhereOnEarth(*maps, told.answer);
+  LocalizeReply reply{.answer = std::move(told.answer),
                       .map = std::move(told.map),
                       .queue_ns = arrival.started_ns - arrival.arrived_ns,
                       .decode_ns = decode_ns,
                       .scan_counts = of_scan.scan_counts,
                       .header = *std::move(header)};
+  for (const auto& map : *maps) {
+    if (map->info.name == reply.map) CountUse(*map, asked->query, reply.answer, std::nullopt);
+  }
   Show(reply, of_scan, call);
   if (reply.answer.candidates.size() > num_asked) reply.answer.candidates.resize(num_asked);
   return reply;
+}
+
+void LocalizationService::CountUse(const ServedMap& map, const Query& query,
+                                   const scanloc::Answer& answer,
+                                   std::optional<std::int32_t> last_found) {
+  if (map.use == nullptr || !MethodOf(query, map.info.params).automatic) return;
+  map.use->Count(answer, last_found, SinceEpochNs());
 }
 
 void LocalizationService::Show(const LocalizeReply& reply,

@@ -3,6 +3,7 @@
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "absl/status/statusor.h"
@@ -95,6 +96,10 @@ class LocalizationService final : public RawService {
   /// Notes in the call what was said, counts it, and keeps the query if it found no place.
   void Note(const v1::LocalizeRequest& request, const LocalizeReply& reply,
             const v1::LocalizeResponse& response, Call& call) const;
+
+  /// Counts what was said to a query of the map for its health; last_found as in scanloc::Count.
+  static void CountUse(const ServedMap& map, const Query& query, const scanloc::Answer& answer,
+                       std::optional<std::int32_t> last_found);
 
   /// Keeps what was said for those who may see it, where any is kept.
   void Show(const LocalizeReply& reply, const QueryDescriber::Described& described,

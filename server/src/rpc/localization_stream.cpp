@@ -42,6 +42,7 @@ struct LocalizationService::Robot {
   double max_step_m = TrackerOptions().max_step_m;
   std::shared_ptr<const ServedMap> map;
   std::optional<Tracker> tracker;
+  std::optional<std::int32_t> last_found;  // place of that map
   Motion motion;
 };
 
@@ -116,6 +117,7 @@ absl::StatusOr<std::shared_ptr<const ServedMap>> LocalizationService::ReadyMap(R
   if (!tracker.ok()) return tracker.status();
   robot.tracker = *std::move(tracker);
   robot.map = *map;
+  robot.last_found.reset();
   return map;
 }
 
@@ -157,6 +159,11 @@ absl::StatusOr<v1::TrackedAnswer> LocalizationService::AnswerScan(v1::StreamScan
   robot.motion = {};
   told->answer.times.describe_ns = described->describe_ns;
   TellOfBase(described->mount, told->answer);
+  geo::TellOnEarth((*map)->geo, told->answer);
+  CountUse(**map, robot.asked.query, told->answer, robot.last_found);
+  if (told->answer.outcome == Outcome::kLocalized && !told->answer.candidates.empty()) {
+    robot.last_found = told->answer.candidates.front().place;
+  }
   const TrackedReply reply{.reply = {.answer = std::move(told->answer),
                                      .map = (*map)->info.name,
                                      .queue_ns = arrival.started_ns - arrival.arrived_ns,

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "maps/use_book.hpp"
 #include "rpc/small_call.hpp"
 #include "scanloc/proto/convert.hpp"
 #include "scanloc/proto/convert_viewer.hpp"
@@ -27,8 +28,8 @@ ViewerService::ViewerService(const MapRegistry& maps, const RecentAnswers& answe
         if (!map.ok()) return map.status();
         auto details = DetailsOf((*map)->localizer->map(), message.place());
         if (!details.ok()) return details.status();
-        return proto::ToProto(*details);
         if ((*map)->geo) details->geo = (*map)->geo->ToGeo(details->place.T_map_place);
+        return proto::ToProto(*details);
       });
   Offer<v1::ListConfusablePairsRequest>(
       "/scanloc.v1.Viewer/ListConfusablePairs", "ListConfusablePairs", Role::kQuery,
@@ -38,6 +39,20 @@ ViewerService::ViewerService(const MapRegistry& maps, const RecentAnswers& answe
         if (!map.ok()) return map.status();
         const Map& held = (*map)->localizer->map();
         return proto::ToProto(ConfusablePairs{held.content_id, held.confusable});
+      });
+  Offer<v1::ListPlaceUseRequest>(
+      "/scanloc.v1.Viewer/ListPlaceUse", "ListPlaceUse", Role::kView,
+      [this](const v1::ListPlaceUseRequest& message) -> absl::StatusOr<v1::ListPlaceUseResponse> {
+        const auto map = FindMap(maps_, message.map());
+        if (!map.ok()) return map.status();
+        if ((*map)->use == nullptr) {
+          return absl::UnimplementedError(
+              "the server does not count how its maps fare; start it without "
+              "--map-health-seconds 0");
+        }
+        const auto page = (*map)->use->Page(message.first_place(), message.max_places());
+        if (!page.ok()) return page.status();
+        return proto::ToProto(*page);
       });
   Offer<v1::ListAnswersRequest>(
       "/scanloc.v1.Viewer/ListAnswers", "ListAnswers", Role::kView,

@@ -1,12 +1,22 @@
 // The answers that came, and what they say of robots and places.
-import type { Answer, Candidate, Outcome, SeenAnswer } from './api.ts';
+import type { Answer, Candidate, MapUse, Outcome, SeenAnswer } from './api.ts';
 
 const MAX_KEPT = 2000;
 /** A robot that is farther off, or was silent for longer, begins a new trail. */
 const MAX_STEP_M = 100;
 const MAX_SILENCE_S = 300;
 
-export interface PlaceHealth { found: number; confidence: number; lastNs: number }
+/** What the server counted may be stamped a little before the answer that it is of. */
+const SAME_ANSWER_NS = 1e6;
+
+export interface PlaceHealth {
+  found: number;
+  confidence: number;
+  lastNs: number;
+  /** Of the server's counts alone: refused queries, and the share of the structure that lately disagreed. */
+  refused: number;
+  disagreement: number;
+}
 export interface Trail { client: string; points: [number, number][] }
 export interface LostSpot { client: string; x: number; y: number; answer: SeenAnswer }
 
@@ -16,24 +26,45 @@ export class AnswerStore {
   /** Oldest first. */
   readonly all: SeenAnswer[] = [];
   private readonly health = new Map<number, PlaceHealth>();
+  private countedUntilNs = -1;
+  /** Another one whenever what is known of places may have changed. */
+  revision = 0;
 
   add(answer: SeenAnswer): void {
     this.all.push(answer);
     if (this.all.length > MAX_KEPT) this.all.shift();
-    const best = bestOf(answer.answer);
-    if (answer.answer.outcome !== 'localized' || !best) return;
-    const before = this.health.get(best.place) ?? { found: 0, confidence: 0, lastNs: 0 };
+    this.count(answer);
+  }
+
+  /** What the server counted since long, in place of what came here until then. */
+  setUse(use: MapUse): void {
+    ++this.revision;
+    this.countedUntilNs = use.until_ns + SAME_ANSWER_NS;
+    this.health.clear();
+    for (const place of use.places) {
+      this.health.set(place.place, {
+        found: place.num_found, confidence: place.confidence * place.num_found, lastNs: place.last_found_ns,
+        refused: place.num_refused, disagreement: place.recent_disagreement,
+      });
+    }
+    this.all.forEach((seen) => this.count(seen));
+  }
+
+  private count({ answer, answered_ns }: SeenAnswer): void {
+    ++this.revision;
+    const best = bestOf(answer);
+    if (answer.outcome !== 'localized' || !best || answered_ns <= this.countedUntilNs) return;
+    const before = this.health.get(best.place) ??
+        { found: 0, confidence: 0, lastNs: 0, refused: 0, disagreement: 0 };
     this.health.set(best.place, {
-      found: before.found + 1,
-      confidence: before.confidence + (best.confidence ?? 1),
-      lastNs: answer.answered_ns,
+      ...before, found: before.found + 1, confidence: before.confidence + (best.confidence ?? 1), lastNs: answered_ns,
     });
   }
 
   /** How often the place was found, and with what confidence on the average. */
   healthOf(place: number): PlaceHealth | undefined {
     const sum = this.health.get(place);
-    return sum && { ...sum, confidence: sum.confidence / sum.found };
+    return sum && { ...sum, confidence: sum.found > 0 ? sum.confidence / sum.found : 0 };
   }
 
   countOf(outcome: Outcome): number {

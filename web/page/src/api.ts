@@ -65,6 +65,15 @@ function bytesOf(base64: string): ArrayBuffer {
   return bytes.buffer;
 }
 
+/** How a map's places fared in use, as its server counted it. */
+export interface MapUse {
+  until_ns: number;
+  places: {
+    place: number; num_found: number; num_refused: number; confidence: number; recent_disagreement: number;
+    last_found_ns: number;
+  }[];
+}
+
 export class Api {
   token = '';
   constructor(readonly snapshot: Snapshot | null) {}

@@ -89,8 +89,11 @@ export function placeDetail(context: DetailContext, place: PlaceDetails): HTMLEl
     ['mapped', timeText(place.stamp_ns)],
     ['position', `${place.T_map_place.x.toFixed(2)}, ${place.T_map_place.y.toFixed(2)}, ` +
         `${place.T_map_place.z.toFixed(2)} m, ${(yawOf(place.T_map_place) * 180 / Math.PI).toFixed(1)}°`],
-    ['found', health ? `${health.found} times, confidence ${percent(health.confidence)} on the average, ` +
+    ['found', health?.found ? `${health.found} times, confidence ${percent(health.confidence)} on the average, ` +
         `last ${timeText(health.lastNs)}` : 'not yet, as far as is known here'],
+    ...(health?.refused ? [['refused', `${health.refused} queries that were most likely here`] as [string, string]] : []),
+    ...(health?.disagreement ?
+      [['changed', `${percent(health.disagreement)} of the structure disagreed lately`] as [string, string]] : []),
     ['structure', `${place.posts_cm.length / 2} posts`],
   ]));
   box.append(make('p', {}, make('button', {

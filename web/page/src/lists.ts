@@ -24,7 +24,7 @@ const MAX_PAIRS = 200;
 export function textOf(picked: Picked, answers: AnswerStore): string {
   if (picked.kind === 'place') {
     const health = answers.healthOf(picked.place);
-    return `place ${picked.place}${health ? `, found ${health.found} times` : ''}`;
+    return `place ${picked.place}${health?.found ? `, found ${health.found} times` : ''}`;
   }
   if (picked.kind === 'pair') return `places ${picked.pair.place} and ${picked.pair.lookalike} look alike`;
   const best = bestOf(picked.answer.answer);

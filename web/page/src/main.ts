@@ -1,4 +1,4 @@
-import { Api, type MapInfo, type MapSummary, type Pair, type PlaceDetails, type SeenAnswer, type Snapshot,
+import { Api, type MapInfo, type MapSummary, type MapUse, type Pair, type PlaceDetails, type SeenAnswer, type Snapshot,
   type TileList } from './api.ts';
 import { AnswerStore, bestOf } from './answers.ts';
 import { answerDetail, type DetailContext, pairDetail, placeDetail } from './detail.ts';
@@ -93,6 +93,8 @@ async function openMap(name: string): Promise<void> {
   sayState();
   pairs = (await api.json<{ pairs: Pair[] }>(`${path}/pairs`).catch(() => ({ pairs: [] }))).pairs;
   map.pairs = pairs;
+  const use = await api.json<MapUse>(`${path}/use`).catch(() => null);  // not counted, or not for us
+  if (use) answers.setUse(use);
   refresh();
   if (snapshot) {
     const kept = await api.json<{ answers: SeenAnswer[] }>('/v1/answers');

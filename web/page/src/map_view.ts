@@ -180,13 +180,13 @@ export class MapView {
       case 'age': return rows.stamp[i] === 0 ? [128, 128, 128] : ramp(rows.stamp[i] / this.maxStamp);
       case 'found': {
         const health = this.answers?.healthOf(rows.place[i]);
-        return health ? ramp(0.25 + 0.75 * health.confidence) : [150, 150, 150];
+        return health?.found ? ramp(0.25 + 0.75 * health.confidence) : [150, 150, 150];
       }
     }
   }
 
   private pointsOf(rows: Rows): Points {
-    const found = this.look.colourBy === 'found' ? this.answers?.all.length : 0;
+    const found = this.look.colourBy === 'found' ? this.answers?.revision : 0;
     const age = this.look.colourBy === 'age' ? this.maxStamp : 0;
     const key = [this.look.colourBy, this.look.heights, age, found].join();
     const kept = this.points.get(rows);

@@ -39,7 +39,7 @@ test('places tell how often they were found, by answers that are sure', () => {
   store.add(seen('a', 3));
   store.add(seen('a', 3));
   store.add(seen('a', 3, 'ambiguous'));
-  assert.deepEqual(store.healthOf(3), { found: 2, confidence: 0.5, lastNs: 0 });
+  assert.deepEqual(store.healthOf(3), { found: 2, confidence: 0.5, lastNs: 0, refused: 0, disagreement: 0 });
   assert.equal(store.healthOf(4), undefined);
 });
 
@@ -76,4 +76,20 @@ test('events are told however the stream is cut', () => {
     for (let at = 0; at < text.length; at += size) parser.push(text.slice(at, at + size));
     assert.deepEqual(told, ['run:1 {"a":1}', 'run:2 {"a":2}']);
   }
+});
+
+test('what the server counted goes before what came here until then', () => {
+  const store = new AnswerStore();
+  store.add(seen('a', 3, 'localized', 10));
+  store.setUse({ until_ns: 20e9, places: [
+    { place: 3, num_found: 40, num_refused: 2, confidence: 0.75, recent_disagreement: 0.5, last_found_ns: 10e9 },
+    { place: 4, num_found: 0, num_refused: 1, confidence: 0, recent_disagreement: 0, last_found_ns: 0 },
+  ] });
+  const before = store.revision;
+  store.add(seen('a', 3, 'localized', 15));
+  assert.deepEqual(store.healthOf(3), { found: 40, confidence: 0.75, lastNs: 10e9, refused: 2, disagreement: 0.5 });
+  store.add(seen('a', 3, 'localized', 30));
+  assert.equal(store.healthOf(3)?.found, 41);
+  assert.equal(store.healthOf(4)?.confidence, 0);
+  assert.notEqual(store.revision, before);
 });

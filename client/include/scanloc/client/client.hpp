@@ -94,6 +94,8 @@ class Client : public LocalizationClient {
   [[nodiscard]] absl::StatusOr<PlaceDetails> GetPlace(const std::string& map,
                                                       std::int32_t place) const;
   [[nodiscard]] absl::StatusOr<ConfusablePairs> ListConfusablePairs(const std::string& map) const;
+  /// How the map fared in use, all places that were seen. Aborted: it was replaced meanwhile.
+  [[nodiscard]] absl::StatusOr<MapUse> GetMapUse(const std::string& map) const;
   /// Those after the last page; a default one begins with the oldest that is kept.
   [[nodiscard]] absl::StatusOr<AnswersPage> ListAnswers(const std::string& map,
                                                         const AnswersPage& last = {}) const;

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "scanloc/core/map/map.hpp"
+#include "scanloc/core/map_use.hpp"
 #include "scanloc/core/scan/structure.hpp"
 #include "scanloc/proto/messages.hpp"
 
@@ -17,13 +18,19 @@ struct PlaceDetails {
   std::string content_id;
   Place place;
   ScanDescriptor descriptor;  ///< its own; num_voxels is not known
-};
   std::optional<GeoPose> geo = {};
+};
 
 /// Places of a map that look alike, worst first.
 struct ConfusablePairs {
   std::string content_id;
   std::vector<ConfusablePair> pairs;
+};
+
+/// How some places of a map fared in use, and the map as a whole.
+struct PlaceUsePage {
+  MapUse use;
+  std::int32_t next_place = 0;  ///< where the next page begins; 0: these were the last
 };
 
 /// One answer of a server, and who asked.

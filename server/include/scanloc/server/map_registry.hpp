@@ -20,12 +20,16 @@
 
 namespace scanloc::server {
 
+class UseCounter;
+
 /// A map in service: never changed once made, and alive as long as a query holds it.
 struct ServedMap {
   std::string path;       ///< of the file it was loaded from
   std::string signature;  ///< DescriptorSignature of its parameters
   MapInfo info;
   std::shared_ptr<const Localizer> localizer;
+  std::shared_ptr<UseCounter> use;   ///< how it fares; null where that is not counted
+  std::optional<geo::GeoFrame> geo;  ///< where the map knows where on earth it stands
 };
 
 /// The maps of a server by name. Thread-safe; readers hold a snapshot and are never kept waiting by
@@ -48,7 +52,8 @@ class MapRegistry {
   /// Makes the map ready, O(n log n), then puts it in service under the name in place of the one
   /// before. Queries under way keep the one they began with. On error the one before stays.
   /// NotFound: no such name. InvalidArgument: the map's parameters are bad.
-  absl::Status Serve(const std::string& name, const std::string& path, Map map);
+  absl::Status Serve(const std::string& name, const std::string& path, Map map,
+                     std::shared_ptr<UseCounter> use = nullptr);
 
   /// Takes a map that was found damaged out of service: it counts as one that could not be loaded.
   /// False: it was not in service any more.

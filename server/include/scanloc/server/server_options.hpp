@@ -127,6 +127,10 @@ struct ServerOptions {
   /// and admin; without a token file, everybody): some kilobytes each. 0: none.
   int recent_answers = 0;
 
+  /// How often it is written beside each map how its places fare in use [s]; 0: that is not
+  /// counted.
+  double map_health_s = 30.0;
+
   RequestLog log_requests = RequestLog::kFailed;
 
   /// A folder, made if there is none, where queries without a place are kept for replay, and what

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <string>
+
+#include "absl/status/statusor.h"
+#include "scanloc/core/map_use.hpp"
+
+/// How a map fared in use, in a small file of text beside it (docs/formats.md).
+namespace scanloc::mapdb {
+
+/// MAP.health
+[[nodiscard]] std::string UseFileOf(const std::string& map_path);
+
+[[nodiscard]] std::string EncodeUse(const MapUse& use);
+/// InvalidArgument: no such text. DataLoss: one that is cut off or damaged. FailedPrecondition: of
+/// a newer version.
+[[nodiscard]] absl::StatusOr<MapUse> DecodeUse(const std::string& text);
+
+/// The errors of DecodeUse. NotFound: no such file. InvalidArgument: it is no file, or larger than
+/// any.
+[[nodiscard]] absl::StatusOr<MapUse> ReadUse(const std::string& path);
+
+/// Puts the file in the place of the one before, whole and on disk or not at all.
+[[nodiscard]] absl::Status WriteUse(const std::string& path, const MapUse& use);
+
+}  // namespace scanloc::mapdb

@@ -1,0 +1,194 @@
+#include "scanloc/mapdb/use_file.hpp"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstddef>
+#include <cstdint>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "absl/strings/match.h"
+#include "absl/strings/numbers.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "absl/strings/str_split.h"
+#include "checksum.hpp"
+#include "folder.hpp"
+#include "scanloc/core/limits.hpp"
+
+namespace scanloc::mapdb {
+namespace {
+
+constexpr absl::string_view kMagic = "scanloc-map-health ";
+constexpr int kVersion = 1;
+constexpr std::size_t kMaxContentIdBytes = 128;
+/// A line of a place has less, and there is at most one for each of a map's places.
+constexpr std::int64_t kMaxBytes = 256 * limits::kMaxPlaces;
+
+std::string ChecksumOf(absl::string_view text) {
+  return absl::StrFormat("%016x",
+                         static_cast<std::uint64_t>(
+                             Hasher().Add(std::string_view(text.data(), text.size())).Digest64()));
+}
+
+absl::Status Damaged(absl::string_view what) {
+  return absl::DataLossError(absl::StrCat("it is damaged: ", what));
+}
+
+/// Takes number after number out of a line; not ok() once one was none.
+class Numbers {
+ public:
+  explicit Numbers(absl::string_view line) : words_(absl::StrSplit(line, ' ')) {}
+
+  template <typename Int>
+  void Take(Int& value) {
+    is_ok_ = is_ok_ && next_ < words_.size() && absl::SimpleAtoi(words_[next_], &value);
+    ++next_;
+  }
+  void Take(double& value) {
+    is_ok_ = is_ok_ && next_ < words_.size() && absl::SimpleAtod(words_[next_], &value);
+    ++next_;
+  }
+  [[nodiscard]] bool AreAll() const { return is_ok_ && next_ == words_.size(); }
+
+ private:
+  const std::vector<absl::string_view> words_;
+  std::size_t next_ = 0;
+  bool is_ok_ = true;
+};
+
+bool TakeTotals(absl::string_view line, MapUse& use) {
+  Numbers numbers(line);
+  for (std::int64_t* value :
+       {&use.since_ns, &use.until_ns, &use.num_localized, &use.num_ambiguous,
+        &use.num_not_recognized, &use.num_insufficient, &use.num_refused_nowhere}) {
+    numbers.Take(*value);
+  }
+  return numbers.AreAll();
+}
+
+bool TakePlace(absl::string_view line, MapUse& use) {
+  std::int32_t place = 0;
+  PlaceUse of_place;
+  Numbers numbers(line);
+  numbers.Take(place);
+  numbers.Take(of_place.num_found);
+  numbers.Take(of_place.num_refused);
+  numbers.Take(of_place.confidence);
+  numbers.Take(of_place.disagreement);
+  numbers.Take(of_place.recent_disagreement);
+  numbers.Take(of_place.last_found_ns);
+  numbers.Take(of_place.last_refused_ns);
+  return numbers.AreAll() && use.places.emplace(place, of_place).second;
+}
+
+absl::Status Failed(const char* what, const std::string& path) {
+  return absl::ErrnoToStatus(errno, absl::StrCat("cannot ", what, " '", path, "'"));
+}
+
+absl::Status WriteAll(int fd, absl::string_view bytes, const std::string& path) {
+  while (!bytes.empty()) {
+    const ssize_t num = write(fd, bytes.data(), bytes.size());
+    if (num < 0 && errno != EINTR) return Failed("write", path);
+    if (num > 0) bytes.remove_prefix(static_cast<std::size_t>(num));
+  }
+  return fsync(fd) == 0 ? absl::OkStatus() : Failed("sync", path);
+}
+
+absl::StatusOr<std::string> ReadAll(int fd, const std::string& path) {
+  struct stat about = {};
+  if (fstat(fd, &about) != 0) return Failed("read", path);
+  if (!S_ISREG(about.st_mode) || about.st_size > kMaxBytes) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("'", path, "' is no file, or one of more than ", kMaxBytes, " bytes"));
+  }
+  std::string text(static_cast<std::size_t>(about.st_size), '\0');
+  std::size_t done = 0;
+  while (done < text.size()) {
+    const ssize_t num = read(fd, text.data() + done, text.size() - done);
+    if (num < 0 && errno == EINTR) continue;
+    if (num < 0) return Failed("read", path);
+    if (num == 0) break;
+    done += static_cast<std::size_t>(num);
+  }
+  text.resize(done);
+  return text;
+}
+
+}  // namespace
+
+std::string UseFileOf(const std::string& map_path) { return absl::StrCat(map_path, ".health"); }
+
+std::string EncodeUse(const MapUse& use) {
+  std::string text = absl::StrCat(kMagic, kVersion, "\n", use.content_id, "\n");
+  absl::StrAppend(&text, use.since_ns, " ", use.until_ns, " ", use.num_localized, " ",
+                  use.num_ambiguous, " ", use.num_not_recognized, " ", use.num_insufficient, " ",
+                  use.num_refused_nowhere, "\n");
+  for (const auto& [place, of_place] : use.places) {
+    absl::StrAppendFormat(&text, "%d %d %d %.17g %.17g %.17g %d %d\n", place, of_place.num_found,
+                          of_place.num_refused, of_place.confidence, of_place.disagreement,
+                          of_place.recent_disagreement, of_place.last_found_ns,
+                          of_place.last_refused_ns);
+  }
+  absl::StrAppend(&text, "checksum ", ChecksumOf(text), "\n");
+  return text;
+}
+
+absl::StatusOr<MapUse> DecodeUse(const std::string& text) {
+  std::vector<absl::string_view> lines = absl::StrSplit(text, '\n');
+  if (!absl::ConsumePrefix(&lines.front(), kMagic)) {
+    return absl::InvalidArgumentError("it does not tell how a map fared");
+  }
+  int version = 0;
+  if (!absl::SimpleAtoi(lines.front(), &version)) return Damaged("no version");
+  if (version > kVersion) {
+    return absl::FailedPreconditionError(
+        absl::StrCat("it has version ", version, ", and this program reads ", kVersion));
+  }
+  constexpr std::size_t kNumFixed = 5;  // magic, content id, totals, checksum, the end
+  if (lines.size() < kNumFixed || !lines.back().empty()) return Damaged("it is cut off");
+  absl::string_view checksum = lines[lines.size() - 2];
+  const absl::string_view before =
+      absl::string_view(text).substr(0, text.size() - checksum.size() - 1);
+  if (!absl::ConsumePrefix(&checksum, "checksum ") || checksum != ChecksumOf(before)) {
+    return Damaged("its checksum does not match");
+  }
+  MapUse use;
+  use.content_id = std::string(lines[1]);
+  if (use.content_id.size() > kMaxContentIdBytes) return Damaged("line 2");
+  if (!TakeTotals(lines[2], use)) return Damaged("line 3");
+  for (std::size_t i = 3; i + 2 < lines.size(); ++i) {
+    if (!TakePlace(lines[i], use)) return Damaged(absl::StrCat("line ", i + 1));
+  }
+  if (auto status = Validate(use); !status.ok()) return Damaged(status.message());
+  return use;
+}
+
+absl::StatusOr<MapUse> ReadUse(const std::string& path) {
+  // A pipe that lies there keeps nobody waiting.
+  const int fd = open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+  if (fd < 0) return Failed("read", path);
+  const absl::StatusOr<std::string> text = ReadAll(fd, path);
+  close(fd);
+  if (!text.ok()) return text.status();
+  absl::StatusOr<MapUse> use = DecodeUse(*text);
+  if (use.ok()) return use;
+  return absl::Status(use.status().code(), absl::StrCat("'", path, "': ", use.status().message()));
+}
+
+absl::Status WriteUse(const std::string& path, const MapUse& use) {
+  const std::string part = absl::StrCat(path, ".part");
+  const int fd = open(part.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC | O_NONBLOCK, 0666);
+  if (fd < 0) return Failed("write", part);
+  absl::Status status = WriteAll(fd, EncodeUse(use), part);
+  if (close(fd) != 0 && status.ok()) status = Failed("close", part);
+  if (status.ok()) status = RenameFile(part, path);
+  if (!status.ok()) unlink(part.c_str());
+  return status;
+}
+
+}  // namespace scanloc::mapdb

@@ -1,0 +1,108 @@
+#include "scanloc/report/map_use_text.hpp"
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "absl/time/time.h"
+
+namespace scanloc::report {
+namespace {
+
+constexpr std::size_t kMaxPlacesInText = 20;
+/// A place that was seen less often says nothing yet.
+constexpr std::int64_t kMinSeen = 3;
+/// What lies below happens at any sound place: traffic, an odd lane.
+constexpr double kMinTrouble = 0.45;
+
+std::string DayText(std::int64_t since_1970_ns) {
+  if (since_1970_ns == 0) return "-";
+  return absl::FormatTime("%Y-%m-%d %H:%M", absl::FromUnixNanos(since_1970_ns),
+                          absl::UTCTimeZone());
+}
+
+using Row = std::pair<std::int32_t, PlaceUse>;
+
+std::vector<Row> InTrouble(const MapUse& use) {
+  std::vector<Row> rows;
+  for (const auto& [place, of_place] : use.places) {
+    const bool is_known = of_place.num_found + of_place.num_refused >= kMinSeen;
+    if (is_known && TroubleOf(of_place) >= kMinTrouble) rows.emplace_back(place, of_place);
+  }
+  std::stable_sort(rows.begin(), rows.end(), [](const Row& a, const Row& b) {
+    return TroubleOf(a.second) > TroubleOf(b.second);
+  });
+  return rows;
+}
+
+std::string RowText(const Row& row, std::span<const Place> places) {
+  const auto& [place, use] = row;
+  const auto index = static_cast<std::size_t>(place);
+  Eigen::Vector3d at = Eigen::Vector3d::Zero();
+  if (index < places.size()) at = places[index].T_map_place.translation();
+  const auto of_found = [num_found = use.num_found](double share) {
+    return num_found == 0 ? "-" : absl::StrFormat("%.2f", share);
+  };
+  return absl::StrFormat("  %8d %10.1f %10.1f %7d %8d %6s %9s %7s  %s\n", place, at.x(), at.y(),
+                         use.num_found, use.num_refused, of_found(use.confidence),
+                         of_found(use.disagreement), of_found(use.recent_disagreement),
+                         DayText(std::max(use.last_found_ns, use.last_refused_ns)));
+}
+
+}  // namespace
+
+Json MapUseToJson(const MapUse& use) {
+  Json json{{"content_id", use.content_id},
+            {"since_ns", use.since_ns},
+            {"until_ns", use.until_ns},
+            {"num_localized", use.num_localized},
+            {"num_ambiguous", use.num_ambiguous},
+            {"num_not_recognized", use.num_not_recognized},
+            {"num_insufficient_scan", use.num_insufficient},
+            {"num_refused_nowhere", use.num_refused_nowhere},
+            {"places", Json::array()}};
+  for (const auto& [place, of_place] : use.places) {
+    json["places"].push_back({{"place", place},
+                              {"num_found", of_place.num_found},
+                              {"num_refused", of_place.num_refused},
+                              {"confidence", of_place.confidence},
+                              {"disagreement", of_place.disagreement},
+                              {"recent_disagreement", of_place.recent_disagreement},
+                              {"last_found_ns", of_place.last_found_ns},
+                              {"last_refused_ns", of_place.last_refused_ns}});
+  }
+  return json;
+}
+
+std::string MapUseAsText(const MapUse& use, std::span<const Place> places) {
+  const auto num_found = std::count_if(use.places.begin(), use.places.end(), [](const auto& place) {
+    return place.second.num_found > 0;
+  });
+  std::string text = absl::StrFormat(
+      "health from use, %s to %s UTC\n"
+      "  answers         %d localized, %d ambiguous, %d not recognised, %d scans with too few "
+      "points\n"
+      "  places          %d of %d were found; %d refused queries were near none\n",
+      DayText(use.since_ns), DayText(use.until_ns), use.num_localized, use.num_ambiguous,
+      use.num_not_recognized, use.num_insufficient, num_found, places.size(),
+      use.num_refused_nowhere);
+  const std::vector<Row> rows = InTrouble(use);
+  if (rows.empty()) return text + "  no place ages, as far as was seen\n";
+  absl::StrAppendFormat(&text, "  %d places age, worst first:\n", rows.size());
+  absl::StrAppendFormat(&text, "  %8s %10s %10s %7s %8s %6s %9s %7s  %s\n", "place", "x", "y",
+                        "found", "refused", "conf.", "disagreed", "lately", "last seen");
+  for (std::size_t i = 0; i < std::min(rows.size(), kMaxPlacesInText); ++i) {
+    text += RowText(rows[i], places);
+  }
+  if (rows.size() > kMaxPlacesInText) {
+    absl::StrAppendFormat(&text, "  and %d more: --json tells all\n",
+                          rows.size() - kMaxPlacesInText);
+  }
+  return text;
+}
+
+}  // namespace scanloc::report
