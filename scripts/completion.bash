@@ -1,5 +1,5 @@
-# Completion of scanloc, scanlocd and scanloc-ros2 in bash: commands and options are those that --help
-# tells, so that they are always those of the program that is installed.
+# Completion of scanloc, scanlocd, scanloc-ros2 and scanloc-web in bash: commands and options are those
+# that --help tells, so that they are always those of the program that is installed.
 _scanloc() {
   local word=${COMP_WORDS[COMP_CWORD]} program=("${COMP_WORDS[0]}")
   # Of scanloc, each command has options of its own.
@@ -12,11 +12,11 @@ _scanloc() {
     mapfile -t COMPREPLY < <(compgen -W "$(grep -oE '^  (-h,)?--[A-Za-z0-9-]+' <<<"$help" |
       sed 's/.*--/--/')" -- "$word")
   elif [[ ${COMP_WORDS[0]##*/} == scanloc && $COMP_CWORD -eq 1 ]]; then
-    mapfile -t COMPREPLY < <(compgen -W "$(sed -n '/^Subcommands:/,/^$/s/^  \([a-z]\+\) .*/\1/p' \
+    mapfile -t COMPREPLY < <(compgen -W "$(sed -n '/^Subcommands:/,/^$/s/^  \([a-z-]\+\) .*/\1/p' \
       <<<"$help")" -- "$word")
   else
     mapfile -t COMPREPLY < <(compgen -f -- "$word")
     compopt -o filenames
   fi
 }
-complete -F _scanloc scanloc scanlocd scanloc-ros2
+complete -F _scanloc scanloc scanlocd scanloc-ros2 scanloc-web

@@ -1,4 +1,4 @@
-#compdef scanloc scanlocd scanloc-ros2
+#compdef scanloc scanlocd scanloc-ros2 scanloc-web
 # Completion in zsh: commands and options with what --help says of them.
 local -a program=($words[1]) options commands
 if [[ ${words[1]:t} == scanloc && $CURRENT -gt 2 ]]; then
@@ -13,7 +13,7 @@ options=(${(f)"$(awk '/^  (-h,)?--/ { option = $1; sub(/.*,/, "", option)
                         gsub(/^ +/, "", text); gsub(/:/, "\\:", text); print option ":" text }' \
   <<<"$help")"})
 if [[ ${words[1]:t} == scanloc && $CURRENT -eq 2 && $words[2] != -* ]]; then
-  commands=(${(f)"$(sed -n '/^Subcommands:/,/^$/s/^  \([a-z]\+\) \+\(.*\)/\1:\2/p' <<<"$help")"})
+  commands=(${(f)"$(sed -n '/^Subcommands:/,/^$/s/^  \([a-z-]\+\) \+\(.*\)/\1:\2/p' <<<"$help")"})
   _describe command commands
 elif [[ $words[CURRENT] == -* ]]; then
   _describe option options

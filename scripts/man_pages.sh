@@ -30,6 +30,6 @@ for program in "${@:2}"; do
   if [[ ${program##*/} == scanloc ]]; then
     while read -r command; do
       page "$program" "$command"
-    done < <("$program" --help | sed -n '/^Subcommands:/,/^$/s/^  \([a-z]\+\) .*/\1/p')
+    done < <("$program" --help | sed -n '/^Subcommands:/,/^$/s/^  \([a-z-]\+\) .*/\1/p')
   fi
 done

@@ -3,7 +3,7 @@
 # python3-scanloc.
 #   scripts/package.sh [OUT]            into OUT (dist/)
 #   scripts/package.sh --check [OUT]    and installs them into a clean Debian 12, made by debootstrap,
-#                                       and uses them there; as root
+#                                       and uses them there, the server under systemd, too; as root
 set -euo pipefail
 cd "$(dirname "$0")/.."
 . scripts/common.sh
@@ -31,15 +31,20 @@ ls -l "$out"/*.deb
 
 root=$(mktemp -d)
 cleanup() {
-  umount "$root/proc" 2>/dev/null || true
+  umount "$root/dev/pts" "$root/proc" 2>/dev/null || true
   rm -rf --one-file-system "$root"
 }
 trap cleanup EXIT
-command -v debootstrap >/dev/null || apt-get install -y -qq debootstrap >/dev/null
+{ command -v debootstrap && command -v systemd-nspawn; } >/dev/null ||
+  apt-get install -y -qq --no-install-recommends debootstrap systemd-container >/dev/null
 debootstrap --variant=minbase bookworm "$root" >/dev/null
+chmod 755 "$root"  # other users than root live there, too
 mount -t proc proc "$root/proc"
+mount -t devpts devpts "$root/dev/pts"
 mkdir "$root/debs" "$root/example"
 cp "$build"/debs/*.deb "$root/debs"
 cp tests/package/*.{txt,cpp,py} tests/package/in_clean_root.sh "$root/example"
 chroot "$root" env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin LANG=C.UTF-8 \
   bash /example/in_clean_root.sh
+umount "$root/dev/pts" "$root/proc"  # of the container that is booted now
+tests/package/unit_in_clean_root.sh "$root"

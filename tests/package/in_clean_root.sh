@@ -26,7 +26,7 @@ setpriv --reuid scanlocd --regid scanlocd --clear-groups \
   scanlocd --config /etc/scanloc/scanlocd.toml --listen 127.0.0.1:0 >ready 2>server.log &
 server=$!
 trap 'kill "$server"' EXIT
-read -r line <ready
+read -r line <ready || { cat server.log >&2; exit 1; }
 address=${line##* }
 scanloc locate --server "$address" --scan drive/velodyne/000003.bin | grep ' localized '
 
@@ -44,7 +44,14 @@ END
 if compgen -G '/debs/scanloc-ros2_*.deb' >/dev/null; then
   say "scanloc-ros2"
   apt-get install -y -qq --no-install-recommends /debs/scanloc-ros2_*.deb >/dev/null
-  scanloc-ros2 --version
+  mkfifo hears
+  CYCLONEDDS_URI='<General><Interfaces><NetworkInterface name="lo"/></Interfaces></General>' \
+    scanloc-ros2 --map town.scanloc --domain 77 >hears 2>robot.log &
+  robot=$!
+  read -r line <hears || { cat robot.log >&2; exit 1; }
+  [[ "$line" == "scanloc-ros2 ready" ]]
+  kill "$robot"
+  wait "$robot"
 fi
 
 say "scanloc-web: the page, and HTTP"

@@ -51,16 +51,23 @@ PATH=$work/prefix/bin:$PATH
 "$source_dir/scripts/man_pages.sh" "$work/man" "$work/prefix/bin/scanloc" "$work/prefix/bin/scanlocd"
 zgrep -q 'prior\\-heights' "$work/man/scanloc/scanloc-locate.1.gz"
 zgrep -q 'tls\\-cert' "$work/man/scanlocd/scanlocd.1.gz"
-completed=$(
-  . "$work/prefix/share/bash-completion/completions/scanloc"
-  COMP_WORDS=(scanloc locate --pri) COMP_CWORD=2
-  _scanloc
-  echo "${COMPREPLY[*]}"
-)
-[[ "$completed" == "--prior --prior-heights --prior-session" ]] || {
-  echo "completion offers: $completed" >&2
-  exit 1
+test -s "$work/man/scanloc/scanloc-report-diff.1.gz"
+# completes EXPECTED WORD...: what is offered for the last word.
+completes() {
+  local offered
+  offered=$(
+    . "$work/prefix/share/bash-completion/completions/scanloc"
+    COMP_WORDS=("${@:2}") COMP_CWORD=$(($# - 2))
+    _scanloc
+    echo "${COMPREPLY[*]}"
+  )
+  [[ "$offered" == "$1" ]] || {
+    echo "completion of ${*:2} offers: $offered" >&2
+    exit 1
+  }
 }
+completes "--prior --prior-heights --prior-session" scanloc locate --pri
+completes report-diff scanloc report-
 scanloc simulate "$work/drive" --town-seed 1 --session-seed 1 --length-m 30 --quiet >/dev/null
 scanloc build "$work/town.scanloc" --scans "$work/drive" --poses "$work/drive/poses.txt" --quiet \
   >/dev/null
