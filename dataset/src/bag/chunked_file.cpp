@@ -11,6 +11,13 @@
 #include "text.hpp"
 
 namespace scanloc::dataset {
+namespace {
+
+bool IsBefore(const MessageRef& a, const MessageRef& b) {
+  return std::pair(a.chunk, a.at) < std::pair(b.chunk, b.at);
+}
+
+}  // namespace
 
 absl::Status ChunkedFile::AddChunk(const Chunk& chunk) {
   if (chunk.num_bytes > limits::kMaxBagChunkBytes || chunk.num_stored > limits::kMaxBagChunkBytes) {
@@ -30,22 +37,22 @@ void ChunkedFile::AddMessage(std::uint32_t channel, std::int64_t log_time_ns, st
   messages_.push_back({log_time_ns, channel, scanned_.value_or(last), at});
 }
 
-absl::StatusOr<FileBytes> ChunkedFile::ReadChunk(const Chunk& chunk) const {
-  std::unique_ptr<char[]> stored(
-      new (std::nothrow) char[std::max<std::uint64_t>(chunk.num_stored, 1)]);
+absl::StatusOr<FileBytes> ChunkedFile::ReadStored(std::uint64_t offset,
+                                                  std::uint64_t num_bytes) const {
+  std::unique_ptr<char[]> stored(new (std::nothrow) char[std::max<std::uint64_t>(num_bytes, 1)]);
   if (stored == nullptr) {
     return absl::ResourceExhaustedError(
-        absl::StrCat(file_.path(), ": no memory for a chunk of ", chunk.num_stored, " bytes"));
+        absl::StrCat(file_.path(), ": no memory for ", num_bytes, " bytes"));
   }
-  if (absl::Status status = file_.ReadAt(chunk.offset, chunk.num_stored, stored.get());
-      !status.ok()) {
-    return status;
-  }
-  if (chunk.compression == Compression::kNone) {
-    return FileBytes(std::move(stored), chunk.num_stored);
-  }
+  if (absl::Status s = file_.ReadAt(offset, num_bytes, stored.get()); !s.ok()) return s;
+  return FileBytes(std::move(stored), num_bytes);
+}
+
+absl::StatusOr<FileBytes> ChunkedFile::ReadChunk(const Chunk& chunk) const {
+  absl::StatusOr<FileBytes> stored = ReadStored(chunk.offset, chunk.num_stored);
+  if (!stored.ok() || chunk.compression == Compression::kNone) return stored;
   absl::StatusOr<FileBytes> records =
-      Decompress(chunk.compression, {stored.get(), chunk.num_stored}, chunk.num_bytes,
+      Decompress(chunk.compression, stored->view(), chunk.num_bytes,
                  chunk.is_cut_off ? CutOff::kKeepWhatCame : CutOff::kRefuse);
   if (!records.ok()) {
     return Annotate(records.status(), absl::StrCat(file_.path(), ": chunk at ", chunk.offset));
@@ -82,15 +89,40 @@ absl::StatusOr<std::shared_ptr<const FileBytes>> ChunkedFile::GetChunk(std::uint
   return chunk->records;
 }
 
+absl::StatusOr<std::string_view> ChunkedFile::Payload(const FileBytes& records, std::uint64_t at,
+                                                      const MessageRef& message) const {
+  const absl::StatusOr<std::string_view> payload = PayloadAt(records.view(), at);
+  if (payload.ok()) return payload;
+  return Annotate(payload.status(),
+                  absl::StrCat(file_.path(), ": chunk at ", chunks_[message.chunk].offset,
+                               ", message at ", message.at));
+}
+
+absl::StatusOr<MessageBytes> ChunkedFile::ReadStoredMessage(const MessageRef& message) const {
+  // An index of a damaged file may say of small records that they lie far apart.
+  constexpr std::uint64_t kSmall = 64 << 10;
+  const Chunk& chunk = chunks_[message.chunk];
+  const auto next = std::upper_bound(messages_.begin(), messages_.end(), message, IsBefore);
+  const bool is_last = next == messages_.end() || next->chunk != message.chunk;
+  const std::uint64_t end = is_last ? chunk.num_stored : std::min(next->at, chunk.num_stored);
+  const std::uint64_t begin = std::min(message.at, end);
+  for (std::uint64_t num_bytes = std::min(end - begin, kSmall);; num_bytes = end - begin) {
+    absl::StatusOr<FileBytes> read = ReadStored(chunk.offset + begin, num_bytes);
+    if (!read.ok()) return read.status();
+    const absl::StatusOr<std::string_view> payload = Payload(*read, 0, message);
+    if (payload.ok()) {
+      return MessageBytes{std::make_shared<const FileBytes>(*std::move(read)), *payload};
+    }
+    if (num_bytes == end - begin) return payload.status();
+  }
+}
+
 absl::StatusOr<MessageBytes> ChunkedFile::Read(const MessageRef& message) const {
+  if (chunks_[message.chunk].compression == Compression::kNone) return ReadStoredMessage(message);
   absl::StatusOr<std::shared_ptr<const FileBytes>> records = GetChunk(message.chunk);
   if (!records.ok()) return records.status();
-  const absl::StatusOr<std::string_view> payload = PayloadAt((*records)->view(), message.at);
-  if (!payload.ok()) {
-    return Annotate(payload.status(),
-                    absl::StrCat(file_.path(), ": chunk at ", chunks_[message.chunk].offset,
-                                 ", message at ", message.at));
-  }
+  const absl::StatusOr<std::string_view> payload = Payload(**records, message.at, message);
+  if (!payload.ok()) return payload.status();
   return MessageBytes{*std::move(records), *payload};
 }
 
@@ -138,10 +170,7 @@ absl::Status ChunkedFile::FinishIndex(bool is_cut_off) {
     }
     message.topic = topic->second;
   }
-  std::stable_sort(messages_.begin(), messages_.end(),
-                   [](const MessageRef& a, const MessageRef& b) {
-                     return std::pair(a.chunk, a.at) < std::pair(b.chunk, b.at);
-                   });
+  std::stable_sort(messages_.begin(), messages_.end(), IsBefore);
   return absl::OkStatus();
 }
 

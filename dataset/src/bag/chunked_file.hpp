@@ -61,7 +61,14 @@ class ChunkedFile : public BagFile {
                                                                    std::uint64_t at) const = 0;
 
  private:
+  [[nodiscard]] absl::StatusOr<FileBytes> ReadStored(std::uint64_t offset,
+                                                     std::uint64_t num_bytes) const;
   [[nodiscard]] absl::StatusOr<FileBytes> ReadChunk(const Chunk& chunk) const;
+  /// Of a chunk that is not compressed nothing else is read.
+  [[nodiscard]] absl::StatusOr<MessageBytes> ReadStoredMessage(const MessageRef& message) const;
+  /// As PayloadAt; errors name the message.
+  [[nodiscard]] absl::StatusOr<std::string_view> Payload(const FileBytes& records, std::uint64_t at,
+                                                         const MessageRef& message) const;
   /// Of the chunks read last, or read now.
   [[nodiscard]] absl::StatusOr<std::shared_ptr<const FileBytes>> GetChunk(std::uint32_t i) const;
   [[nodiscard]] absl::Status ScanChunk(std::uint32_t i, bool with_messages);
