@@ -6,9 +6,10 @@
 #                                                    in the opposite lane and direction, queries
 #   scripts/demo.sh --scans DIR --poses FILE ...     your own drive: every second scan is mapped,
 #                                                    the others query; further flags (--calib,
-#                                                    --times, --format) go to scanloc
+#                                                    --times, --format, --T-base-sensor) go to scanloc
 #   scripts/demo.sh --bag FILE ...                   the same with your own bag (MCAP, rosbag2, ROS 1);
-#                                                    further flags: --topic, --poses-from
+#                                                    further flags: --topic, --poses-from, --calib,
+#                                                    --T-base-sensor
 #
 # The page of scanloc-web shows it live; on a terminal the demo waits with the end until Enter is pressed,
 # ten minutes at most.
@@ -40,7 +41,7 @@ if [[ $# -eq 0 ]]; then
   build_flags=()
 else
   say "1. Your drive: every second scan is mapped, the others ask"
-  scans="" poses="" calib=() times=() format=() bag=()
+  scans="" poses="" calib=() times=() format=() mount=() bag=() topics=()
   while [[ $# -gt 0 ]]; do
     case "$1" in
       --scans) scans=$2 ;;
@@ -48,22 +49,23 @@ else
       --calib) calib=(--calib "$2") ;;
       --times) times=(--times "$2") ;;
       --format) format=(--format "$2") ;;
-      --bag) bag=(--bag "$2") ;;
-      --topic | --poses-from) bag+=("$1" "$2") ;;
+      --T-base-sensor) mount=(--T-base-sensor "$2") ;;
+      --bag) bag+=(--bag "$2") ;;
+      --topic | --poses-from) topics+=("$1" "$2") ;;
       *) echo "demo: unknown flag $1; use --scans --poses --calib --times --format, or --bag" \
-        "--topic --poses-from" >&2; exit 2 ;;
+        "--topic --poses-from --calib, and --T-base-sensor" >&2; exit 2 ;;
     esac
     shift 2
   done
   build_flags=(--every 2 --spacing-m 0)
-  if [[ "${bag[0]:-}" == --bag ]]; then
+  if ((${#bag[@]} > 0)); then
     "$bin/scanloc" bag "${bag[1]}"
-    map_drive=("${bag[@]}" "${calib[@]}")
+    map_drive=("${bag[@]}" "${topics[@]}" "${calib[@]}" "${mount[@]}")
     query_drive=("${map_drive[@]}" --every 2 --offset 1)
     truth=(--bag-truth)
   elif [[ -n "$scans" && -n "$poses" ]]; then
-    map_drive=(--scans "$scans" --poses "$poses" "${calib[@]}" "${times[@]}" "${format[@]}")
-    query_drive=(--scans "$scans" --every 2 --offset 1)
+    map_drive=(--scans "$scans" --poses "$poses" "${calib[@]}" "${times[@]}" "${format[@]}" "${mount[@]}")
+    query_drive=(--scans "$scans" --every 2 --offset 1 "${mount[@]}")
     truth=(--truth "$poses" "${calib[@]}" "${format[@]}")
   else
     echo "demo: --scans and --poses are both needed, or --bag" >&2
