@@ -131,20 +131,22 @@ class ConstraintError {
 class DriftError {
  public:
   explicit DriftError(const OdometryNoise& noise)
-      : per_m_(1.0 / noise.drift_m_m), per_rad_(1.0 / noise.drift_rad_m) {}
+      : per_m_(1.0 / noise.drift_m_m),
+        per_tilt_rad_(1.0 / noise.drift_tilt_rad_m),
+        per_turn_rad_(1.0 / noise.drift_rad_m) {}
 
   template <typename T>
   bool operator()(const T* drift, T* residual) const {
-    for (int i = 0; i < 3; ++i) {
-      residual[i] = drift[i] * T(per_m_);
-      residual[3 + i] = drift[3 + i] * T(per_rad_);
-    }
+    for (int i = 0; i < 3; ++i) residual[i] = drift[i] * T(per_m_);
+    for (int i = 3; i < 5; ++i) residual[i] = drift[i] * T(per_tilt_rad_);
+    residual[5] = drift[5] * T(per_turn_rad_);
     return true;
   }
 
  private:
   double per_m_;
-  double per_rad_;
+  double per_tilt_rad_;
+  double per_turn_rad_;
 };
 
 }  // namespace scanloc::slam
