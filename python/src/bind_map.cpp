@@ -26,6 +26,20 @@ constexpr char kBuildDoc[] =
     "called with the number of scans done and of all. resume: go on with a build of the same "
     "arguments that was stopped, by Ctrl-C or in any other way; it keeps what it had written.";
 
+// What build and append have alike, in signatures.
+#define SCANLOC_DRIVE                                          \
+  "scans: collections.abc.Sequence[numpy.typing.ArrayLike] | " \
+  "collections.abc.Callable[[int], numpy.typing.ArrayLike], "  \
+  "T_map_scan: numpy.typing.ArrayLike"
+#define SCANLOC_EACH_SCAN                                    \
+  "stamps_ns: collections.abc.Sequence[int] | None = None, " \
+  "names: collections.abc.Sequence[str] | None = None"
+#define SCANLOC_STEPS                                        \
+  "mount: SensorMount = SensorMount(), check: bool = True, " \
+  "calibrate: bool = True, resume: bool = False, "           \
+  "num_threads: int = 0, "                                   \
+  "progress: collections.abc.Callable[[int, int], object] | None = None"
+
 }  // namespace
 
 void BindMap(nb::module_& m) {
@@ -52,6 +66,10 @@ void BindMap(nb::module_& m) {
           nb::arg("mount").sig("SensorMount()") = SensorMount{}, nb::arg("check") = true,
           nb::arg("calibrate") = true, nb::arg("resume") = false, nb::arg("num_threads") = 0,
           nb::arg("progress") = nb::none(),
+          nb::sig("def build(path: str, " SCANLOC_DRIVE
+                  ", *, spacing_m: float = 1.0, " SCANLOC_EACH_SCAN
+                  ", session: str = 'drive', params: Params = Params(), scale: float | None = "
+                  "None, " SCANLOC_STEPS ") -> Map"),
           absl::StrCat("Writes a new map file and opens it. AlreadyExists if there is one. scale: "
                        "of the lengths by which auto sees a scene, 1 for streets and 0.35 for "
                        "rooms; None: learned from the scans, unless params set auto.*. ",
@@ -76,6 +94,9 @@ void BindMap(nb::module_& m) {
           nb::arg("mount").sig("SensorMount()") = SensorMount{}, nb::arg("check") = true,
           nb::arg("calibrate") = true, nb::arg("resume") = false, nb::arg("num_threads") = 0,
           nb::arg("progress") = nb::none(),
+          nb::sig("def append(path: str, " SCANLOC_DRIVE
+                  ", session: str, *, spacing_m: float = 1.0, " SCANLOC_EACH_SCAN ", " SCANLOC_STEPS
+                  ") -> Map"),
           absl::StrCat("Adds a session to the file and opens it anew; maps opened before stay as "
                        "they were. ",
                        kBuildDoc)
