@@ -1,4 +1,5 @@
-// Map files: loaded, told of, opened and verified; a map that loads must answer.
+// Map files: loaded, told of, opened and verified; a map that loads must answer. And what is kept
+// of how a map fares: what is read is written alike.
 #include <unistd.h>
 
 #include <cstddef>
@@ -10,6 +11,7 @@
 
 #include "scanloc/core/localizer.hpp"
 #include "scanloc/mapdb/map_file.hpp"
+#include "scanloc/mapdb/use_file.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace scanloc;
@@ -22,6 +24,10 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   {
     std::ofstream file(path, std::ios::binary | std::ios::trunc);
     file.write(reinterpret_cast<const char*>(data), static_cast<std::streamsize>(size));
+  }
+  if (const auto use = mapdb::ReadUse(path); use.ok()) {
+    const auto again = mapdb::DecodeUse(mapdb::EncodeUse(*use));
+    if (!again.ok() || *again != *use) std::abort();
   }
   (void)mapdb::Verify(path);
   absl::StatusOr<Map> maps[] = {mapdb::LoadMap(path), mapdb::OpenMap(path)};

@@ -8,6 +8,7 @@
 #include <fstream>
 #include <string>
 
+#include "scanloc/mapdb/use_file.hpp"
 #include "scanloc/proto/convert.hpp"
 #include "scanloc/proto/status.hpp"
 #include "scanloc/v1/admin.pb.h"
@@ -115,6 +116,9 @@ void AddMaps(const Seeds& seeds) {
     seeds.Write("map", golden, ReadFile(SourceDir() + "/tests/data/" + golden));
   }
   seeds.Write("map", "sqlite", "SQLite format 3");
+  MapUse use{.content_id = "abc", .since_ns = 1, .until_ns = 2, .num_localized = 3};
+  use.places[7] = {.num_found = 3, .confidence = 0.9, .disagreement = 0.1, .last_found_ns = 2};
+  seeds.Write("map", "health", mapdb::EncodeUse(use));
 }
 
 void AddBags(const Seeds& seeds) {
