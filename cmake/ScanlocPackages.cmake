@@ -54,6 +54,8 @@ if(TARGET scanloc_python)
   set(CPACK_COMPONENT_PYTHON_DESCRIPTION
     "The Python package scanloc: numpy in, numpy out; maps, localization, loop closure, evaluation.")
   set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_CONTROL_EXTRA
+    "${PROJECT_SOURCE_DIR}/packaging/debian/python3-scanloc/prerm")
   math(EXPR next_minor "${Python_VERSION_MINOR} + 1")
   set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "python3-numpy, \
 python3 (>= 3.${Python_VERSION_MINOR}), python3 (<< 3.${next_minor})")

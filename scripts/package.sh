@@ -37,7 +37,7 @@ cleanup() {
 trap cleanup EXIT
 { command -v debootstrap && command -v systemd-nspawn; } >/dev/null ||
   apt-get install -y -qq --no-install-recommends debootstrap systemd-container >/dev/null
-debootstrap --variant=minbase bookworm "$root" >/dev/null
+debootstrap --variant=minbase --include=systemd-sysv,dbus bookworm "$root" >/dev/null
 chmod 755 "$root"  # other users than root live there, too
 mount -t proc proc "$root/proc"
 mount -t devpts devpts "$root/dev/pts"

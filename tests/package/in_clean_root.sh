@@ -71,7 +71,8 @@ g++ -std=c++20 /example/close_loops.cpp -o close_loops $(pkg-config --cflags --l
 say "gone again"
 kill "$server"
 trap - EXIT
-apt-get purge -y -qq scanlocd >/dev/null
+apt-get purge -y -qq scanlocd python3-scanloc >/dev/null
+test ! -e /usr/lib/python3/dist-packages/scanloc
 test ! -e /etc/scanloc/scanlocd.toml
 test -e /srv/scanloc/town.scanloc
 echo "packages: all well"

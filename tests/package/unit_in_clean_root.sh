@@ -1,10 +1,9 @@
 #!/usr/bin/env bash
-# Boots the clean Debian in ROOT, where in_clean_root.sh has been, in a container without a network, and
+# Boots the Debian with systemd in ROOT, where in_clean_root.sh has been, in a container without a network, and
 # has systemd start scanlocd; fails as what is checked there does.
 #   unit_in_clean_root.sh ROOT
 set -euo pipefail
 root=$1
-chroot "$root" apt-get install -y -qq --no-install-recommends systemd-sysv dbus >/dev/null
 chroot "$root" bash -c 'dpkg -i /debs/scanlocd_*.deb' >/dev/null
 cp "$root/tmp/drive/velodyne/000003.bin" "$root/example/scan.bin"
 
