@@ -20,8 +20,6 @@ namespace {
 
 constexpr std::size_t kCommitInterval = 1000;
 
-using Copies = std::vector<CopiedPlace>::const_iterator;
-
 void AddContext(const ContextShape& shape, const ContextValues& values,
                 PlaceDescriptor& descriptor) {
   Context context{shape.num_rows, shape.num_cols, values.cells_cm};
@@ -32,39 +30,42 @@ void AddContext(const ContextShape& shape, const ContextValues& values,
   }
 }
 
+absl::Status WrittenMeanwhile(const std::string& path) {
+  return absl::UnavailableError(absl::StrCat("map '", path, "' was written meanwhile; try again"));
+}
+
 /// Writes the parts into a file, a session behind the other.
 class Copier {
  public:
   explicit Copier(std::string output) : output_(std::move(output)) {}
 
   absl::Status Copy(const CopyPart& part) {
+    absl::StatusOr<std::vector<CopiedPlace>> places = part.places();
+    if (!places.ok()) return places.status();
+    places_ = *std::move(places);
+    next_ = 0;
     const absl::Status visited = VisitDescriptors(
         part.source->path, [&](std::size_t place, const PlaceDescriptor& descriptor) {
-          if (next_ == part.places.size() ||
-              part.places[next_].place != static_cast<std::int64_t>(place)) {
+          if (next_ == places_.size() || places_[next_].place != static_cast<std::int64_t>(place)) {
             return absl::OkStatus();
           }
-          return Add(part, descriptor);
+          return Add(part.source->info.params, descriptor);
         });
     if (!visited.ok()) return visited;
-    if (next_ != part.places.size()) {
-      return absl::UnavailableError(
-          absl::StrCat("map '", part.source->path, "' was written meanwhile; try again"));
-    }
-    next_ = 0;
-    return absl::OkStatus();
+    return next_ == places_.size() ? absl::OkStatus() : WrittenMeanwhile(part.source->path);
   }
 
   absl::StatusOr<std::string> Finish() {
     if (absl::Status status = EndSession(); !status.ok()) return status;
+    if (content_id_.empty()) return absl::InvalidArgumentError("the new map would have no place");
     return content_id_;
   }
 
  private:
-  absl::Status Add(const CopyPart& part, const PlaceDescriptor& descriptor) {
-    const std::string& session = part.places[next_].session;
+  absl::Status Add(const Params& params, const PlaceDescriptor& descriptor) {
+    const std::string& session = places_[next_].session;
     if (!builder_ || builder_->plan().name != session || num_added_ == num_planned_) {
-      if (absl::Status status = StartSession(part); !status.ok()) return status;
+      if (absl::Status status = StartSession(params); !status.ok()) return status;
     }
     absl::Status status = builder_->Add(descriptor);
     ++next_;
@@ -73,20 +74,17 @@ class Copier {
   }
 
   /// All that follow with the same name are of the session.
-  absl::Status StartSession(const CopyPart& part) {
+  absl::Status StartSession(const Params& params) {
     if (absl::Status status = EndSession(); !status.ok()) return status;
-    SessionPlan plan{.name = part.places[next_].session, .scans = {}};
-    for (std::size_t i = next_; i < part.places.size() && part.places[i].session == plan.name;
-         ++i) {
-      const PlaceRecord& record =
-          part.source->places[static_cast<std::size_t>(part.places[i].place)];
-      plan.scans.push_back({record.scan, record.place.stamp_ns, part.places[i].T_map_place});
+    SessionPlan plan{.name = places_[next_].session, .scans = {}};
+    for (std::size_t i = next_; i < places_.size() && places_[i].session == plan.name; ++i) {
+      plan.scans.push_back(std::move(places_[i].scan));
     }
     num_planned_ = plan.scans.size();
     num_added_ = 0;
-    absl::StatusOr<MapBuilder> builder =
-        content_id_.empty() ? MapBuilder::Create(output_, part.source->info.params, std::move(plan))
-                            : MapBuilder::Append(output_, std::move(plan));
+    absl::StatusOr<MapBuilder> builder = content_id_.empty()
+                                             ? MapBuilder::Create(output_, params, std::move(plan))
+                                             : MapBuilder::Append(output_, std::move(plan));
     if (!builder.ok()) return builder.status();
     builder_ = *std::move(builder);
     return absl::OkStatus();
@@ -105,7 +103,8 @@ class Copier {
   std::optional<MapBuilder> builder_;
   std::size_t num_planned_ = 0;  // of the session
   std::size_t num_added_ = 0;
-  std::size_t next_ = 0;  // of the part's places
+  std::vector<CopiedPlace> places_;  // of the part
+  std::size_t next_ = 0;             // of these
   std::string content_id_;
 };
 
@@ -209,38 +208,41 @@ absl::Status CheckIsNew(const std::string& path) {
 }
 
 absl::StatusOr<CopySource> ReadSource(const std::string& path) {
-  CopySource source{.path = path};
   absl::StatusOr<MapInfo> info = ReadInfo(path);
   if (!info.ok()) return info.status();
-  source.info = *std::move(info);
-  if (!source.info.complete) {
+  if (!info->complete) {
     return absl::FailedPreconditionError(
         absl::StrCat("map '", path, "' is incomplete; finish its build with --resume first"));
   }
-  absl::StatusOr<std::vector<PlaceRecord>> places = ReadPlaces(path);
-  if (!places.ok()) return places.status();
-  source.places = *std::move(places);
-  return source;
+  return CopySource{path, *std::move(info)};
 }
 
-std::vector<CopiedPlace> AllPlaces(const CopySource& source) {
+absl::StatusOr<std::vector<CopiedPlace>> AllPlaces(const CopySource& source) {
+  absl::StatusOr<std::vector<PlaceRecord>> records = ReadPlaces(source.path);
+  if (!records.ok()) return records.status();
+  if (records->size() != static_cast<std::size_t>(source.info.num_places)) {
+    return WrittenMeanwhile(source.path);
+  }
   std::vector<CopiedPlace> copied;
-  copied.reserve(source.places.size());
-  for (std::size_t i = 0; i < source.places.size(); ++i) {
-    const Place& place = source.places[i].place;
-    copied.push_back({static_cast<std::int64_t>(i),
-                      source.info.sessions[static_cast<std::size_t>(place.session)].name,
-                      place.T_map_place});
+  copied.reserve(records->size());
+  for (PlaceRecord& record : *records) {
+    const auto session = static_cast<std::size_t>(record.place.session);
+    if (session >= source.info.sessions.size()) return WrittenMeanwhile(source.path);
+    copied.push_back({static_cast<std::int64_t>(copied.size()),
+                      source.info.sessions[session].name,
+                      {std::move(record.scan), record.place.stamp_ns, record.place.T_map_place}});
   }
   return copied;
+}
+
+CopyPart PartOf(const CopySource& source, std::vector<CopiedPlace> places) {
+  return {&source, [places = std::move(places)] { return places; }};
 }
 
 absl::StatusOr<std::string> WriteCopy(const std::string& out, const std::vector<CopyPart>& parts,
                                       HistoryEntry made_by, const Finish& finish) {
   if (absl::Status status = CheckIsNew(out); !status.ok()) return status;
-  bool is_empty = true;
   for (const CopyPart& part : parts) {
-    is_empty = is_empty && part.places.empty();
     const CopySource& first = *parts.front().source;
     if (const std::string difference =
             DescribeDifference(part.source->info.params, first.info.params);
@@ -250,7 +252,6 @@ absl::StatusOr<std::string> WriteCopy(const std::string& out, const std::vector<
                        "': ", difference, "; build one of them again"));
     }
   }
-  if (is_empty) return absl::InvalidArgumentError("the new map would have no place");
   const std::string partial = absl::StrCat(out, ".partial-", getpid());
   RemovePartial(partial);  // of a process that was killed, and had the same number
   absl::StatusOr<std::string> content_id =

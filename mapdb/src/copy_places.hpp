@@ -9,8 +9,8 @@
 
 #include "absl/status/statusor.h"
 #include "scanloc/core/params.hpp"
-#include "scanloc/core/scan/pose.hpp"
 #include "scanloc/mapdb/history.hpp"
+#include "scanloc/mapdb/map_builder.hpp"
 #include "scanloc/mapdb/map_file.hpp"
 #include "scanloc/mapdb/merge_maps.hpp"
 
@@ -21,7 +21,6 @@ namespace scanloc::mapdb {
 struct CopySource {
   std::string path;
   MapInfo info;
-  std::vector<PlaceRecord> places;  ///< of the file, all
 };
 /// FailedPrecondition: it is incomplete. Else the errors of map_file.hpp.
 [[nodiscard]] absl::StatusOr<CopySource> ReadSource(const std::string& path);
@@ -30,16 +29,20 @@ struct CopySource {
 struct CopiedPlace {
   std::int64_t place = 0;  ///< in its source
   std::string session;     ///< neighbours of one name become one session
-  Pose T_map_place = Pose::Identity();
+  PlannedScan scan;
 };
-/// All of a source, as they are.
-[[nodiscard]] std::vector<CopiedPlace> AllPlaces(const CopySource& source);
+/// All of a source, as they are. Unavailable: it was written since it was read. Else the errors of
+/// map_file.hpp.
+[[nodiscard]] absl::StatusOr<std::vector<CopiedPlace>> AllPlaces(const CopySource& source);
 
 /// Some places of one source, ascending.
 struct CopyPart {
   const CopySource* source = nullptr;
-  std::vector<CopiedPlace> places;
+  /// Asked once, when they are written: only those of one part are in memory at a time.
+  std::function<absl::StatusOr<std::vector<CopiedPlace>>()> places;
 };
+/// A part of these.
+[[nodiscard]] CopyPart PartOf(const CopySource& source, std::vector<CopiedPlace> places);
 
 /// Writes a new map of all parts, in their order, and gives its content id. Its history is that of
 /// the sources and made_by, with their content ids as parents, unless made_by has no command.

@@ -19,22 +19,25 @@ absl::StatusOr<EditSummary> EditMap(const std::string& in, const std::string& ou
     return std::holds_alternative<Transform>(edit);
   });
   if (is_moved) source->info.geo_origin.reset();
+  absl::StatusOr<std::vector<CopiedPlace>> all = AllPlaces(*source);
+  if (!all.ok()) return all.status();
   std::vector<EditedPlace> places;
-  for (const CopiedPlace& copied : AllPlaces(*source)) {
-    const auto place = static_cast<std::size_t>(copied.place);
-    places.push_back(
-        {place, copied.session, source->places[place].place.stamp_ns, copied.T_map_place});
+  for (const CopiedPlace& copied : *all) {
+    places.push_back({static_cast<std::size_t>(copied.place), copied.session, copied.scan.stamp_ns,
+                      copied.scan.T_map_place});
   }
   EditSummary summary{.num_places_before = places.size()};
   absl::StatusOr<EditPlan> plan = PlanEdits(std::move(places), edits);
   if (!plan.ok()) return plan.status();
   summary.plan = *std::move(plan);
-  CopyPart part{.source = &*source, .places = {}};
+  std::vector<CopiedPlace> kept;
   for (const EditedPlace& edited : summary.plan.places) {
-    part.places.push_back(
-        {static_cast<std::int64_t>(edited.place), edited.session, edited.T_map_place});
+    kept.push_back(std::move((*all)[edited.place]));
+    kept.back().session = edited.session;
+    kept.back().scan.T_map_place = edited.T_map_place;
   }
-  absl::StatusOr<std::string> content_id = WriteCopy(out, {part}, std::move(made_by), finish);
+  absl::StatusOr<std::string> content_id =
+      WriteCopy(out, {PartOf(*source, std::move(kept))}, std::move(made_by), finish);
   if (!content_id.ok()) return content_id.status();
   summary.content_id = *std::move(content_id);
   return summary;
@@ -49,20 +52,24 @@ absl::StatusOr<std::string> ReplacePlaces(const std::string& old_map,
   if (!before.ok()) return before.status();
   const absl::StatusOr<CopySource> after = ReadSource(new_map);
   if (!after.ok()) return after.status();
-  if (replaced.size() != before->places.size()) {
-    return absl::InvalidArgumentError(absl::StrCat(
-        "map '", old_map, "' has ", before->places.size(), " places, not ", replaced.size()));
+  absl::StatusOr<std::vector<CopiedPlace>> old_places = AllPlaces(*before);
+  if (!old_places.ok()) return old_places.status();
+  absl::StatusOr<std::vector<CopiedPlace>> added = AllPlaces(*after);
+  if (!added.ok()) return added.status();
+  if (replaced.size() != old_places->size()) {
+    return absl::InvalidArgumentError(absl::StrCat("map '", old_map, "' has ", old_places->size(),
+                                                   " places, not ", replaced.size()));
   }
-  CopyPart stays{.source = &*before, .places = {}};
+  std::vector<CopiedPlace> stays;
   std::set<std::string> taken;
-  for (CopiedPlace& copied : AllPlaces(*before)) {
+  for (CopiedPlace& copied : *old_places) {
     if (replaced[static_cast<std::size_t>(copied.place)]) continue;
     taken.insert(copied.session);
-    stays.places.push_back(std::move(copied));
+    stays.push_back(std::move(copied));
   }
-  CopyPart added{.source = &*after, .places = AllPlaces(*after)};
-  for (CopiedPlace& copied : added.places) copied.session = FreeName(copied.session, taken);
-  return WriteCopy(out, {std::move(stays), std::move(added)}, std::move(made_by), finish);
+  for (CopiedPlace& copied : *added) copied.session = FreeName(copied.session, taken);
+  return WriteCopy(out, {PartOf(*before, std::move(stays)), PartOf(*after, *std::move(added))},
+                   std::move(made_by), finish);
 }
 
 }  // namespace scanloc::mapdb

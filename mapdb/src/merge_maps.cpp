@@ -9,25 +9,18 @@
 namespace scanloc::mapdb {
 namespace {
 
-/// The places of an input, their sessions named so that they can stand beside those taken.
-absl::StatusOr<CopyPart> PartOf(const CopySource& source, bool rename_sessions,
-                                std::set<std::string>& taken) {
-  std::vector<std::string> names;
-  for (const SessionInfo& session : source.info.sessions) {
-    const std::string name = rename_sessions ? FreeName(session.name, taken) : session.name;
+/// Names the sessions of an input so that they can stand beside those taken.
+absl::Status NameSessions(bool rename_sessions, std::set<std::string>& taken, CopySource& source) {
+  for (SessionInfo& session : source.info.sessions) {
+    std::string name = rename_sessions ? FreeName(session.name, taken) : session.name;
     if (!taken.insert(name).second) {
       return absl::FailedPreconditionError(
           absl::StrCat("map '", source.path, "' has a session '", session.name,
                        "', and an earlier map, too; merge them with --rename-sessions"));
     }
-    names.push_back(name);
+    session.name = std::move(name);
   }
-  CopyPart part{&source, AllPlaces(source)};
-  for (CopiedPlace& copied : part.places) {
-    const PlaceRecord& record = source.places[static_cast<std::size_t>(copied.place)];
-    copied.session = names[static_cast<std::size_t>(record.place.session)];
-  }
-  return part;
+  return absl::OkStatus();
 }
 
 }  // namespace
@@ -45,10 +38,10 @@ absl::StatusOr<std::string> MergeMaps(const std::string& out,
   }
   std::set<std::string> taken;
   std::vector<CopyPart> parts;
-  for (const CopySource& source : sources) {
-    absl::StatusOr<CopyPart> part = PartOf(source, rename_sessions, taken);
-    if (!part.ok()) return part.status();
-    parts.push_back(*std::move(part));
+  for (CopySource& source : sources) {
+    absl::Status status = NameSessions(rename_sessions, taken, source);
+    if (!status.ok()) return status;
+    parts.push_back({&source, [&source] { return AllPlaces(source); }});
   }
   return WriteCopy(out, parts, std::move(made_by), finish);
 }

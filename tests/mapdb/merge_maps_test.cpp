@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <malloc.h>
 
 #include <filesystem>
 
@@ -60,6 +61,22 @@ TEST_F(MergeMapsTest, NamesSessionsAnewOnRequest) {
   ASSERT_TRUE(MergeMaps(out_, {one, two, one}, /*rename_sessions=*/true).ok());
   EXPECT_THAT(LoadMap(out_)->sessions, testing::ElementsAre("one", "one-2", "one-3"));
   EXPECT_TRUE(Verify(out_)->empty());
+}
+
+// What is done at the end, as calibration, needs the memory itself.
+TEST_F(MergeMapsTest, HoldsNoPlaceOnceAllAreWritten) {
+  constexpr std::size_t kNumScans = 300;
+  SessionPlan plan = test::SmallPlan("one", kNumScans);
+  for (PlannedScan& scan : plan.scans) scan.name.insert(0, 200, 'x');
+  ASSERT_TRUE(BuildMap(test::SmallOptions(dir_.File("one")), plan, test::SmallLoader()).ok());
+  const std::string one = dir_.File("one");
+  const std::size_t before = mallinfo2().uordblks;
+  std::size_t at_end = before;
+  ASSERT_TRUE(MergeMaps(out_, {one, one}, /*rename_sessions=*/true, {}, [&](const std::string&) {
+                at_end = mallinfo2().uordblks;
+                return absl::OkStatus();
+              }).ok());
+  EXPECT_LT(at_end, before + kNumScans * 200);
 }
 
 TEST_F(MergeMapsTest, TakesAllSessionsOfAllInputsInTheirOrder) {
