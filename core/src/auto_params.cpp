@@ -19,9 +19,11 @@ EvidenceParams IndoorEvidence() {
   params.score = 17.5;
   params.sharpness = 14.5;
   params.over_mirror = 22.2;
+  params.max_over_mirror = 0.25;  // of one wall a mirror image may have nothing
   params.contradicted = -4.4;
   params.chance = -31.0;
   params.rival = 50.0;
+  params.beside = 50.0;
   params.alike_score = 0.7;
   params.shared_in_a_row = 0.3;  // floors are alike in more than decks are
   return params;

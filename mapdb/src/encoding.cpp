@@ -79,7 +79,18 @@ int VersionOf(std::string_view name) {
                                                          {"auto.shortlist.agreement_per_octave", 6},
                                                          {"auto.shortlist.apart_m", 6},
                                                          {"auto.rivals.along_step_m", 6},
-                                                         {"auto.rivals.along_m", 6}};
+                                                         {"auto.rivals.along_m", 6},
+                                                         {"auto.evidence.beside", 7},
+                                                         {"auto.track.carried_penalty", 7},
+                                                         {"auto.track.doubt", 7},
+                                                         {"auto.track.doubt_alone", 7},
+                                                         {"auto.track.equal_log_odds", 7},
+                                                         {"auto.track.far_log_odds", 7},
+                                                         {"auto.track.told_log_odds", 7},
+                                                         {"auto.track.told_every_m", 7},
+                                                         {"auto.track.climb_m", 7},
+                                                         {"auto.track.standing_m", 7},
+                                                         {"auto.track.fade_m", 7}};
   for (const auto& [later, version] : kLater) {
     if (later == name) return version;
   }

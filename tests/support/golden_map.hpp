@@ -50,6 +50,20 @@ inline Params GoldenParams(int version) {
   params.automatic.ground.reach_m = 20.5;
   // What later versions brought.
   const AutoParams usual = AutoParamsAtScale(params.automatic.scale);
+  if (version < 7) {
+    params.automatic.evidence.beside = usual.evidence.beside;
+    TrackParams& track = params.automatic.track;
+    track.carried_penalty = usual.track.carried_penalty;
+    track.doubt = usual.track.doubt;
+    track.doubt_alone = usual.track.doubt_alone;
+    track.equal_log_odds = usual.track.equal_log_odds;
+    track.far_log_odds = usual.track.far_log_odds;
+    track.told_log_odds = usual.track.told_log_odds;
+    track.told_every_m = usual.track.told_every_m;
+    track.climb_m = usual.track.climb_m;
+    track.standing_m = usual.track.standing_m;
+    track.fade_m = usual.track.fade_m;
+  }
   if (version < 6) {
     ShortlistParams& shortlist = params.automatic.shortlist;
     shortlist.found_share = usual.shortlist.found_share;
@@ -92,7 +106,7 @@ inline PlaceDescriptor GoldenDescriptor(int seed) {
 /// Makes a map of two sessions: `morning` of 3 scans, the second one empty, and an unfinished
 /// `evening` of which 1 of 2 scans is done. Gives its content id.
 inline absl::Status MakeGoldenMap(const std::string& path) {
-  auto morning = mapdb::MapBuilder::Create(path, GoldenParams(6), GoldenPlan("morning", 3));
+  auto morning = mapdb::MapBuilder::Create(path, GoldenParams(7), GoldenPlan("morning", 3));
   if (!morning.ok()) return morning.status();
   if (absl::Status status = morning->Add(GoldenDescriptor(0)); !status.ok()) return status;
   if (absl::Status status = morning->Skip(mapdb::SkipReason::kEmpty); !status.ok()) return status;

@@ -96,7 +96,7 @@ absl::StatusOr<std::vector<Spot>> AutoSearch::Find(const ScanDescriptor& query,
   };
   // Where a robot should be is looked at first, should time run out.
   Structures structures(*this, payload);
-  add(VerifyPredicted(match, structure, structures, options.predicted, control));
+  add(VerifyPredicted(match, structure, structures, options, control));
   for (const std::vector<Hypothesis>& part : proposed) {
     add(Verify(match, part, structures, control, map_.params.automatic.verify.selection));
   }
@@ -149,12 +149,21 @@ std::optional<Hypothesis> AutoSearch::HypothesisAt(const Structure& query, const
 }
 
 std::vector<Hypothesis> AutoSearch::VerifyPredicted(QueryMatch& match, const Structure& query,
-                                                    PlaceStructures& places,
-                                                    const std::vector<Pose>& predictions,
+                                                    PlaceStructures& places, const Options& options,
                                                     const SearchControl& control) const {
   std::vector<Hypothesis> predicted;
-  for (const Pose& T_map_query : predictions) {
+  for (const Pose& T_map_query : options.predicted) {
     if (auto at = HypothesisAt(query, T_map_query, control)) predicted.push_back(*at);
+  }
+  if (options.are_predicted_near) {
+    for (std::size_t i = 0; i < predicted.size(); ++i) {
+      if (i > 0 && control.IsOver()) {
+        predicted.resize(i);
+        break;
+      }
+      match.LayFinely(places.Posts(predicted[i].place), predicted[i]);
+    }
+    return predicted;
   }
   SelectionParams all = map_.params.automatic.verify.selection;
   all.num_hypotheses = all.max_per_spot = static_cast<int>(predicted.size());

@@ -47,6 +47,7 @@ class AutoSearch {
     std::vector<Pose> predicted = {};  ///< T_map_query to be verified, too
     int num_supported = 1;             ///< spots whose support is looked at
     int num_measured = 1;              ///< spots whose covariance is
+    bool are_predicted_near = false;   ///< the poses predicted are reckoned, not guessed
   };
 
   /// Where the query may have been taken: verified, all distinct poses, best first; none if there
@@ -116,7 +117,7 @@ class AutoSearch {
   /// Those of the poses predicted, verified.
   [[nodiscard]] std::vector<Hypothesis> VerifyPredicted(QueryMatch& match, const Structure& query,
                                                         PlaceStructures& places,
-                                                        const std::vector<Pose>& predictions,
+                                                        const Options& options,
                                                         const SearchControl& control) const;
   /// The verified hypotheses that are of distinct poses, best first.
   [[nodiscard]] std::vector<Spot> Distinct(const Structure& query,

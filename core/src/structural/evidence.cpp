@@ -18,9 +18,14 @@ double ChanceOf(std::size_t num_posts) {
   return 1.0 / std::sqrt(static_cast<double>(std::max<std::size_t>(num_posts, 1)));
 }
 
+/// By how much scores differ that are equal but for chance.
+double EqualByChance(std::size_t num_posts, const EvidenceParams& params) {
+  return params.equal_scores + params.equal_by_chance * ChanceOf(num_posts);
+}
+
 /// By how much a better score must be better to say anything against this one.
 double EqualScores(double score, std::size_t num_posts, const EvidenceParams& params) {
-  return params.equal_scores + params.equal_by_chance * ChanceOf(num_posts) +
+  return EqualByChance(num_posts, params) +
          params.equal_of_alike * std::max(0.0, score - params.alike_score);
 }
 
@@ -151,9 +156,12 @@ double SupportLogOdds(const Support& support, const EvidenceParams& params) {
 }
 
 double GenuineLogOdds(const Support& support, const EvidenceParams& params) {
-  return std::min(SupportLogOdds(support, params),
-                  RivalryLogOdds(support.score, support.score - support.over_mirror,
-                                 support.num_posts, params));
+  const double over_beside =
+      params.beside * std::max(0.0, support.sharpness - EqualByChance(support.num_posts, params));
+  return std::min({SupportLogOdds(support, params),
+                   RivalryLogOdds(support.score, support.score - support.over_mirror,
+                                  support.num_posts, params),
+                   over_beside});
 }
 
 double RivalryLogOdds(double better_score, double score, std::size_t num_posts,

@@ -35,8 +35,8 @@ struct Support {
 /// in the map with a score like it.
 [[nodiscard]] double SupportLogOdds(const Support& support, const EvidenceParams& params);
 
-/// The same, but even where the scan lies as well on the place's mirror image: what cannot be told
-/// from that cannot be told from the next room.
+/// The same, but even where the scan lies as well on the place's mirror image, for what cannot be
+/// told from that cannot be told from the next room; and where it lies as well a metre on.
 [[nodiscard]] double GenuineLogOdds(const Support& support, const EvidenceParams& params);
 
 /// By how much the log-odds of a pose are less than those of another with a better score, by a scan

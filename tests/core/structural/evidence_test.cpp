@@ -37,6 +37,13 @@ TEST(Shares, OfPosesThatBothExplainNearlyAllAreEqualForLonger) {
   EXPECT_GT(Shares(std::vector<double>{0.75, 0.60}, 400, {})[0], 0.95);
 }
 
+TEST(GenuineLogOdds, AreNoneOfAPoseThatSlides) {
+  Support wall{.score = 0.76, .sharpness = 0.2, .over_mirror = 0.6, .num_posts = 240};
+  EXPECT_GT(Logistic(GenuineLogOdds(wall, {})), 0.95);
+  wall.sharpness = 0.05;
+  EXPECT_LT(Logistic(GenuineLogOdds(wall, {})), 0.6);
+}
+
 TEST(SupportLogOdds, GrowsWithWhatSpeaksForAPoseAndFallsWithWhatSpeaksAgainst) {
   const Support support{
       .score = 0.7, .sharpness = 0.1, .over_mirror = 0.2, .contradicted = 0.1, .num_posts = 100};

@@ -124,6 +124,7 @@ struct EvidenceParams {
   double contradicted = -4.2;
   double chance = -7.2;          ///< times 1/√posts
   double rival = 40.0;           ///< log-odds a score that is better by one
+  double beside = 100.0;         ///< the same, against the pose itself 1 m or 10° off
   double equal_scores = 0.02;    ///< scores that differ by less, and by ...
   double equal_by_chance = 0.5;  ///< ... this times 1/√posts, are equal
   /// A rival that explains more than this of a scan is alike in all that stays: what tells it apart
@@ -142,13 +143,24 @@ struct TrackParams {
   int num_supported = 4;           ///< spots of a scan that are looked at for more than scores
   double max_scan_log_odds = 6.0;  ///< of one scan: those that follow are alike, as are its errors
   double max_log_odds = 8.0;       ///< of a track
-  double new_track_penalty = 4.0;  ///< robots are seldom carried off while a track is ...
-  double sure_log_odds = 3.0;      ///< ... by so much surer than any other
   double least_log_odds = -8.0;    ///< tracks less likely are given up
   double lost_log_odds = -2.0;     ///< a spot with less is none: its track has lost sight
-  double gate_m = 3.0;             ///< by odometry: how far off a track may be found ...
-  double gate_per_metre = 0.1;     ///< ... and farther the longer the way was ...
-  double gate_rad = 0.35;          ///< ... and how far turned
+  double sure_log_odds = 3.0;      ///< a track stays sure that is ahead of all others by so much
+  double carried_penalty = 10.0;   ///< while a sure one is in sight, others begin so far behind ...
+  double new_track_penalty = 4.0;  ///< ... and so far when it is lost by a robot that stands
+  double doubt = 1.0;        ///< against a sure track, for each scan in a row that does not see it
+  double doubt_alone = 4.0;  ///< likewise, where the scan alone says that it is elsewhere
+  double equal_log_odds = 0.5;  ///< a sure track is seen where no other is ahead by more than this
+  double far_log_odds = 4.0;    ///< against a track by a scan that is found too far from it
+  double told_log_odds = 2.0;   ///< a scan that alone says where it is says so much against others;
+                                ///< by as much more a track must be ahead to become sure
+  double told_every_m = 1.0;    ///< way between two such scans
+  double climb_m = 0.5;         ///< on a plane; who is found more above may be on other floors
+  double standing_m = 0.05;     ///< from scan to scan; who goes less may be in a lift
+  double fade_m = 30.0;         ///< way without sight in which a lead falls to 1/e
+  double gate_m = 1.5;          ///< by odometry: how far off a track may be found ...
+  double gate_per_metre = 0.1;  ///< ... and farther the longer the way was ...
+  double gate_rad = 0.25;       ///< ... and how far turned
   double free_gate_rad = 0.75 * std::numbers::pi;  ///< without: less than half a turn
   double height_gate_m = 1.0;          ///< floors are farther apart than a track rises unseen ...
   double height_gate_per_metre = 0.1;  ///< ... but for so much of what it moves in the plane
@@ -255,6 +267,7 @@ void VisitAutoFields(P& params, Visitor&& visit) {
   visit("auto.evidence.contradicted", params.evidence.contradicted, -1000.0, 1000.0);
   visit("auto.evidence.chance", params.evidence.chance, -1000.0, 1000.0);
   visit("auto.evidence.rival", params.evidence.rival, 0.0, 1000.0);
+  visit("auto.evidence.beside", params.evidence.beside, 0.0, 1000.0);
   visit("auto.evidence.equal_scores", params.evidence.equal_scores, 0.0, 1.0);
   visit("auto.evidence.equal_by_chance", params.evidence.equal_by_chance, 0.0, 10.0);
   visit("auto.evidence.alike_score", params.evidence.alike_score, 0.0, 1.0);
@@ -269,6 +282,16 @@ void VisitAutoFields(P& params, Visitor&& visit) {
   visit("auto.track.sure_log_odds", params.track.sure_log_odds, 0.0, 100.0);
   visit("auto.track.least_log_odds", params.track.least_log_odds, -100.0, 0.0);
   visit("auto.track.lost_log_odds", params.track.lost_log_odds, -100.0, 0.0);
+  visit("auto.track.carried_penalty", params.track.carried_penalty, 0.0, 100.0);
+  visit("auto.track.doubt", params.track.doubt, 0.0, 100.0);
+  visit("auto.track.doubt_alone", params.track.doubt_alone, 0.0, 100.0);
+  visit("auto.track.equal_log_odds", params.track.equal_log_odds, 0.0, 100.0);
+  visit("auto.track.far_log_odds", params.track.far_log_odds, 0.0, 100.0);
+  visit("auto.track.told_log_odds", params.track.told_log_odds, 0.0, 100.0);
+  visit("auto.track.told_every_m", params.track.told_every_m, 0.0, 100.0);
+  visit("auto.track.climb_m", params.track.climb_m, 0.0, 100.0);
+  visit("auto.track.standing_m", params.track.standing_m, 0.0, 10.0);
+  visit("auto.track.fade_m", params.track.fade_m, 0.1, 10000.0);
   visit("auto.track.gate_m", params.track.gate_m, 0.1, 100.0);
   visit("auto.track.gate_per_metre", params.track.gate_per_metre, 0.0, 1.0);
   visit("auto.track.gate_rad", params.track.gate_rad, 0.01, 3.2);

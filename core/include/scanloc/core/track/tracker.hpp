@@ -25,15 +25,23 @@ struct TrackedAnswer {
   bool is_relocated = false;
 };
 
+class Tracks;
+struct Look;
+
 /// Evidence over several scans of one drive (docs/algorithm.md, "A moving robot").
 ///
-/// Keeps at most kMaxTracks hypotheses where the robot is, each with the log-odds that its scans
-/// speak for, and moves them along with the robot. Scans that look like two places become certain
-/// as the robot drives on; a robot that was carried off is found again, after one scan of doubt.
+/// Keeps a few hypotheses where the robot is, each with the log-odds that its scans speak for, and
+/// moves them along with the robot. Scans that look like two places become certain as the robot
+/// drives on, and what told it apart from its like lasts as long as its odometry does; a robot that
+/// was carried off while it stood is found again, after one scan of doubt.
 /// One robot each; not thread-safe. The same scans always give the same answers.
 class Tracker {
  public:
   static constexpr std::size_t kMaxTracks = 16;
+
+  Tracker(Tracker&&) noexcept;
+  Tracker& operator=(Tracker&&) noexcept;
+  ~Tracker();
 
   /// FailedPrecondition: the map does not serve `auto`. InvalidArgument: options out of range.
   [[nodiscard]] static absl::StatusOr<Tracker> Create(std::shared_ptr<const Localizer> localizer,
@@ -48,41 +56,23 @@ class Tracker {
       const SearchControl& control = {});
 
   /// At most kMaxTracks.
-  [[nodiscard]] std::size_t num_tracks() const { return tracks_.size(); }
+  [[nodiscard]] std::size_t num_tracks() const;
 
   /// Forgets all scans.
   void Reset();
 
  private:
-  struct Track {
-    Pose T_map_scan = Pose::Identity();
-    std::optional<PoseCovariance> covariance;  // none where the last scan did not find it
-    double score = 0.0;                        // of its last scan that was found again
-    double unrivalled = 0.0;  // probability by that scan alone, were there no other spot
-    double log_odds = 0.0;    // of all its scans
-    double rivalry = 0.0;     // what only the last one says against it
-    int num_scans = 0;
-    std::uint64_t id = 0;
-
-    [[nodiscard]] double total() const { return log_odds - rivalry; }
-  };
-  struct Step;
-
   Tracker(std::shared_ptr<const Localizer> localizer, const TrackerOptions& options);
 
   /// What the scan says, with the tracks where they should have got to. Cancelled as Localize is.
-  [[nodiscard]] absl::StatusOr<Step> Look(const ScanDescriptor& scan,
-                                          const std::optional<Pose>& T_last_scan,
-                                          const SearchControl& control) const;
-  void Move(const std::optional<Pose>& T_last_scan);
-  void LoseSight();
-  void Weigh(const Step& step);
-  [[nodiscard]] TrackedAnswer Tell(const Step& step, const SearchControl& control);
+  [[nodiscard]] absl::StatusOr<Look> LookAt(const ScanDescriptor& scan,
+                                            const std::optional<Pose>& T_last_scan,
+                                            const SearchControl& control, StageTimes& times) const;
+  [[nodiscard]] TrackedAnswer Tell(const StageTimes& times, const SearchControl& control);
 
   std::shared_ptr<const Localizer> localizer_;
   TrackerOptions options_;
-  std::vector<Track> tracks_;  // most likely first
-  std::uint64_t next_id_ = 1;
+  std::unique_ptr<Tracks> tracks_;
   std::uint64_t last_localized_ = 0;  // id of a track; 0: none yet
 };
 
