@@ -29,8 +29,8 @@ struct OdometryNoise {
   double least_rad = 0.0001;
   double drift_m_m = 0.03;     ///< of what is added to every metre: scale, climb, sideslip
   double drift_rad_m = 0.001;  ///< likewise to its turn about the sensor's z
-  /// Likewise to its roll and pitch: little, since loops in the plane hardly see it. It bends all of
-  /// a drive into a bowl, which closes as well as a plane does.
+  /// Likewise to its roll and pitch: little, since loops in the plane hardly see it. It bends all
+  /// of a drive into a bowl, which closes as well as a plane does.
   double drift_tilt_rad_m = 1e-5;
 
   /// Of an odometry that errs so many times as much by chance.
