@@ -1,38 +1,24 @@
-// Streams of moving robots: the client library against a real server.
+// What streams of moving robots are answered: the client library against a real server.
 #include "scanloc/client/robot_stream.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <atomic>
-#include <chrono>
 #include <optional>
 #include <string>
 #include <thread>
 #include <utility>
 #include <vector>
 
-#include "scanloc/client/client.hpp"
+#include "robot_stream_fixture.hpp"
 #include "scanloc/core/track/tracker.hpp"
-#include "scanloc/proto/convert.hpp"
 #include "scanloc/proto/status.hpp"
-#include "support/raw_call.hpp"
 #include "support/same_answer.hpp"
-#include "support/small_map.hpp"
-#include "support/test_server.hpp"
 
 namespace scanloc::server {
 namespace {
 
 using ::testing::HasSubstr;
-
-constexpr int kNumPlaces = 6;
-
-client::Client ConnectTo(const Server& server) {
-  auto client = client::Client::Connect({.address = server.address()});
-  if (!client.ok()) throw std::runtime_error(client.status().ToString());
-  return *std::move(client);
-}
 
 /// How the robot gets from one query's pose to the next, if it drives along the places.
 std::optional<Pose> Odometry(const Map& map, int place) {
@@ -41,56 +27,6 @@ std::optional<Pose> Odometry(const Map& map, int place) {
     return map.places[static_cast<std::size_t>(i)].T_map_place * PlanarOffset(0.3, 0.5 + 0.1 * i);
   };
   return pose(place - 1).inverse() * pose(place);
-}
-
-/// A stream of hand-made messages.
-class RawStream {
- public:
-  explicit RawStream(const Server& server)
-      : stub_(v1::Localization::NewStub(test::ChannelTo(server.address()))) {
-    test::SetPatience(context_);
-    stream_ = stub_->LocalizeStream(&context_);
-  }
-  /// The first request and its response.
-  [[nodiscard]] bool Configure(const std::string& map = "") {
-    v1::LocalizeStreamRequest request;
-    request.mutable_config()->set_map(map);
-    return Say(request) && response_.has_opened();
-  }
-  [[nodiscard]] bool Say(const v1::LocalizeStreamRequest& request) {
-    return Send(request) && Hear();
-  }
-  [[nodiscard]] bool Send(const v1::LocalizeStreamRequest& request) {
-    return stream_->Write(request);
-  }
-  [[nodiscard]] bool Hear() { return stream_->Read(&response_); }
-  /// For other calls on the same connection.
-  [[nodiscard]] v1::Localization::Stub& stub() { return *stub_; }
-  [[nodiscard]] grpc::Status End() {
-    stream_->WritesDone();
-    return stream_->Finish();
-  }
-  /// The end that the server puts to it.
-  [[nodiscard]] grpc::Status Await() {
-    while (stream_->Read(&response_)) {
-    }
-    return stream_->Finish();
-  }
-  void HangUp() { context_.TryCancel(); }
-  [[nodiscard]] const v1::LocalizeStreamResponse& response() const { return response_; }
-
- private:
-  std::unique_ptr<v1::Localization::Stub> stub_;
-  grpc::ClientContext context_;
-  std::unique_ptr<grpc::ClientReaderWriter<v1::LocalizeStreamRequest, v1::LocalizeStreamResponse>>
-      stream_;
-  v1::LocalizeStreamResponse response_;
-};
-
-v1::LocalizeStreamRequest StreamRequest(int place) {
-  v1::LocalizeStreamRequest request;
-  *request.mutable_scan()->mutable_scan() = proto::ToProto(test::QueryScan(1, place));
-  return request;
 }
 
 v1::LocalizeStreamRequest ConfigFor(const std::string& map) {
@@ -254,156 +190,6 @@ TEST(RobotStream, OfBytesThatAreNoMessageIsRefused) {
                                 "/scanloc.v1.Localization/LocalizeStream", "\xff\xff\xff\xff")
                 .error_code(),
             grpc::StatusCode::INVALID_ARGUMENT);
-}
-
-TEST(RobotStream, IsRefusedAtOnceWhenTooManyAreOpen) {
-  const test::Maps maps = {{"town", test::SmallMap(1, kNumPlaces)}};
-  ServerOptions options = test::OptionsFor(maps);
-  options.max_streams = 2;
-  const auto server = test::StartServer(maps, options);
-  RawStream one(*server);
-  std::optional<RawStream> two(*server);
-  ASSERT_TRUE(one.Configure());
-  ASSERT_TRUE(two->Configure());
-  {
-    RawStream three(*server);
-    EXPECT_FALSE(three.Configure());
-    EXPECT_EQ(three.End().error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED);
-  }
-  // A robot that vanishes makes room; when the server learns of it is not ours to say.
-  two->HangUp();
-  EXPECT_EQ(two->End().error_code(), grpc::StatusCode::CANCELLED);
-  two.reset();
-  for (bool is_open = false; !is_open;) {
-    RawStream next(*server);
-    is_open = next.Configure();
-    EXPECT_EQ(next.End().error_code(),
-              is_open ? grpc::StatusCode::OK : grpc::StatusCode::RESOURCE_EXHAUSTED);
-  }
-  EXPECT_TRUE(one.Say(StreamRequest(0)));
-}
-
-TEST(RobotStream, ThatWaitsForItsRobotDoesNotHoldUpTheEnd) {
-  const test::Maps maps = {{"town", test::SmallMap(1, kNumPlaces)}};
-  ServerOptions options = test::OptionsFor(maps);
-  options.drain_s = 3600.0;
-  const auto server = test::StartServer(maps, options);
-  const client::Client client = ConnectTo(*server);
-  auto stream = client.OpenStream();
-  ASSERT_TRUE(stream->Locate(test::QueryScan(1, 0)).ok());
-  server->Shutdown();
-  const absl::Status status = stream->Locate(test::QueryScan(1, 0)).status();
-  EXPECT_EQ(status.code(), absl::StatusCode::kUnavailable) << status;
-  EXPECT_THAT(std::string(status.message()), HasSubstr("draining"));
-}
-
-/// Keeps every worker of a server busy until it is opened.
-void HoldWorkers(Server& server, test::Gate& gate) {
-  for (int i = 0; i < server.workers().num_threads(); ++i) {
-    ASSERT_TRUE(
-        server.workers()
-            .Submit("holder " + std::to_string(i), [&](const absl::StatusOr<int>&) { gate.Wait(); })
-            .ok());
-  }
-}
-
-TEST(RobotStream, OutlivesAQueueThatIsFull) {
-  const test::Maps maps = {{"town", test::SmallMap(1, kNumPlaces)}};
-  ServerOptions options = test::OptionsFor(maps);
-  options.num_threads = 1;
-  options.max_inflight = 1;
-  const auto server = test::StartServer(maps, options);
-  RawStream stream(*server);
-  ASSERT_TRUE(stream.Configure());
-  ASSERT_TRUE(stream.Say(StreamRequest(0)));
-  test::Gate gate;
-  // The worker may not have counted the answer out yet.
-  while (
-      !server->workers().Submit("holder", [&](const absl::StatusOr<int>&) { gate.Wait(); }).ok()) {
-    std::this_thread::yield();
-  }
-  ASSERT_TRUE(stream.Send(StreamRequest(0)));
-  // What comes later on the same connection is refused, so the scan has found the queue full, too.
-  v1::LocalizeResponse response;
-  EXPECT_EQ(test::Localize(stream.stub(), test::ScanRequest(test::QueryScan(1, 0)), &response)
-                .error_code(),
-            grpc::StatusCode::RESOURCE_EXHAUSTED);
-  gate.Open();
-  ASSERT_TRUE(stream.Hear());
-  EXPECT_EQ(stream.response().answer().num_scans(), 2);  // the server still knows of the first
-}
-
-TEST(RobotStream, EndsWhenItsRobotIsSilentForTooLong) {
-  const test::Maps maps = {{"town", test::SmallMap(1, kNumPlaces)}};
-  ServerOptions options = test::OptionsFor(maps);
-  options.stream_idle_s = 0.05;
-  options.max_streams = 1;
-  const auto server = test::StartServer(maps, options);
-  RawStream silent(*server);
-  const grpc::Status status = silent.Await();
-  EXPECT_EQ(status.error_code(), grpc::StatusCode::DEADLINE_EXCEEDED);
-  EXPECT_THAT(status.error_message(), HasSubstr("silent"));
-}
-
-TEST(RobotStream, DoesNotCountWhereItWasRefused) {
-  const test::Maps maps = {{"town", test::SmallMap(1, kNumPlaces)}};
-  ServerOptions options = test::OptionsFor(maps);
-  options.max_streams = 3;
-  options.max_streams_per_client = 1;
-  const auto server = test::StartServer(maps, options);
-  RawStream one(*server);
-  ASSERT_TRUE(one.Configure());
-  for (int i = 0; i < 5; ++i) {
-    RawStream another(*server);
-    EXPECT_EQ(another.Await().error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED);
-  }
-  EXPECT_THAT(server->MetricsText(), HasSubstr("scanloc_streams_open 1\n"));
-}
-
-TEST(RobotStream, OfManyRobotsAtWorkEndWellWhenTheServerStops) {
-  const Map map = test::SmallMap(1, 2);
-  const v1::LocalizeStreamRequest request = StreamRequest(0);
-  for (int round = 0; round < 15; ++round) {
-    const auto server = test::StartServer({{"town", map}});
-    std::atomic<int> num_answered = 0;
-    std::vector<std::thread> robots;
-    for (int i = 0; i < 8; ++i) {
-      robots.emplace_back([&] {
-        RawStream stream(*server);
-        if (!stream.Configure()) return;
-        while (stream.Say(request)) ++num_answered;
-        const grpc::StatusCode code = stream.End().error_code();
-        EXPECT_TRUE(code == grpc::StatusCode::UNAVAILABLE || code == grpc::StatusCode::CANCELLED)
-            << code;
-      });
-    }
-    while (num_answered < round) std::this_thread::yield();
-    server->Shutdown();
-    for (std::thread& robot : robots) robot.join();
-  }
-}
-
-TEST(RobotStream, EndsWhenAnAnswerIsLate) {
-  const auto server = test::StartServer({{"town", test::SmallMap(1, kNumPlaces)}});
-  test::Gate gate;
-  const client::Client client = ConnectTo(*server);
-  auto stream = client.OpenStream({.timeout = std::chrono::milliseconds(1000)});
-  ASSERT_TRUE(stream.ok()) << stream.status();
-  HoldWorkers(*server, gate);
-  EXPECT_EQ(stream->Locate(test::QueryScan(1, 0)).status().code(),
-            absl::StatusCode::kDeadlineExceeded);
-  EXPECT_EQ(stream->Locate(test::QueryScan(1, 0)).status().code(),
-            absl::StatusCode::kFailedPrecondition);
-  gate.Open();
-  EXPECT_TRUE(client.OpenStream()->Locate(test::QueryScan(1, 0)).ok());
-}
-
-TEST(RobotStream, MayOutliveItsClient) {
-  const auto server = test::StartServer({{"town", test::SmallMap(1, kNumPlaces)}});
-  std::optional<client::Client> client(ConnectTo(*server));
-  auto stream = client->OpenStream();
-  client.reset();
-  EXPECT_TRUE(stream->Locate(test::QueryScan(1, 0)).ok());
 }
 
 }  // namespace
