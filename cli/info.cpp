@@ -133,7 +133,7 @@ absl::StatusOr<std::string> TellHealthOf(const std::string& map, bool as_json) {
   const absl::StatusOr<mapdb::MapInfo> info = mapdb::ReadInfo(map);
   if (!info.ok()) return info.status();
   const std::string file = mapdb::UseFileOf(map);
-  absl::StatusOr<MapUse> use = mapdb::ReadUse(file);
+  absl::StatusOr<MapUse> use = mapdb::ReadUse(file, info->num_places);
   if (absl::IsNotFound(use.status())) {
     return absl::NotFoundError(absl::StrCat(
         "no server has counted yet how '", map, "' fares: there is no '", file,

@@ -18,7 +18,6 @@
 #include "absl/strings/str_split.h"
 #include "checksum.hpp"
 #include "folder.hpp"
-#include "scanloc/core/limits.hpp"
 
 namespace scanloc::mapdb {
 namespace {
@@ -26,8 +25,9 @@ namespace {
 constexpr absl::string_view kMagic = "scanloc-map-health ";
 constexpr int kVersion = 1;
 constexpr std::size_t kMaxContentIdBytes = 128;
-/// A line of a place has less, and there is at most one for each of a map's places.
-constexpr std::int64_t kMaxBytes = 256 * limits::kMaxPlaces;
+/// Each line has less; there is at most one for each of a map's places, beside these.
+constexpr std::int64_t kMaxLineBytes = 256;
+constexpr std::int64_t kMaxOtherLines = 4;
 
 std::string ChecksumOf(absl::string_view text) {
   return absl::StrFormat("%016x",
@@ -99,12 +99,13 @@ absl::Status WriteAll(int fd, absl::string_view bytes, const std::string& path) 
   return fsync(fd) == 0 ? absl::OkStatus() : Failed("sync", path);
 }
 
-absl::StatusOr<std::string> ReadAll(int fd, const std::string& path) {
+absl::StatusOr<std::string> ReadAll(int fd, std::int64_t max_bytes, const std::string& path) {
   struct stat about = {};
   if (fstat(fd, &about) != 0) return Failed("read", path);
-  if (!S_ISREG(about.st_mode) || about.st_size > kMaxBytes) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("'", path, "' is no file, or one of more than ", kMaxBytes, " bytes"));
+  if (!S_ISREG(about.st_mode) || about.st_size > max_bytes) {
+    return absl::InvalidArgumentError(absl::StrCat("'", path, "' is no file, or one of more than ",
+                                                   max_bytes,
+                                                   " bytes, which its map has no places for"));
   }
   std::string text(static_cast<std::size_t>(about.st_size), '\0');
   std::size_t done = 0;
@@ -168,14 +169,19 @@ absl::StatusOr<MapUse> DecodeUse(const std::string& text) {
   return use;
 }
 
-absl::StatusOr<MapUse> ReadUse(const std::string& path) {
+absl::StatusOr<MapUse> ReadUse(const std::string& path, std::int64_t num_places) {
   // A pipe that lies there keeps nobody waiting.
   const int fd = open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
   if (fd < 0) return Failed("read", path);
-  const absl::StatusOr<std::string> text = ReadAll(fd, path);
+  const absl::StatusOr<std::string> text =
+      ReadAll(fd, kMaxLineBytes * (kMaxOtherLines + num_places), path);
   close(fd);
   if (!text.ok()) return text.status();
   absl::StatusOr<MapUse> use = DecodeUse(*text);
+  if (use.ok() && !use->places.empty() && use->places.rbegin()->first >= num_places) {
+    use = Damaged(absl::StrCat("it tells of place ", use->places.rbegin()->first,
+                               ", and the map has ", num_places));
+  }
   if (use.ok()) return use;
   return absl::Status(use.status().code(), absl::StrCat("'", path, "': ", use.status().message()));
 }

@@ -25,7 +25,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     std::ofstream file(path, std::ios::binary | std::ios::trunc);
     file.write(reinterpret_cast<const char*>(data), static_cast<std::streamsize>(size));
   }
-  if (const auto use = mapdb::ReadUse(path); use.ok()) {
+  if (const auto use = mapdb::ReadUse(path, 1 << 20); use.ok()) {
     const auto again = mapdb::DecodeUse(mapdb::EncodeUse(*use));
     if (!again.ok() || *again != *use) std::abort();
   }

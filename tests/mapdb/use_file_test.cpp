@@ -11,6 +11,8 @@
 namespace scanloc::mapdb {
 namespace {
 
+constexpr std::int64_t kNumPlaces = 100'001;
+
 MapUse MakeUse() {
   MapUse use{.content_id = "0123abcd",
              .since_ns = 1'700'000'000'000'000'000,
@@ -35,10 +37,10 @@ TEST(UseFile, BringsBackWhatWasWritten) {
   const test::TempDir dir;
   const std::string path = UseFileOf(dir.File("town.scanloc"));
   EXPECT_EQ(path, dir.File("town.scanloc.health"));
-  EXPECT_TRUE(absl::IsNotFound(ReadUse(path).status()));
+  EXPECT_TRUE(absl::IsNotFound(ReadUse(path, kNumPlaces).status()));
   for (const MapUse& use : {MakeUse(), MapUse{.content_id = "another"}}) {
     ASSERT_TRUE(WriteUse(path, use).ok());
-    const absl::StatusOr<MapUse> back = ReadUse(path);
+    const absl::StatusOr<MapUse> back = ReadUse(path, kNumPlaces);
     ASSERT_TRUE(back.ok()) << back.status();
     EXPECT_EQ(*back, use);
   }
@@ -65,11 +67,21 @@ TEST(UseFile, TellsForeignAndNewerOnesFromDamage) {
       DecodeUse(absl::StrReplaceAll(EncodeUse(MakeUse()), {{"health 1", "health 2"}})).status()));
 }
 
+TEST(UseFile, RefusesWhatTheMapHasNoPlacesFor) {
+  const test::TempDir dir;
+  const std::string path = dir.File("town.scanloc.health");
+  ASSERT_TRUE(WriteUse(path, MakeUse()).ok());
+  EXPECT_TRUE(absl::IsDataLoss(ReadUse(path, kNumPlaces - 1).status()));
+  // Far more bytes than so many places can have are not read at all.
+  std::filesystem::resize_file(path, std::uintmax_t{1} << 33);
+  EXPECT_TRUE(absl::IsInvalidArgument(ReadUse(path, kNumPlaces).status()));
+}
+
 TEST(UseFile, WaitsForNoPipe) {
   const test::TempDir dir;
   ASSERT_EQ(mkfifo(dir.File("pipe").c_str(), 0600), 0);
-  EXPECT_TRUE(absl::IsInvalidArgument(ReadUse(dir.File("pipe")).status()));
-  EXPECT_FALSE(ReadUse(dir.File("")).ok());
+  EXPECT_TRUE(absl::IsInvalidArgument(ReadUse(dir.File("pipe"), kNumPlaces).status()));
+  EXPECT_FALSE(ReadUse(dir.File(""), kNumPlaces).ok());
   EXPECT_FALSE(WriteUse(dir.File("none/town.health"), MakeUse()).ok());
 }
 

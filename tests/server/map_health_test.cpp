@@ -22,6 +22,8 @@ Answer Localized(std::int32_t place) {
   return answer;
 }
 
+constexpr std::int64_t kNumPlaces = 100;
+
 std::int64_t NumFound(const UseCounter& counter, std::int32_t place) {
   return counter.Page(0, 0)->use.places[place].num_found;
 }
@@ -34,7 +36,8 @@ class UseCounterTest : public testing::Test {
 
 TEST_F(UseCounterTest, GoesOnFromItsFile) {
   for (int run = 1; run <= 3; ++run) {
-    UseCounter counter(file_, "a");
+    UseCounter counter(file_, "a", kNumPlaces);
+    counter.Load();
     counter.Count(Localized(5), {}, 1);
     counter.Write();
     EXPECT_EQ(NumFound(counter, 5), run);
@@ -44,68 +47,75 @@ TEST_F(UseCounterTest, GoesOnFromItsFile) {
 TEST_F(UseCounterTest, SetsAsideWhatIsNotItsOwn) {
   for (const char* text : {"", "garbage", "scanloc-map-health 9\n"}) {
     dir_.Write("town.health", text);
-    UseCounter counter(file_, "a");
+    UseCounter counter(file_, "a", kNumPlaces);
+    counter.Load();
     EXPECT_EQ(test::ReadFile(file_ + ".old"), text);
     counter.Count(Localized(5), {}, 1);
     counter.Write();
-    EXPECT_EQ(mapdb::ReadUse(file_)->places.at(5).num_found, 1);
+    EXPECT_EQ(mapdb::ReadUse(file_, kNumPlaces)->places.at(5).num_found, 1);
   }
 }
 
 TEST_F(UseCounterTest, TakesCountsUpAgainOfAMapThatComesBack) {
   {
-    UseCounter first(file_, "a");
+    UseCounter first(file_, "a", kNumPlaces);
+    first.Load();
     first.Count(Localized(1), {}, 1);
     first.Write();
-    UseCounter second(file_, "b");
+    UseCounter second(file_, "b", kNumPlaces);
+    second.Load();
     second.Count(Localized(2), {}, 1);
     second.Write();
   }
-  UseCounter again(file_, "a");
+  UseCounter again(file_, "a", kNumPlaces);
+  again.Load();
   EXPECT_EQ(NumFound(again, 1), 1);
   again.Write();
-  EXPECT_EQ(mapdb::ReadUse(file_)->content_id, "a");
-  EXPECT_EQ(mapdb::ReadUse(file_ + ".old")->content_id, "b");
+  EXPECT_EQ(mapdb::ReadUse(file_, kNumPlaces)->content_id, "a");
+  EXPECT_EQ(mapdb::ReadUse(file_ + ".old", kNumPlaces)->content_id, "b");
 }
 
 TEST_F(UseCounterTest, LeavesTheFileToAnotherServerThatWritesIt) {
-  UseCounter mine(file_, "a");
-  UseCounter other(file_, "a");
+  UseCounter mine(file_, "a", kNumPlaces);
+  mine.Load();
+  UseCounter other(file_, "a", kNumPlaces);
+  other.Load();
   other.Count(Localized(1), {}, 1);
   other.Write();
   mine.Count(Localized(2), {}, 1);
   mine.Write();
-  EXPECT_EQ(mapdb::ReadUse(file_)->places.count(2), 0U);
+  EXPECT_EQ(mapdb::ReadUse(file_, kNumPlaces)->places.count(2), 0U);
   other.Count(Localized(1), {}, 1);
   other.Write();
-  EXPECT_EQ(mapdb::ReadUse(file_)->places.at(1).num_found, 2);
+  EXPECT_EQ(mapdb::ReadUse(file_, kNumPlaces)->places.at(1).num_found, 2);
   EXPECT_EQ(NumFound(mine, 2), 1) << "it is counted, all the same";
 }
 
 TEST_F(UseCounterTest, WritesAgainOnceItCan) {
-  UseCounter counter(file_, "a");
+  UseCounter counter(file_, "a", kNumPlaces);
+  counter.Load();
   counter.Count(Localized(1), {}, 1);
   fs::create_directory(file_ + ".part");
   counter.Write();
   EXPECT_FALSE(fs::exists(file_));
   fs::remove(file_ + ".part");
   counter.Write();
-  EXPECT_EQ(mapdb::ReadUse(file_)->places.at(1).num_found, 1);
+  EXPECT_EQ(mapdb::ReadUse(file_, kNumPlaces)->places.at(1).num_found, 1);
 }
 
 TEST_F(UseCounterTest, SharesOneCounterAmongNamesOfOneMap) {
   UseBook book(std::chrono::hours(1));
-  const auto one = book.Open(dir_.File("map"), "a");
-  EXPECT_EQ(book.Open(dir_.File("map"), "a"), one);
+  const auto one = book.Open(dir_.File("map"), "a", kNumPlaces);
+  EXPECT_EQ(book.Open(dir_.File("map"), "a", kNumPlaces), one);
   one->Count(Localized(3), {}, 1);
-  const auto next = book.Open(dir_.File("map"), "b");
+  const auto next = book.Open(dir_.File("map"), "b", kNumPlaces);
   EXPECT_NE(next, one);
   one->Count(Localized(3), {}, 2);  // by a query that was under way
   next->Count(Localized(4), {}, 3);
   book.Stop();
-  EXPECT_EQ(mapdb::ReadUse(dir_.File("map.health"))->content_id, "b");
-  EXPECT_EQ(mapdb::ReadUse(dir_.File("map.health.old"))->content_id, "a");
-  EXPECT_EQ(UseBook(std::chrono::seconds(0)).Open(dir_.File("map"), "a"), nullptr);
+  EXPECT_EQ(mapdb::ReadUse(dir_.File("map.health"), kNumPlaces)->content_id, "b");
+  EXPECT_EQ(mapdb::ReadUse(dir_.File("map.health.old"), kNumPlaces)->content_id, "a");
+  EXPECT_EQ(UseBook(std::chrono::seconds(0)).Open(dir_.File("map"), "a", kNumPlaces), nullptr);
 }
 
 class MapHealthTest : public ScanlocdTest {
@@ -124,7 +134,7 @@ class MapHealthTest : public ScanlocdTest {
   /// Until the file tells of so many.
   void AwaitFile(std::int64_t num_localized) const {
     while (true) {
-      const auto use = mapdb::ReadUse(file_);
+      const auto use = mapdb::ReadUse(file_, kNumPlaces);
       if (use.ok() && use->num_localized == num_localized) return;
       std::this_thread::yield();
     }
@@ -147,7 +157,7 @@ TEST_F(MapHealthTest, KeepsItsCountsOverAKillAndAnEnd) {
   Ask(2);
   scanlocd_->Signal(SIGTERM);
   EXPECT_EQ(scanlocd_->Wait(), 0);
-  const auto use = mapdb::ReadUse(file_);
+  const auto use = mapdb::ReadUse(file_, kNumPlaces);
   ASSERT_TRUE(use.ok()) << use.status();
   EXPECT_EQ(use->num_localized, 4);
   EXPECT_EQ(use->places.at(2).num_found, 3);

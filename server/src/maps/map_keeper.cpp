@@ -143,7 +143,7 @@ absl::Status MapKeeper::PutInService(const MapSource& source, Map map) {
   const std::string content_id = map.content_id;
   const std::string calibration_id = map.calibration_id;
   const bool complete = map.complete;
-  auto use = uses_.Open(source.path, content_id);
+  auto use = uses_.Open(source.path, content_id, static_cast<std::int64_t>(map.places.size()));
   if (auto status = maps_.Serve(source.name, source.path, std::move(map), std::move(use));
       !status.ok()) {
     return status;

@@ -19,24 +19,42 @@ std::string SetAside(const std::string& file) { return absl::StrCat(file, ".old"
 
 }  // namespace
 
-UseCounter::UseCounter(std::string file, const std::string& content_id)
-    : file_(std::move(file)), content_id_(content_id) {
+UseCounter::UseCounter(std::string file, std::string content_id, std::int64_t num_places,
+                       std::shared_ptr<UseCounter> before)
+    : file_(std::move(file)),
+      content_id_(std::move(content_id)),
+      num_places_(num_places),
+      before_(std::move(before)) {
   use_.content_id = content_id_;
-  Load();
-  known_ = Look();
 }
 
 void UseCounter::Load() {
-  absl::StatusOr<MapUse> found = mapdb::ReadUse(file_);
+  std::call_once(loaded_, [this] {
+    if (before_ != nullptr) {
+      before_->Write();
+      before_->Close();
+      before_.reset();
+    }
+    const std::lock_guard writing(writing_);
+    ReadFile();
+    known_ = Look();
+  });
+}
+
+void UseCounter::ReadFile() {
+  absl::StatusOr<MapUse> found = mapdb::ReadUse(file_, num_places_);
   if (found.ok() && found->content_id == content_id_) {
+    const std::lock_guard lock(mutex_);
     use_ = *std::move(found);
     return;
   }
   if (absl::IsNotFound(found.status())) return;
   const std::string why = found.ok() ? absl::StrCat("it is of content ", found->content_id)
                                      : absl::StrCat(found.status().message());
-  absl::StatusOr<MapUse> old = mapdb::ReadUse(SetAside(file_));
-  if (old.ok() && old->content_id == content_id_) {
+  absl::StatusOr<MapUse> old = mapdb::ReadUse(SetAside(file_), num_places_);
+  const bool is_taken_up = old.ok() && old->content_id == content_id_;
+  if (is_taken_up) {
+    const std::lock_guard lock(mutex_);
     use_ = *std::move(old);
     is_changed_ = true;
   }
@@ -50,7 +68,7 @@ void UseCounter::Load() {
   }
   spdlog::warn("'{}' is set aside as '{}', and the health of map content {} is {}: {}", file_,
                SetAside(file_), content_id_,
-               is_changed_ ? "taken up from where it was" : "counted anew", why);
+               is_taken_up ? "taken up from where it was" : "counted anew", why);
 }
 
 std::optional<UseCounter::FileState> UseCounter::Look() const {
@@ -112,21 +130,25 @@ UseBook::UseBook(std::chrono::duration<double> period) : period_(period) {}
 UseBook::~UseBook() { Stop(); }
 
 std::shared_ptr<UseCounter> UseBook::Open(const std::string& map_path,
-                                          const std::string& content_id) {
-  const std::lock_guard lock(mutex_);
-  if (period_.count() <= 0.0 || is_stopping_) return nullptr;
-  const std::string file = mapdb::UseFileOf(map_path);
-  for (auto& counter : counters_) {
-    if (counter->file() != file) continue;
-    if (counter->content_id() == content_id) return counter;
-    counter->Write();
-    counter->Close();
-    counter = std::make_shared<UseCounter>(file, content_id);
-    return counter;
-  }
-  counters_.push_back(std::make_shared<UseCounter>(file, content_id));
-  if (!thread_.joinable()) thread_ = std::thread([this] { Work(); });
-  return counters_.back();
+                                          const std::string& content_id, std::int64_t num_places) {
+  const std::shared_ptr<UseCounter> counter = [&]() -> std::shared_ptr<UseCounter> {
+    const std::lock_guard lock(mutex_);
+    if (period_.count() <= 0.0 || is_stopping_) return nullptr;
+    const std::string file = mapdb::UseFileOf(map_path);
+    const auto known = std::find_if(counters_.begin(), counters_.end(),
+                                    [&](const auto& other) { return other->file() == file; });
+    if (known != counters_.end()) {
+      if ((*known)->content_id() != content_id) {
+        *known = std::make_shared<UseCounter>(file, content_id, num_places, std::move(*known));
+      }
+      return *known;
+    }
+    counters_.push_back(std::make_shared<UseCounter>(file, content_id, num_places));
+    if (!thread_.joinable()) thread_ = std::thread([this] { Work(); });
+    return counters_.back();
+  }();
+  if (counter != nullptr) counter->Load();
+  return counter;
 }
 
 void UseBook::Stop() {

@@ -22,9 +22,13 @@ namespace scanloc::server {
 /// How one map fares in use, in memory and in the file beside it. Thread-safe.
 class UseCounter {
  public:
+  /// Of a map of that content and so many places, in place of the counter that had the file before.
+  UseCounter(std::string file, std::string content_id, std::int64_t num_places,
+             std::shared_ptr<UseCounter> before = nullptr);
+
   /// Goes on from the file if it is of this content. What else lies there is set aside as FILE.old,
-  /// and taken up again when its map is; nothing of it is an error, but told in the log.
-  UseCounter(std::string file, const std::string& content_id);
+  /// and taken up again when its map is; nothing of it is an error, but told in the log. Once.
+  void Load();
 
   void Count(const Answer& answer, std::optional<std::int32_t> last_found, std::int64_t now_ns);
 
@@ -50,11 +54,14 @@ class UseCounter {
     friend bool operator==(const FileState&, const FileState&) = default;
   };
   [[nodiscard]] std::optional<FileState> Look() const;
-  void Load();
+  void ReadFile();
 
   const std::string file_;
   const std::string content_id_;
-  std::mutex writing_;  // before mutex_
+  const std::int64_t num_places_;
+  std::once_flag loaded_;
+  std::shared_ptr<UseCounter> before_;  // until loaded
+  std::mutex writing_;                  // before mutex_
   std::optional<FileState> known_;
   bool is_told_ = false;  // that it could not be written
   bool is_closed_ = false;
@@ -72,9 +79,11 @@ class UseBook {
   UseBook(const UseBook&) = delete;
   UseBook& operator=(const UseBook&) = delete;
 
-  /// The counter of a map; maps of one file and content share one. Null if nothing is counted.
+  /// The counter of a map, loaded; maps of one file and content share one. Null if nothing is
+  /// counted. Who opens another map does not wait for the file of this.
   [[nodiscard]] std::shared_ptr<UseCounter> Open(const std::string& map_path,
-                                                 const std::string& content_id);
+                                                 const std::string& content_id,
+                                                 std::int64_t num_places);
 
   /// Writes what is left, and nothing from then on.
   void Stop();

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <string>
 
 #include "absl/status/statusor.h"
@@ -16,9 +17,10 @@ namespace scanloc::mapdb {
 /// a newer version.
 [[nodiscard]] absl::StatusOr<MapUse> DecodeUse(const std::string& text);
 
-/// The errors of DecodeUse. NotFound: no such file. InvalidArgument: it is no file, or larger than
-/// any.
-[[nodiscard]] absl::StatusOr<MapUse> ReadUse(const std::string& path);
+/// That of a map of so many places. The errors of DecodeUse; DataLoss, too: it tells of a place
+/// that the map does not have. NotFound: no such file. InvalidArgument: it is no file, or larger
+/// than any of such a map, of which nothing is read.
+[[nodiscard]] absl::StatusOr<MapUse> ReadUse(const std::string& path, std::int64_t num_places);
 
 /// Puts the file in the place of the one before, whole and on disk or not at all.
 [[nodiscard]] absl::Status WriteUse(const std::string& path, const MapUse& use);
