@@ -62,8 +62,9 @@ void ReckonedPose::Correct(const Pose& T_map_found, double worse, bool reckons_h
 }
 
 bool ReckonedPose::IsFarFrom(const Pose& T_map_found, const Eigen::Vector3d& up) const {
-  constexpr PoseLimits kHalf = {0.6, 1.0, 5.0};
-  return MissOf(DifferenceOf(T_map_found, T_map_scan_, up), kHalf).any();
+  // Some half of the limits of a right pose: beyond, one of the two is soon not right.
+  constexpr PoseLimits kFar = {.plane_m = 0.6, .height_m = 1.0, .heading_deg = 5.0};
+  return MissOf(DifferenceOf(T_map_found, T_map_scan_, up), kFar).any();
 }
 
 bool ReckonsHeight(const Pose& T_last_scan) {
