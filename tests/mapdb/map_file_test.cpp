@@ -1,7 +1,6 @@
 #include "scanloc/mapdb/map_file.hpp"
 
 #include <gmock/gmock.h>
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "scanloc/core/scan/descriptor.hpp"
