@@ -10,7 +10,7 @@
 namespace scanloc::cli {
 
 absl::StatusOr<std::string> CalibrateAndTell(const std::string& path, int num_threads, bool quiet) {
-  const absl::StatusOr<mapdb::MapInfo> info = mapdb::ReadInfo(path);
+  const absl::StatusOr<mapdb::FileInfo> info = mapdb::ReadInfo(path);
   if (!info.ok()) return info.status();
   if (!info->params.structure.enabled) {
     return "  confidence  none: the map holds no structures (--no-keep-scans)\n";

@@ -109,13 +109,13 @@ class PublishCommand : public Command {
 
  private:
   [[nodiscard]] absl::StatusOr<Version> Look() const {
-    const absl::StatusOr<mapdb::MapInfo> info = mapdb::ReadInfo(map_);
+    const absl::StatusOr<mapdb::FileInfo> info = mapdb::ReadInfo(map_);
     if (!info.ok()) return info.status();
     if (!info->complete) {
       return absl::FailedPreconditionError(
           absl::StrCat("map '", map_, "' is incomplete; finish its build with --resume first"));
     }
-    const absl::StatusOr<std::vector<std::string>> problems = mapdb::Verify(map_);
+    const absl::StatusOr<std::vector<std::string>> problems = mapdb::FindProblems(map_);
     if (!problems.ok()) return problems.status();
     if (!problems->empty()) {
       return absl::DataLossError(absl::StrCat("map '", map_, "' is damaged: ", problems->front(),

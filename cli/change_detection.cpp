@@ -78,7 +78,7 @@ absl::Status ComparedDrive::PutIntoFrame(const std::string& map, const slam::Dri
 
 absl::StatusOr<DetectedChanges> ComparedDrive::CompareWithDrive(const std::string& map) const {
   CatchInterrupts();
-  const absl::StatusOr<mapdb::MapInfo> info = mapdb::ReadInfo(map);
+  const absl::StatusOr<mapdb::FileInfo> info = mapdb::ReadInfo(map);
   if (!info.ok()) return info.status();
   absl::StatusOr<std::vector<slam::Observation>> places = slam::ObserveMap(map);
   if (!places.ok()) return places.status();
@@ -108,7 +108,7 @@ absl::StatusOr<DetectedChanges> ComparedDrive::CompareWithDrive(const std::strin
 
 absl::StatusOr<DetectedChanges> ComparedDrive::CompareWithMap(const std::string& map,
                                                               const std::string& other) const {
-  const absl::StatusOr<mapdb::MapInfo> info = mapdb::ReadInfo(map);
+  const absl::StatusOr<mapdb::FileInfo> info = mapdb::ReadInfo(map);
   if (!info.ok()) return info.status();
   DetectedChanges changes{.before_name = map, .after_name = other};
   for (const bool is_before : {true, false}) {

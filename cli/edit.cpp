@@ -130,7 +130,7 @@ absl::StatusOr<std::string> EditCommand::CostOfThinning(const std::vector<mapdb:
     if (!std::holds_alternative<mapdb::Thin>(edit)) without.push_back(edit);
   }
   if (without.size() == edits.size()) return std::string();
-  const absl::StatusOr<mapdb::MapInfo> info = mapdb::ReadInfo(in_);
+  const absl::StatusOr<mapdb::FileInfo> info = mapdb::ReadInfo(in_);
   if (!info.ok()) return info.status();
   if (!info->params.structure.enabled) return std::string();
   const absl::StatusOr<std::vector<mapdb::PlaceRecord>> records = mapdb::ReadPlaces(in_);

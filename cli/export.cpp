@@ -38,7 +38,7 @@ class ExportCommand : public Command {
         "  scanloc export town.scanloc --format kml --out places.kml");
   }
   [[nodiscard]] absl::Status Run() override {
-    const absl::StatusOr<mapdb::MapInfo> info = mapdb::ReadInfo(map_);
+    const absl::StatusOr<mapdb::FileInfo> info = mapdb::ReadInfo(map_);
     if (!info.ok()) return info.status();
     const absl::StatusOr<std::vector<mapdb::PlaceRecord>> records = mapdb::ReadPlaces(map_);
     if (!records.ok()) return records.status();

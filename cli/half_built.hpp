@@ -8,7 +8,7 @@
 namespace scanloc::cli {
 
 /// Of a map whose build was stopped: how far it is and what to do about it.
-[[nodiscard]] inline std::string HalfBuilt(const mapdb::MapInfo& info) {
+[[nodiscard]] inline std::string HalfBuilt(const mapdb::FileInfo& info) {
   return absl::StrCat("half built: it has ", info.num_places + info.num_empty + info.num_unreadable,
                       " of ", info.num_scans,
                       " scans, and does not know the places of the others; go on with scanloc "

@@ -22,7 +22,7 @@
 namespace scanloc::cli {
 namespace {
 
-std::string InfoAsJson(const mapdb::MapInfo& info) {
+std::string InfoAsJson(const mapdb::FileInfo& info) {
   report::Json json;
   json["content_id"] = info.content_id;
   json["schema_version"] = info.schema_version;
@@ -71,7 +71,7 @@ std::string InfoAsJson(const mapdb::MapInfo& info) {
 
 constexpr std::size_t kMaxPairsInText = 10;
 
-std::string CalibrationAsText(const mapdb::MapInfo& info) {
+std::string CalibrationAsText(const mapdb::FileInfo& info) {
   if (!info.params.structure.enabled) return "";
   if (!info.calibration.has_value()) {
     return "look-alikes\n  not looked for; scanloc build --resume does\n";
@@ -95,7 +95,7 @@ std::string CalibrationAsText(const mapdb::MapInfo& info) {
   return text;
 }
 
-std::string InfoAsText(const std::string& path, const mapdb::MapInfo& info) {
+std::string InfoAsText(const std::string& path, const mapdb::FileInfo& info) {
   std::string text = absl::StrFormat(
       "%s\n"
       "  content id      %s\n"
@@ -130,7 +130,7 @@ std::string InfoAsText(const std::string& path, const mapdb::MapInfo& info) {
 }
 
 absl::StatusOr<std::string> TellHealthOf(const std::string& map, bool as_json) {
-  const absl::StatusOr<mapdb::MapInfo> info = mapdb::ReadInfo(map);
+  const absl::StatusOr<mapdb::FileInfo> info = mapdb::ReadInfo(map);
   if (!info.ok()) return info.status();
   const std::string file = mapdb::UseFileOf(map);
   absl::StatusOr<MapUse> use = mapdb::ReadUse(file, info->num_places);
@@ -195,7 +195,7 @@ class InfoCommand : public Command {
       const auto text = TellOfServer(server_, name_, json_);
       return text.ok() ? WriteText("-", *text) : text.status();
     }
-    const absl::StatusOr<mapdb::MapInfo> info = mapdb::ReadInfo(map_);
+    const absl::StatusOr<mapdb::FileInfo> info = mapdb::ReadInfo(map_);
     if (!info.ok()) return info.status();
     return WriteText("-", json_ ? InfoAsJson(*info) : InfoAsText(map_, *info));
   }

@@ -45,7 +45,7 @@ class MergeCommand : public Command {
                          MadeNow(absl::StrCat("merge ", absl::StrJoin(inputs_, " "))),
                          Calibrating(num_threads_, quiet_, &calibration));
     if (!content_id.ok()) return content_id.status();
-    const absl::StatusOr<mapdb::MapInfo> info = mapdb::ReadInfo(out_);
+    const absl::StatusOr<mapdb::FileInfo> info = mapdb::ReadInfo(out_);
     if (!info.ok()) return info.status();
     return WriteText("-", absl::StrFormat("merged %d maps into %s\n"
                                           "  places      %d in %d sessions\n"

@@ -86,7 +86,7 @@ class RefreshCommand : public Command {
 
 absl::Status RefreshCommand::BuildFresh(const DetectedChanges& changes,
                                         const std::string& path) const {
-  const absl::StatusOr<mapdb::MapInfo> info = mapdb::ReadInfo(map_);
+  const absl::StatusOr<mapdb::FileInfo> info = mapdb::ReadInfo(map_);
   if (!info.ok()) return info.status();
   mapdb::SessionPlan plan{.name = changes.plan.name, .scans = {}};
   std::vector<std::size_t> numbers;

@@ -34,7 +34,7 @@ class VerifyCommand : public Command {
     if (recover_) {
       if (absl::Status s = Recover(); !s.ok()) return s;
     }
-    const absl::StatusOr<std::vector<std::string>> problems = mapdb::Verify(map_);
+    const absl::StatusOr<std::vector<std::string>> problems = mapdb::FindProblems(map_);
     if (!problems.ok()) return problems.status();
     if (problems->empty()) return TellSound();
     std::string text;
@@ -48,7 +48,7 @@ class VerifyCommand : public Command {
 
  private:
   [[nodiscard]] absl::Status TellSound() const {
-    const absl::StatusOr<mapdb::MapInfo> info = mapdb::ReadInfo(map_);
+    const absl::StatusOr<mapdb::FileInfo> info = mapdb::ReadInfo(map_);
     if (!info.ok()) return info.status();
     return WriteText(
         "-", absl::StrCat(Printable(map_), " is sound",

@@ -38,7 +38,7 @@ absl::StatusOr<std::vector<Calibrator::Trial>> RunTrials(const Calibrator& calib
   return trials;
 }
 
-absl::Status CheckCanCalibrate(const MapInfo& info, const CalibrateOptions& options) {
+absl::Status CheckCanCalibrate(const FileInfo& info, const CalibrateOptions& options) {
   if (options.num_threads < 0 || options.num_threads > kMaxThreads) {
     return absl::InvalidArgumentError(absl::StrCat("num_threads is ", options.num_threads,
                                                    "; it must be in [0, ", kMaxThreads, "]"));
@@ -59,7 +59,7 @@ absl::Status CheckCanCalibrate(const MapInfo& info, const CalibrateOptions& opti
 }  // namespace
 
 absl::StatusOr<CalibrateSummary> CalibrateMap(const CalibrateOptions& options) {
-  const absl::StatusOr<MapInfo> info = ReadInfo(options.path);
+  const absl::StatusOr<FileInfo> info = ReadInfo(options.path);
   if (!info.ok()) return info.status();
   if (absl::Status status = CheckCanCalibrate(*info, options); !status.ok()) return status;
   if (info->calibration.has_value()) {

@@ -208,7 +208,7 @@ absl::Status CheckIsNew(const std::string& path) {
 }
 
 absl::StatusOr<CopySource> ReadSource(const std::string& path) {
-  absl::StatusOr<MapInfo> info = ReadInfo(path);
+  absl::StatusOr<FileInfo> info = ReadInfo(path);
   if (!info.ok()) return info.status();
   if (!info->complete) {
     return absl::FailedPreconditionError(

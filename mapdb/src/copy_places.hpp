@@ -20,7 +20,7 @@ namespace scanloc::mapdb {
 /// What a map is to be made of.
 struct CopySource {
   std::string path;
-  MapInfo info;
+  FileInfo info;
 };
 /// FailedPrecondition: it is incomplete. Else the errors of map_file.hpp.
 [[nodiscard]] absl::StatusOr<CopySource> ReadSource(const std::string& path);

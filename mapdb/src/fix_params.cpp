@@ -12,7 +12,7 @@ absl::Status FixToAppend(bool resume, const SessionPlan& plan, BuildOptions& opt
   if (resume) {
     if (absl::Status s = RecoverMap(options.path).status(); !s.ok()) return s;
   }
-  const absl::StatusOr<MapInfo> info = ReadInfo(options.path);
+  const absl::StatusOr<FileInfo> info = ReadInfo(options.path);
   if (!info.ok()) return info.status();
   options.params = info->params;
   // A build stopped before its session was first committed has left nothing to resume.
@@ -32,7 +32,7 @@ absl::Status FixParams(const FixOptions& how, const SessionPlan& plan, const Sca
   if (!how.learn_scale || !options.params.structure.enabled) return absl::OkStatus();
   // What is wrong with the file is told by the build.
   if (how.resume && RecoverMap(options.path).ok()) {
-    if (const absl::StatusOr<MapInfo> begun = ReadInfo(options.path); begun.ok()) {
+    if (const absl::StatusOr<FileInfo> begun = ReadInfo(options.path); begun.ok()) {
       options.params.automatic = begun->params.automatic;
       return absl::OkStatus();
     }

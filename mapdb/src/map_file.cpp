@@ -236,13 +236,13 @@ absl::StatusOr<Map> OpenMap(const std::string& path, const OpenOptions& options)
   return map;
 }
 
-absl::StatusOr<MapInfo> ReadInfo(const std::string& path) {
+absl::StatusOr<FileInfo> ReadInfo(const std::string& path) {
   absl::StatusOr<OpenMapFile> file = OpenAndReadHead(path);
   if (!file.ok()) return file.status();
   const absl::StatusOr<std::int64_t> file_bytes = file->connection.FileBytes();
   if (!file_bytes.ok()) return file_bytes.status();
 
-  MapInfo info;
+  FileInfo info;
   info.schema_version = file->head.schema_version;
   info.compatible_version = file->head.compatible_version;
   info.built_by = file->head.built_by;

@@ -3,12 +3,12 @@
 #include <vector>
 
 #include "file_layer.hpp"
+#include "find_problems.hpp"
 #include "folder.hpp"
 #include "open_map.hpp"
 #include "scanloc/mapdb/map_file.hpp"
 #include "schema.hpp"
 #include "sqlite.hpp"
-#include "verify.hpp"
 
 namespace scanloc::mapdb {
 namespace {
@@ -32,7 +32,7 @@ absl::StatusOr<bool> RemoveNeedlessJournal(const std::string& path, const std::s
   const absl::Status locked = connection->Execute(schema::kBeginWrite);
   if (absl::IsUnavailable(locked) || absl::IsPermissionDenied(locked)) return locked;
   if (!locked.ok()) return false;
-  const absl::StatusOr<std::vector<std::string>> problems = Verify(*connection);
+  const absl::StatusOr<std::vector<std::string>> problems = FindProblems(*connection);
   if (!problems.ok() || !problems->empty()) return false;
   if (absl::Status status = connection->SyncFile(); !status.ok()) return status;
   if (absl::Status status = RemoveFile(journal); !status.ok()) return status;

@@ -184,7 +184,7 @@ absl::StatusOr<std::vector<Comparison>> Compare(std::span<const Observation> see
 }
 
 absl::StatusOr<std::vector<Observation>> ObserveMap(const std::string& path) {
-  const absl::StatusOr<mapdb::MapInfo> info = mapdb::ReadInfo(path);
+  const absl::StatusOr<mapdb::FileInfo> info = mapdb::ReadInfo(path);
   if (!info.ok()) return info.status();
   if (!info->params.structure.enabled) {
     return absl::FailedPreconditionError(

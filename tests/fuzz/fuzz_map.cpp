@@ -29,7 +29,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     const auto again = mapdb::DecodeUse(mapdb::EncodeUse(*use));
     if (!again.ok() || *again != *use) std::abort();
   }
-  (void)mapdb::Verify(path);
+  (void)mapdb::FindProblems(path);
   absl::StatusOr<Map> maps[] = {mapdb::LoadMap(path), mapdb::OpenMap(path)};
   for (auto& map : maps) {
     if (!map.ok()) continue;

@@ -25,20 +25,20 @@ using testing::HasSubstr;
 // All four functions refuse a file in the same way.
 void ExpectRefused(const std::string& path, absl::StatusCode code, const std::string& message) {
   for (const absl::Status& status : {LoadMap(path).status(), ReadInfo(path).status(),
-                                     ReadPlaces(path).status(), Verify(path).status()}) {
+                                     ReadPlaces(path).status(), FindProblems(path).status()}) {
     EXPECT_EQ(status.code(), code) << status;
     EXPECT_THAT(std::string(status.message()), HasSubstr(message));
     EXPECT_THAT(std::string(status.message()), HasSubstr(path));
   }
 }
 
-// As above, but Verify's answer is the list of what is damaged.
+// As above, but FindProblems' answer is the list of what is damaged.
 void ExpectDamaged(const std::string& path, const std::string& problem) {
   for (const absl::Status& status : {LoadMap(path).status(), ReadInfo(path).status()}) {
     EXPECT_EQ(status.code(), absl::StatusCode::kDataLoss) << status;
     EXPECT_THAT(std::string(status.message()), HasSubstr(problem));
   }
-  const auto problems = Verify(path);
+  const auto problems = FindProblems(path);
   ASSERT_TRUE(problems.ok()) << problems.status();
   EXPECT_THAT(*problems, testing::Contains(HasSubstr(problem)));
 }
@@ -241,7 +241,7 @@ TEST_F(AlteredMap, IsNotLoadedWithOtherContexts) {
     const absl::Status status = LoadMap(copy).status();
     EXPECT_EQ(status.code(), absl::StatusCode::kDataLoss) << status;
     EXPECT_THAT(std::string(status.message()), HasSubstr(problem));
-    const auto problems = Verify(copy);
+    const auto problems = FindProblems(copy);
     ASSERT_TRUE(problems.ok());
     EXPECT_FALSE(problems->empty());
   }

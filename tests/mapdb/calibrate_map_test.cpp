@@ -74,7 +74,7 @@ TEST_F(CalibrateMapTest, WritesTheSameOnAnyNumberOfThreadsAndKeepsTheContent) {
   ASSERT_FALSE(map->confusable.empty());
   EXPECT_EQ(map->confusable[0].place + map->confusable[0].lookalike, kNumScans - 1);
   EXPECT_EQ(ReadInfo(path_)->confusable, map->confusable);
-  EXPECT_THAT(*Verify(path_), IsEmpty());
+  EXPECT_THAT(*FindProblems(path_), IsEmpty());
 }
 
 TEST_F(CalibrateMapTest, DoesNothingToAMapThatIsCalibrated) {
@@ -93,7 +93,7 @@ TEST_F(CalibrateMapTest, IsDueAgainWhenTheMapHasGrown) {
   Build(path_, BuildMode::kAppend, "two");
   EXPECT_FALSE(ReadInfo(path_)->calibration.has_value());
   EXPECT_EQ(LoadMap(path_)->calibration, Calibration());
-  EXPECT_THAT(*Verify(path_), IsEmpty());
+  EXPECT_THAT(*FindProblems(path_), IsEmpty());
   const auto summary = CalibrateMap({.path = path_});
   ASSERT_TRUE(summary.ok()) << summary.status();
   EXPECT_FALSE(summary->was_current);

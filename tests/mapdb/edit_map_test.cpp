@@ -128,7 +128,7 @@ TEST_F(EditMapTest, GivesTheMapThatBuildingTheRestGives) {
   ASSERT_TRUE(BuildSmallMap(rest, 4, "two", 50).ok());
   EXPECT_EQ(summary->content_id, ReadInfo(rest)->content_id);
   EXPECT_TRUE(test::SameMap(*LoadMap(out_), *LoadMap(rest)));
-  EXPECT_TRUE(Verify(out_)->empty());
+  EXPECT_TRUE(FindProblems(out_)->empty());
 }
 
 TEST_F(EditMapTest, TellsOfWhatItWasMade) {
@@ -143,7 +143,7 @@ TEST_F(EditMapTest, TellsOfWhatItWasMade) {
   EXPECT_THAT(info->history[0].parents, ElementsAre(ReadInfo(in_)->content_id));
   EXPECT_THAT(info->history[0].command, HasSubstr("--something"));
   EXPECT_THAT(info->history[1].parents, ElementsAre(first->content_id));
-  EXPECT_TRUE(Verify(again)->empty());
+  EXPECT_TRUE(FindProblems(again)->empty());
   const std::string merged = dir_.File("merged.scanloc");
   ASSERT_TRUE(MergeMaps(merged, {in_, again}, true, {"then", "merge", {}}).ok());
   EXPECT_EQ(ReadInfo(merged)->history.size(), 3U);
@@ -193,7 +193,7 @@ TEST_F(EditMapTest, ReplacesSomePlacesByThoseOfAnotherMap) {
   EXPECT_EQ(info->num_places, 11);
   ASSERT_EQ(info->sessions.size(), 3U);
   EXPECT_EQ(info->sessions[2].name, "two-2");
-  EXPECT_TRUE(Verify(out_)->empty());
+  EXPECT_TRUE(FindProblems(out_)->empty());
   EXPECT_FALSE(ReplacePlaces(in_, {true}, fresh, dir_.File("x"), made_by_).ok());
 }
 

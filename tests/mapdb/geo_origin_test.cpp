@@ -38,7 +38,7 @@ TEST_F(GeoOriginTest, IsKeptToTheLastBitBesideTheContent) {
   ASSERT_TRUE(SetGeoOrigin(map, munich_).ok());  // once more
   EXPECT_EQ(Of(map), munich_);
   EXPECT_EQ(ReadInfo(map)->content_id, before);
-  EXPECT_TRUE(Verify(map)->empty());
+  EXPECT_TRUE(FindProblems(map)->empty());
 }
 
 TEST_F(GeoOriginTest, GoesAlongUnlessTheMapIsMoved) {

@@ -39,7 +39,7 @@ constexpr Golden kGoldens[] = {
 class GoldenMap : public testing::TestWithParam<Golden> {};
 
 TEST_P(GoldenMap, IsSound) {
-  const auto problems = Verify(GetParam().Path());
+  const auto problems = FindProblems(GetParam().Path());
   ASSERT_TRUE(problems.ok()) << problems.status();
   EXPECT_TRUE(problems->empty()) << problems->front();
 }
@@ -98,7 +98,7 @@ TEST_P(GoldenMap, IsResumed) {
   EXPECT_EQ(builder->next_scan(), 1U);
   ASSERT_TRUE(builder->Add(GetParam().DescriptorOf(3)).ok());
   EXPECT_TRUE(builder->Finish().ok());
-  EXPECT_TRUE(Verify(copy)->empty());
+  EXPECT_TRUE(FindProblems(copy)->empty());
 }
 
 INSTANTIATE_TEST_SUITE_P(OfEverySchema, GoldenMap, testing::ValuesIn(kGoldens),

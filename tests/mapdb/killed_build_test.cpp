@@ -65,7 +65,7 @@ class KilledBuild : public testing::Test {
       EXPECT_TRUE(RecoverMap(copied).ok());
       map = LoadMap(copied);
       if (map.ok()) {
-        EXPECT_TRUE(Verify(copied)->empty());
+        EXPECT_TRUE(FindProblems(copied)->empty());
       }
     }
     const bool is_before_first_commit =
@@ -86,7 +86,7 @@ class KilledBuild : public testing::Test {
     const std::string journal = bytes(path_ + "-journal");
     const auto loaded = LoadMap(path_);
     EXPECT_EQ(loaded.ok(), ReadInfo(path_).ok());
-    const auto problems = Verify(path_);
+    const auto problems = FindProblems(path_);
     EXPECT_EQ(loaded.ok(), problems.ok() && problems->empty());
     (void)ReadPlaces(path_);
     (void)MergeMaps(dir_.File("merged"), {path_});
@@ -97,7 +97,7 @@ class KilledBuild : public testing::Test {
 
   [[nodiscard]] bool IsSoundWithoutJournal() const {
     const test::TempDir copy;
-    const auto problems = Verify(copy.Write("copy", test::ReadFile(path_)));
+    const auto problems = FindProblems(copy.Write("copy", test::ReadFile(path_)));
     return problems.ok() && problems->empty();
   }
 
@@ -241,7 +241,7 @@ TEST_F(ReadOnlyMap, IsReadInAFolderThatCannotBeWritten) {
   EXPECT_EQ(test::RunInChild([&] {
               BecomeNobody();
               const auto map = LoadMap(path_);
-              const auto problems = Verify(path_);
+              const auto problems = FindProblems(path_);
               return Report(map.ok() && ReadInfo(path_).ok() && problems.ok() && problems->empty(),
                             map.status());
             }),
@@ -262,7 +262,7 @@ TEST_F(ReadOnlyMap, IsNotAppendedTo) {
 TEST_F(KilledBuild, IsReadOnlyAfterItsWriteWasUndoneInSoManyWords) {
   LeaveHotJournal();
   for (const absl::Status& refused :
-       {LoadMap(path_).status(), ReadInfo(path_).status(), Verify(path_).status(),
+       {LoadMap(path_).status(), ReadInfo(path_).status(), FindProblems(path_).status(),
         ReadPlaces(path_).status(), MergeMaps(dir_.File("merged"), {path_}).status(),
         MapBuilder::Append(path_, SmallPlan("two", 1)).status()}) {
     EXPECT_TRUE(absl::IsFailedPrecondition(refused)) << refused;
@@ -273,7 +273,7 @@ TEST_F(KilledBuild, IsReadOnlyAfterItsWriteWasUndoneInSoManyWords) {
   EXPECT_EQ(RecoverMap(path_).value(), Recovery::kRolledBack);
   EXPECT_EQ(RecoverMap(path_).value(), Recovery::kNothingToDo);
   EXPECT_TRUE(LoadMap(path_).ok());
-  EXPECT_TRUE(Verify(path_)->empty());
+  EXPECT_TRUE(FindProblems(path_)->empty());
 }
 
 TEST_F(KilledBuild, HasNoPowerOverTheMapThatTakesItsPlace) {

@@ -189,7 +189,7 @@ TEST_F(MapBuilderTest, AppendsAFurtherSession) {
   EXPECT_EQ(map->places[2].session, 0);
   EXPECT_EQ(map->places[3].session, 1);
   EXPECT_NE(map->content_id, content_id_before);
-  EXPECT_TRUE(Verify(path_)->empty());
+  EXPECT_TRUE(FindProblems(path_)->empty());
 }
 
 TEST_F(MapBuilderTest, AppendsNothingToAnUnfinishedSession) {

@@ -77,7 +77,7 @@ class MapDamage : public testing::Test {
   std::string path_ = dir_.File("a.scanloc");
   std::string bytes_;
   Map map_;
-  MapInfo info_;
+  FileInfo info_;
   int file_ = -1;
   int num_loaded_ = 0;
   int num_refused_ = 0;
@@ -144,7 +144,7 @@ TEST_F(MapDamage, ExchangedPagesAreNoticed) {
       const int num_loaded = num_loaded_;
       CheckAnswers("pages " + std::to_string(a) + " and " + std::to_string(b));
       // Loading passes over keys and bearings.
-      EXPECT_TRUE(num_loaded_ == num_loaded || !Verify(path_)->empty()) << a << " and " << b;
+      EXPECT_TRUE(num_loaded_ == num_loaded || !FindProblems(path_)->empty()) << a << " and " << b;
       Restore();
       if (HasFatalFailure()) return;
     }
@@ -156,12 +156,12 @@ TEST_F(MapDamage, IsFoundByVerifyWhereverLoadingFinds) {
   for (std::size_t i = 0; i < bytes_.size(); i += 37) {
     Put(i, std::string(1, static_cast<char>(~bytes_[i])));
     if (!LoadMap(path_).ok()) {
-      const auto problems = Verify(path_);
+      const auto problems = FindProblems(path_);
       EXPECT_TRUE(!problems.ok() || !problems->empty()) << "byte " << i;
     }
     Put(i, std::string(1, bytes_[i]));
   }
-  const auto problems = Verify(path_);
+  const auto problems = FindProblems(path_);
   ASSERT_TRUE(problems.ok()) << problems.status();
   EXPECT_TRUE(problems->empty()) << problems->front();
 }

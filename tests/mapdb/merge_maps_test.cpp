@@ -50,7 +50,7 @@ TEST_F(MergeMapsTest, GivesTheMapThatAppendingGives) {
   const auto merged = LoadMap(out_);
   ASSERT_TRUE(merged.ok()) << merged.status();
   EXPECT_TRUE(test::SameMap(*merged, *LoadMap(appended)));
-  EXPECT_TRUE(Verify(out_)->empty());
+  EXPECT_TRUE(FindProblems(out_)->empty());
 }
 
 TEST_F(MergeMapsTest, NamesSessionsAnewOnRequest) {
@@ -60,7 +60,7 @@ TEST_F(MergeMapsTest, NamesSessionsAnewOnRequest) {
   ExpectRefused({one, two}, absl::StatusCode::kFailedPrecondition, "--rename-sessions");
   ASSERT_TRUE(MergeMaps(out_, {one, two, one}, /*rename_sessions=*/true).ok());
   EXPECT_THAT(LoadMap(out_)->sessions, testing::ElementsAre("one", "one-2", "one-3"));
-  EXPECT_TRUE(Verify(out_)->empty());
+  EXPECT_TRUE(FindProblems(out_)->empty());
 }
 
 // What is done at the end, as calibration, needs the memory itself.

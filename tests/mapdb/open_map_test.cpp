@@ -134,7 +134,7 @@ TEST_F(OpenMapTest, RefusesWhatWasWrittenOverItInPlace) {
   const auto opened = LocalizerOf(OpenMap(path_));
   Build(dir_.File("b.scanloc"), 700, Params());
   dir_.Write("a.scanloc", test::ReadFile(dir_.File("b.scanloc")));
-  ASSERT_TRUE(Verify(path_)->empty());
+  ASSERT_TRUE(FindProblems(path_)->empty());
   EXPECT_EQ(opened->Localize(Seen(5)).status().code(), absl::StatusCode::kDataLoss);
   EXPECT_EQ(opened->map().payload->Scrub([](std::size_t) { return true; }).code(),
             absl::StatusCode::kDataLoss);
@@ -181,7 +181,7 @@ TEST_F(OpenMapTest, TellsDamageWhenItIsReadAndWhenItIsScrubbed) {
     const absl::Status scrubbed = opened->map().payload->Scrub([](std::size_t) { return true; });
     EXPECT_EQ(scrubbed.code(), absl::StatusCode::kDataLoss) << sql;
     EXPECT_THAT(std::string(scrubbed.message()), HasSubstr(problem)) << sql;
-    EXPECT_FALSE(Verify(path_)->empty()) << sql;
+    EXPECT_FALSE(FindProblems(path_)->empty()) << sql;
     const auto answer = opened->Localize(Seen(5));
     EXPECT_EQ(answer.ok(), is_in_keys) << sql << answer.status();
     EXPECT_TRUE(answer.ok() || absl::IsDataLoss(answer.status())) << sql;
@@ -226,7 +226,7 @@ TEST_F(OpenMapTest, ScrubComparesKeysWithContexts) {
   ASSERT_TRUE(opened.ok()) << opened.status();
   const absl::Status scrubbed = opened->payload->Scrub([](std::size_t) { return true; });
   EXPECT_THAT(std::string(scrubbed.message()), HasSubstr("keys of place 5"));
-  EXPECT_THAT(*Verify(path_), testing::ElementsAre(HasSubstr("keys of place 5")));
+  EXPECT_THAT(*FindProblems(path_), testing::ElementsAre(HasSubstr("keys of place 5")));
 }
 
 /// Gives place 5 of a map these rings, with the right checksum.
@@ -246,7 +246,7 @@ TEST_F(OpenMapTest, ScrubComparesBearingsWithStructures) {
   ASSERT_TRUE(opened.ok()) << opened.status();
   const absl::Status scrubbed = opened->payload->Scrub([](std::size_t) { return true; });
   EXPECT_THAT(std::string(scrubbed.message()), HasSubstr("bearings of place 5"));
-  EXPECT_THAT(*Verify(path_), testing::ElementsAre(HasSubstr("bearings of place 5")));
+  EXPECT_THAT(*FindProblems(path_), testing::ElementsAre(HasSubstr("bearings of place 5")));
 }
 
 TEST_F(OpenMapTest, RefusesBearingsThatAreNone) {
@@ -255,14 +255,14 @@ TEST_F(OpenMapTest, RefusesBearingsThatAreNone) {
     const absl::Status status = OpenMap(path_).status();
     EXPECT_EQ(status.code(), absl::StatusCode::kDataLoss) << size;
     EXPECT_THAT(std::string(status.message()), HasSubstr("bearings of place 5")) << size;
-    EXPECT_FALSE(Verify(path_)->empty()) << size;
+    EXPECT_FALSE(FindProblems(path_)->empty()) << size;
   }
 }
 
 TEST_F(OpenMapTest, RefusesMoreBearingsThanPlaces) {
   test::Sql(path_, "INSERT INTO bearings SELECT 24, checksum, rings FROM bearings WHERE place = 5");
   EXPECT_EQ(OpenMap(path_).status().code(), absl::StatusCode::kDataLoss);
-  EXPECT_FALSE(Verify(path_)->empty());
+  EXPECT_FALSE(FindProblems(path_)->empty());
 }
 
 TEST_F(OpenMapTest, ScrubTellsHowFarItIsAndCanBeStopped) {

@@ -56,7 +56,8 @@ class PlantedJournal : public testing::Test {
   void ExpectRefused(const std::string& message) {
     for (const absl::Status& status :
          {LoadMap(path_).status(), ReadInfo(path_).status(), ReadPlaces(path_).status(),
-          Verify(path_).status(), MapBuilder::Append(path_, test::SmallPlan("two", 1)).status()}) {
+          FindProblems(path_).status(),
+          MapBuilder::Append(path_, test::SmallPlan("two", 1)).status()}) {
       EXPECT_EQ(status.code(), absl::StatusCode::kFailedPrecondition) << status;
       EXPECT_THAT(std::string(status.message()), HasSubstr(message));
     }
@@ -70,7 +71,7 @@ class PlantedJournal : public testing::Test {
   void ExpectRead() {
     const auto map = LoadMap(path_);
     EXPECT_TRUE(map.ok()) << map.status();
-    EXPECT_TRUE(Verify(path_).value().empty());
+    EXPECT_TRUE(FindProblems(path_).value().empty());
     ExpectUntouched();
   }
   void ExpectUntouched() {

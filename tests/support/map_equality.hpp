@@ -57,7 +57,7 @@ inline bool SameSession(const mapdb::SessionInfo& a, const mapdb::SessionInfo& b
          a.first_stamp_ns == b.first_stamp_ns && a.last_stamp_ns == b.last_stamp_ns;
 }
 
-inline bool SameInfo(const mapdb::MapInfo& a, const mapdb::MapInfo& b) {
+inline bool SameInfo(const mapdb::FileInfo& a, const mapdb::FileInfo& b) {
   return a.schema_version == b.schema_version && a.compatible_version == b.compatible_version &&
          a.built_by == b.built_by && a.content_id == b.content_id && a.complete == b.complete &&
          a.params == b.params && std::ranges::equal(a.sessions, b.sessions, SameSession) &&

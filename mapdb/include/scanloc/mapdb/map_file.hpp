@@ -50,7 +50,7 @@ struct SessionInfo {
 };
 
 /// What a map file says of itself.
-struct MapInfo {
+struct FileInfo {
   int schema_version = 0;
   int compatible_version = 0;  ///< oldest schema version whose readers can read the file
   std::string built_by;        ///< program and version that created the file
@@ -110,7 +110,7 @@ struct OpenOptions {
 [[nodiscard]] absl::StatusOr<Map> OpenMap(const std::string& path, const OpenOptions& options = {});
 
 /// What the file says of itself; does not read the contexts, so damage to them goes unseen.
-[[nodiscard]] absl::StatusOr<MapInfo> ReadInfo(const std::string& path);
+[[nodiscard]] absl::StatusOr<FileInfo> ReadInfo(const std::string& path);
 
 /// All places in the order built; does not read the contexts.
 [[nodiscard]] absl::StatusOr<std::vector<PlaceRecord>> ReadPlaces(const std::string& path);
@@ -121,7 +121,7 @@ struct OpenOptions {
     const std::string& path,
     const std::function<absl::Status(std::size_t place, const PlaceDescriptor&)>& visit);
 
-/// Most lines that Verify gives.
+/// Most lines that FindProblems gives.
 inline constexpr std::size_t kMaxProblems = 100;
 
 /// Checks the whole file and tells everything that is damaged, a line each; none: it is sound.
@@ -129,7 +129,7 @@ inline constexpr std::size_t kMaxProblems = 100;
 /// Checks SQLite's own structure, schema, checksums, parameters, sessions, poses, shapes and
 /// heights of contexts, keys against cells, and the content id. At most kMaxProblems lines.
 /// An error only where there is nothing to check: no file, not a map, or a newer one.
-[[nodiscard]] absl::StatusOr<std::vector<std::string>> Verify(const std::string& path);
+[[nodiscard]] absl::StatusOr<std::vector<std::string>> FindProblems(const std::string& path);
 
 enum class Recovery : std::uint8_t {
   kNothingToDo,     ///< no unfinished write

@@ -8,7 +8,7 @@
 
 namespace scanloc::mapdb {
 
-/// Verify of map_file.hpp, for a map that is open.
-[[nodiscard]] absl::StatusOr<std::vector<std::string>> Verify(Connection& connection);
+/// FindProblems of map_file.hpp, for a map that is open.
+[[nodiscard]] absl::StatusOr<std::vector<std::string>> FindProblems(Connection& connection);
 
 }  // namespace scanloc::mapdb

@@ -1,4 +1,4 @@
-#include "verify.hpp"
+#include "find_problems.hpp"
 
 #include <string>
 #include <utility>
@@ -239,12 +239,12 @@ void CheckRows(Connection& connection, const MapHead& head, Problems& problems) 
   problems.Add(ReadCalibration(connection, head).status());
 }
 
-// Damage is an answer of Verify; what is no map that this version can read is an error.
+// Damage is an answer of FindProblems; what is no map that this version can read is an error.
 bool IsDamage(const absl::Status& status) { return absl::IsDataLoss(status); }
 
 }  // namespace
 
-absl::StatusOr<std::vector<std::string>> Verify(Connection& connection) {
+absl::StatusOr<std::vector<std::string>> FindProblems(Connection& connection) {
   Problems problems;
   absl::StatusOr<MapHead> head = ReadVersions(connection);
   if (!head.ok() && !IsDamage(head.status())) return head.status();
@@ -258,9 +258,9 @@ absl::StatusOr<std::vector<std::string>> Verify(Connection& connection) {
   return std::move(problems).Take();
 }
 
-absl::StatusOr<std::vector<std::string>> Verify(const std::string& path) {
+absl::StatusOr<std::vector<std::string>> FindProblems(const std::string& path) {
   absl::StatusOr<Connection> connection = OpenForReading(path);
-  if (connection.ok()) return Verify(*connection);
+  if (connection.ok()) return FindProblems(*connection);
   if (!IsDamage(connection.status())) return connection.status();
   return std::vector<std::string>{DamageOf(connection.status())};
 }

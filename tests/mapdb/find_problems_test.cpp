@@ -31,7 +31,7 @@ class VerifyTest : public testing::Test {
     ASSERT_TRUE(summary.ok()) << summary.status();
   }
   std::vector<std::string> Problems() {
-    const auto problems = Verify(path_);
+    const auto problems = FindProblems(path_);
     EXPECT_TRUE(problems.ok()) << problems.status();
     return problems.ok() ? *problems : std::vector<std::string>();
   }
@@ -51,7 +51,7 @@ TEST_F(VerifyTest, FindsNothingInAMapThatIsStillBeingBuilt) {
   const std::string path = dir_.File("half");
   auto builder = MapBuilder::Create(path, test::SmallParams(), test::SmallPlan("one", 3));
   ASSERT_TRUE(builder.ok());
-  const auto problems = Verify(path);
+  const auto problems = FindProblems(path);
   ASSERT_TRUE(problems.ok()) << problems.status();
   EXPECT_THAT(*problems, IsEmpty());
 }
@@ -74,7 +74,7 @@ TEST_F(VerifyTest, StopsListingWhenThereIsEnough) {
   const std::string path = dir_.File("large");
   ASSERT_TRUE(test::BuildSmallMap(path, 60).ok());
   Sql(path, "UPDATE contexts SET checksum = 0; UPDATE places SET checksum = 0");
-  EXPECT_EQ(Verify(path)->size(), kMaxProblems);
+  EXPECT_EQ(FindProblems(path)->size(), kMaxProblems);
 }
 
 TEST_F(VerifyTest, FindsDamageToTheStructureOfTheFile) {
@@ -144,7 +144,7 @@ TEST_F(VerifyTest, RefusesAMapThatNeedsANewerReader) {
   SetMeta("version", "9");
   SetMeta("compatible_version", "8");
   for (const absl::Status& status :
-       {LoadMap(path_).status(), ReadInfo(path_).status(), Verify(path_).status(),
+       {LoadMap(path_).status(), ReadInfo(path_).status(), FindProblems(path_).status(),
         MapBuilder::Append(path_, test::SmallPlan("two", 1)).status()}) {
     EXPECT_EQ(status.code(), absl::StatusCode::kFailedPrecondition) << status;
     EXPECT_THAT(std::string(status.message()), HasSubstr("schema version 9"));
