@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -11,15 +12,18 @@
 
 namespace scanloc::dataset {
 
+/// Bytes, and what becomes of their memory when they are not needed any more.
+using ByteArray = std::unique_ptr<char[], std::function<void(char*)>>;
+
 /// The bytes of a file, in memory of their own.
 class FileBytes {
  public:
-  FileBytes(std::unique_ptr<char[]> data, std::size_t size) : data_(std::move(data)), size_(size) {}
+  FileBytes(ByteArray data, std::size_t size) : data_(std::move(data)), size_(size) {}
 
   [[nodiscard]] std::string_view view() const { return {data_.get(), size_}; }
 
  private:
-  std::unique_ptr<char[]> data_;
+  ByteArray data_;
   std::size_t size_ = 0;
 };
 

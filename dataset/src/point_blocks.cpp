@@ -47,16 +47,14 @@ float LoadCoordinate(const char* bytes, const Coordinate& coordinate, std::size_
   }
 }
 
-template <bool kBigEndian>
-Scan ReadBlock(const std::array<Coordinate, 3>& xyz, std::size_t num_points, const char* bytes) {
+template <typename LoadPoint>
+Scan ReadBlock(std::size_t num_points, const LoadPoint& load) {
   Scan scan;
   // Written without a branch and cut to length at the end; push_back takes twice as long.
   scan.points.resize(num_points);
   std::size_t num_finite = 0;
   for (std::size_t i = 0; i < num_points; ++i) {
-    const Point point{LoadCoordinate<kBigEndian>(bytes, xyz[0], i),
-                      LoadCoordinate<kBigEndian>(bytes, xyz[1], i),
-                      LoadCoordinate<kBigEndian>(bytes, xyz[2], i)};
+    const Point point = load(i);
     scan.points[num_finite] = point;
     num_finite += IsFinite(point) ? 1 : 0;
   }
@@ -115,8 +113,30 @@ absl::StatusOr<Scan> ReadTextRows(const RowLayout& layout, std::size_t num_rows,
 }
 
 Scan ReadBinary(const BinaryLayout& layout, std::size_t num_points, std::string_view bytes) {
-  return layout.big_endian ? ReadBlock<true>(layout.xyz, num_points, bytes.data())
-                           : ReadBlock<false>(layout.xyz, num_points, bytes.data());
+  const auto [x, y, z] = layout.xyz;
+  const char* const data = bytes.data();
+  if (layout.big_endian) {
+    return ReadBlock(num_points, [&](std::size_t i) -> Point {
+      return {LoadCoordinate<true>(data, x, i), LoadCoordinate<true>(data, y, i),
+              LoadCoordinate<true>(data, z, i)};
+    });
+  }
+  // As most sensors have it.
+  const auto is_plain = [&](const Coordinate& c) {
+    return c.type == NumberType::kFloat32 && c.stride_bytes == x.stride_bytes;
+  };
+  if (is_plain(x) && is_plain(y) && is_plain(z)) {
+    const std::size_t step = x.stride_bytes;
+    return ReadBlock(num_points, [=](std::size_t i) -> Point {
+      const char* const at = data + i * step;
+      return {Load<float>(at + x.offset_bytes, false), Load<float>(at + y.offset_bytes, false),
+              Load<float>(at + z.offset_bytes, false)};
+    });
+  }
+  return ReadBlock(num_points, [&](std::size_t i) -> Point {
+    return {LoadCoordinate<false>(data, x, i), LoadCoordinate<false>(data, y, i),
+            LoadCoordinate<false>(data, z, i)};
+  });
 }
 
 }  // namespace scanloc::dataset

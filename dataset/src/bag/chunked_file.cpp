@@ -1,9 +1,11 @@
 #include "bag/chunked_file.hpp"
 
 #include <algorithm>
+#include <iterator>
 #include <limits>
 #include <memory>
 #include <new>
+#include <thread>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -15,6 +17,16 @@ namespace {
 
 bool IsBefore(const MessageRef& a, const MessageRef& b) {
   return std::pair(a.chunk, a.at) < std::pair(b.chunk, b.at);
+}
+
+/// The first message from `at` on of the same topic in another chunk; the end where it is far.
+template <typename Iterator>
+Iterator FindElsewhere(Iterator at, Iterator end, const MessageRef& message) {
+  constexpr int kMostMessages = 4096;
+  for (int i = 0; i < kMostMessages && at != end; ++i, ++at) {
+    if (at->topic == message.topic && at->chunk != message.chunk) return at;
+  }
+  return end;
 }
 
 }  // namespace
@@ -38,14 +50,13 @@ void ChunkedFile::AddMessage(std::uint32_t channel, std::int64_t log_time_ns, st
 }
 
 absl::StatusOr<FileBytes> ChunkedFile::ReadStored(std::uint64_t offset,
-                                                  std::uint64_t num_bytes) const {
-  std::unique_ptr<char[]> stored(new (std::nothrow) char[std::max<std::uint64_t>(num_bytes, 1)]);
-  if (stored == nullptr) {
-    return absl::ResourceExhaustedError(
-        absl::StrCat(file_.path(), ": no memory for ", num_bytes, " bytes"));
-  }
+                                                  std::uint64_t num_bytes) const try {
+  ByteArray stored = memory_->Take(num_bytes);
   if (absl::Status s = file_.ReadAt(offset, num_bytes, stored.get()); !s.ok()) return s;
   return FileBytes(std::move(stored), num_bytes);
+} catch (const std::bad_alloc&) {
+  return absl::ResourceExhaustedError(
+      absl::StrCat(file_.path(), ": no memory for ", num_bytes, " bytes"));
 }
 
 absl::StatusOr<FileBytes> ChunkedFile::ReadChunk(const Chunk& chunk) const {
@@ -53,40 +64,26 @@ absl::StatusOr<FileBytes> ChunkedFile::ReadChunk(const Chunk& chunk) const {
   if (!stored.ok() || chunk.compression == Compression::kNone) return stored;
   absl::StatusOr<FileBytes> records =
       Decompress(chunk.compression, stored->view(), chunk.num_bytes,
-                 chunk.is_cut_off ? CutOff::kKeepWhatCame : CutOff::kRefuse);
+                 chunk.is_cut_off ? CutOff::kKeepWhatCame : CutOff::kRefuse, memory_.get());
   if (!records.ok()) {
     return Annotate(records.status(), absl::StrCat(file_.path(), ": chunk at ", chunk.offset));
   }
   return records;
 }
 
-absl::StatusOr<std::shared_ptr<const FileBytes>> ChunkedFile::GetChunk(std::uint32_t i) const {
-  // Chunks often hold several clouds, which are asked for one after the other, by a few threads.
-  constexpr std::size_t kMostRecent = 8;
-  constexpr std::uint64_t kMostBytes = 256 << 20;
-  const std::shared_ptr<ReadOnce> chunk = [&] {
-    const std::lock_guard lock(mutex_);
-    for (const auto& [number, known] : recent_) {
-      if (number == i) return known;
-    }
-    recent_.emplace_front(i, std::make_shared<ReadOnce>());
-    auto added = recent_.front().second;
-    std::uint64_t num_bytes = 0;
-    for (const auto& [number, known] : recent_) num_bytes += chunks_[number].num_bytes;
-    while (recent_.size() > kMostRecent || (num_bytes > kMostBytes && !recent_.empty())) {
-      num_bytes -= chunks_[recent_.back().first].num_bytes;
-      recent_.pop_back();
-    }
-    return added;
-  }();
-  // Who wants a chunk that another thread is reading waits for it.
-  const std::lock_guard lock(chunk->mutex);
-  if (chunk->records == nullptr) {
-    absl::StatusOr<FileBytes> read = ReadChunk(chunks_[i]);
-    if (!read.ok()) return read.status();
-    chunk->records = std::make_shared<const FileBytes>(*std::move(read));
+void ChunkedFile::ReadAhead(const MessageRef& message) const {
+  // A chunk ahead for each other processor; more would but fill memory.
+  const std::size_t num_ahead =
+      std::clamp<std::size_t>(std::thread::hardware_concurrency(), 2, 4) - 1;
+  auto next = std::lower_bound(messages_.begin(), messages_.end(), message, IsBefore);
+  const auto before = FindElsewhere(std::make_reverse_iterator(next), messages_.rend(), message);
+  // Who leaves chunks out would not want the next.
+  if (before == messages_.rend() || !cache_.WasGot(before->chunk)) return;
+  for (std::size_t i = 0; i < num_ahead; ++i) {
+    next = FindElsewhere(next, messages_.end(), *next);
+    if (next == messages_.end()) return;
+    cache_.ReadAhead(next->chunk, chunks_[next->chunk].num_bytes);
   }
-  return chunk->records;
 }
 
 absl::StatusOr<std::string_view> ChunkedFile::Payload(const FileBytes& records, std::uint64_t at,
@@ -119,7 +116,9 @@ absl::StatusOr<MessageBytes> ChunkedFile::ReadStoredMessage(const MessageRef& me
 
 absl::StatusOr<MessageBytes> ChunkedFile::Read(const MessageRef& message) const {
   if (chunks_[message.chunk].compression == Compression::kNone) return ReadStoredMessage(message);
-  absl::StatusOr<std::shared_ptr<const FileBytes>> records = GetChunk(message.chunk);
+  if (!cache_.WasGot(message.chunk)) ReadAhead(message);
+  absl::StatusOr<ChunkCache::Records> records =
+      cache_.Get(message.chunk, chunks_[message.chunk].num_bytes);
   if (!records.ok()) return records.status();
   const absl::StatusOr<std::string_view> payload = Payload(**records, message.at, message);
   if (!payload.ok()) return payload.status();

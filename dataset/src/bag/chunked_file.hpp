@@ -1,10 +1,8 @@
 #pragma once
 
 #include <cstdint>
-#include <deque>
 #include <map>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -14,8 +12,10 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "bag/bag_file.hpp"
+#include "bag/chunk_cache.hpp"
 #include "bag/decompress.hpp"
 #include "bag/random_file.hpp"
+#include "bag/spare_memory.hpp"
 
 namespace scanloc::dataset {
 
@@ -69,22 +69,17 @@ class ChunkedFile : public BagFile {
   /// As PayloadAt; errors name the message.
   [[nodiscard]] absl::StatusOr<std::string_view> Payload(const FileBytes& records, std::uint64_t at,
                                                          const MessageRef& message) const;
-  /// Of the chunks read last, or read now.
-  [[nodiscard]] absl::StatusOr<std::shared_ptr<const FileBytes>> GetChunk(std::uint32_t i) const;
+  /// Begins to read the next chunks of a topic that is read chunk after chunk.
+  void ReadAhead(const MessageRef& message) const;
   [[nodiscard]] absl::Status ScanChunk(std::uint32_t i, bool with_messages);
 
-  struct ReadOnce {
-    std::mutex mutex;
-    std::shared_ptr<const FileBytes> records;  ///< null until it was read
-  };
-
   RandomFile file_;
+  const std::shared_ptr<SpareMemory> memory_ = std::make_shared<SpareMemory>();
   std::vector<Chunk> chunks_;
   std::map<std::uint32_t, FileTopic> channels_;
-  mutable std::mutex mutex_;  // guards recent_
-  mutable std::deque<std::pair<std::uint32_t, std::shared_ptr<ReadOnce>>> recent_;
   // The chunk that AddMessage is called for, if not the last.
   std::optional<std::uint32_t> scanned_;
+  mutable ChunkCache cache_{[this](std::uint32_t i) { return ReadChunk(chunks_[i]); }};
 };
 
 /// The file, if it begins with the magic; InvalidArgument with what it is otherwise.

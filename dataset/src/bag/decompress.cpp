@@ -131,9 +131,12 @@ std::optional<Compression> ParseCompression(std::string_view name) {
 }
 
 absl::StatusOr<FileBytes> Decompress(Compression compression, std::string_view bytes,
-                                     std::size_t num_bytes, CutOff cut_off) try {
+                                     std::size_t num_bytes, CutOff cut_off,
+                                     SpareMemory* memory) try {
   // new[] without a value leaves the bytes, and with them the pages, untouched.
-  std::unique_ptr<char[]> data(new char[std::max<std::size_t>(num_bytes, 1)]);
+  ByteArray data = memory != nullptr
+                       ? memory->Take(num_bytes)
+                       : std::unique_ptr<char[]>(new char[std::max<std::size_t>(num_bytes, 1)]);
   Output output{data.get(), num_bytes};
   switch (compression) {
     case Compression::kNone:

@@ -5,6 +5,7 @@
 #include <string_view>
 
 #include "absl/status/statusor.h"
+#include "bag/spare_memory.hpp"
 #include "file_bytes.hpp"
 
 namespace scanloc::dataset {
@@ -25,10 +26,12 @@ enum class CutOff {
 ///
 /// InvalidArgument if they are damaged, or other than num_bytes come out (but for kRefuse: more);
 /// ResourceExhausted if there is no memory for them. Memory is touched only as bytes come out, so
-/// that an announced size costs nothing; bound it by limits::kMaxBagChunkBytes before.
+/// that an announced size costs nothing; bound it by limits::kMaxBagChunkBytes before. It is taken
+/// from `memory`, if that is given.
 [[nodiscard]] absl::StatusOr<FileBytes> Decompress(Compression compression, std::string_view bytes,
                                                    std::size_t num_bytes,
-                                                   CutOff cut_off = CutOff::kRefuse);
+                                                   CutOff cut_off = CutOff::kRefuse,
+                                                   SpareMemory* memory = nullptr);
 
 /// The bytes of one zstd frame that tells its size, or streams. InvalidArgument if more than
 /// max_bytes come out.
