@@ -1,5 +1,6 @@
 #include "arrays.hpp"
 
+#include <cstring>
 #include <string>
 
 #include "absl/strings/str_cat.h"
@@ -45,6 +46,31 @@ double ElementAt(const nb::ndarray<nb::ro>& array, std::int64_t offset) {
 
 /// Memory that is fresh costs as much as the copy: each thread keeps what it copied to.
 thread_local PointCloud spare;
+
+/// x y z of each row, at least one.
+void CopyRows(const nb::ndarray<nb::ro>& array, PointCloud& points) {
+  const auto* row = static_cast<const float*>(array.data());
+  const std::int64_t along_rows = array.stride(0);
+  const std::int64_t along_row = array.stride(1);
+  points.resize(array.shape(0));
+  // What is behind x y z may be read: a fourth column, or where the next row begins.
+  const bool is_more_behind = array.shape(1) > 3 || along_rows > 0;
+  if (along_row != 1 || !is_more_behind) {
+    for (Point& point : points) {
+      point = {row[0], row[along_row], row[2 * along_row]};
+      row += along_rows;
+    }
+    return;
+  }
+  // Four numbers at once, of which the next point overwrites the last.
+  auto* const out = reinterpret_cast<char*>(points.data());
+  const std::size_t last = points.size() - 1;
+  for (std::size_t i = 0; i < last; ++i) {
+    std::memcpy(out + i * sizeof(Point), row, 4 * sizeof(float));
+    row += along_rows;
+  }
+  std::memcpy(out + last * sizeof(Point), row, sizeof(Point));
+}
 
 constexpr char kPoses[] = "a 4x4 (or 3x4) matrix [R t] of float64";
 
@@ -106,12 +132,7 @@ Scan::Scan(nb::handle points)
     return;
   }
   copy_ = std::move(spare);
-  copy_.resize(num_points);
-  const std::int64_t along_row = array_.stride(1);
-  for (std::size_t i = 0; i < num_points; ++i) {
-    const float* row = data + static_cast<std::int64_t>(i) * array_.stride(0);
-    copy_[i] = {row[0], row[along_row], row[2 * along_row]};
-  }
+  CopyRows(array_, copy_);
   points_ = copy_;
 }
 

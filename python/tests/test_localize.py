@@ -37,7 +37,8 @@ def test_takes_any_strides_and_gives_the_same(localizer):
     wide = np.zeros((len(points), 4), np.float32)
     wide[:, :3] = points
     expected = localizer.localize(points).T_map_query
-    for same in (wide, wide[:, :3], np.asfortranarray(points), points[::-1][::-1]):
+    backwards = np.ascontiguousarray(points[::-1])[::-1]
+    for same in (wide, wide[:, :3], np.asfortranarray(points), backwards):
         np.testing.assert_array_equal(localizer.localize(same).T_map_query, expected)
     read_only = points.copy()
     read_only.flags.writeable = False
