@@ -86,6 +86,11 @@ class Solver {
   /// Graduated non-convexity, from where the nodes are, to truncated least squares.
   absl::Status Graduate() {
     Build();
+    // What is trusted tells some of the drift before anything else is believed.
+    for (std::size_t i = 0; i < weights_.size(); ++i) {
+      weights_[i] = constraints_[i].is_trusted ? 1.0 : 0.0;
+    }
+    if (absl::Status status = Solve(kIterationsAtEnd, 1e-8); !status.ok()) return status;
     MeasureConstraints();
     // Where odometry puts the scans, most constraints are off by its drift, and wrong ones by far
     // more: those do not get to bend the graph in the first place.
@@ -93,7 +98,7 @@ class Solver {
     for (std::size_t i = 0; i < chi2_.size(); ++i) {
       if (!constraints_[i].is_trusted) sorted.push_back(chi2_[i]);
     }
-    if (sorted.empty()) return Solve(kIterationsAtEnd, 1e-8);
+    if (sorted.empty()) return absl::OkStatus();
     const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
     std::nth_element(sorted.begin(), middle, sorted.end());
     const double farthest = std::max(kBeyondMedian * *middle, 2.0 * options_.max_chi2);
