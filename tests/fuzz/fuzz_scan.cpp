@@ -1,15 +1,16 @@
-// Scan files: the first byte chooses the layout, the rest is the file.
+// Scan files, and matrices of descriptors: the first byte chooses the layout, the rest is the file.
 #include <cstddef>
 #include <cstdint>
 #include <string_view>
 
 #include "scan_decoders.hpp"
+#include "scanloc/dataset/matrix_file.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace scanloc::dataset;
   if (size == 0) return 0;
   const std::string_view bytes(reinterpret_cast<const char*>(data) + 1, size - 1);
-  switch (data[0] % 7) {
+  switch (data[0] % 8) {
     case 0:
       (void)DecodeKittiBin(bytes);
       break;
@@ -28,8 +29,11 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     case 5:
       (void)DecodeOxford(bytes, false);
       break;
-    default:
+    case 6:
       (void)DecodeNpy(bytes);
+      break;
+    default:
+      (void)DecodeNpyMatrix(bytes);
   }
   return 0;
 }

@@ -69,6 +69,7 @@ void AddScans(const Seeds& seeds) {
   seeds.Add("scan", 4, "oxford_left", FloatRows(points, 4));
   seeds.Add("scan", 5, "oxford_right", FloatRows(points, 4));
   seeds.Add("scan", 6, "npy_float32", NaverBytes(points));
+  seeds.Add("scan", 7, "npy_matrix", NaverBytes(points));
   seeds.Add("scan", 6, "npy_int16",
             NpyBytes("{'shape': (2, 3), 'fortran_order': True, 'descr': '<i2'}",
                      std::string("\0\x10\0\x11\0\x12\0\x13\0\x14\0\x15", 12)));
