@@ -12,6 +12,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "cli/command.hpp"
+#include "cli/descriptor_options.hpp"
 #include "cli/drive_options.hpp"
 #include "cli/drive_plan.hpp"
 #include "cli/output.hpp"
@@ -94,6 +95,7 @@ class EvalCommand : public Command {
   double tilt_deg_ = 0.0;
   std::string map_scans_dir_;
   PoseOptions map_poses_;
+  DescriptorOptions descriptors_;
   bool times_ = false;
   std::string report_dir_;
   bool json_ = false;
@@ -115,7 +117,9 @@ void EvalCommand::Declare(CLI::App& app) {
   app.add_option("--method", methods_,
                  absl::StrCat("Methods, with commas between; NAME:K takes K candidates [all that "
                               "the map serves: auto,a-pc,a-cc,pc,cc]; baselines to compare with: ",
-                              eval::BaselineNames(), "; m2dp needs --map-scans"))
+                              eval::BaselineNames(),
+                              "; m2dp, segmatch and those with -mean, -count or -bits need "
+                              "--map-scans"))
       ->delimiter(',')
       ->check([](const std::string& text) {
         return absl::StrCat(eval::ParseEvalMethod(text).status().message());
@@ -147,6 +151,7 @@ void EvalCommand::Declare(CLI::App& app) {
                  "Folder of the scans that the map was made of; for baselines")
       ->type_name("DIR");
   map_poses_.DeclareFiles(app, "--map-poses", "--map-calib");
+  descriptors_.Declare(app);
   app.add_flag("--stage-times", times_, "Tell the time of each stage, too");
   app.add_option("--report", report_dir_,
                  "Folder to write report.html, results.json and matches.csv to; made if need be")
@@ -175,6 +180,9 @@ absl::Status EvalCommand::CheckUsage() const {
   if (absl::Status s = truth_.CheckUsageWithPoses(scans_dir_); !s.ok()) return s;
   if (map_scans_dir_.empty() != map_poses_.poses_file().empty()) {
     return absl::InvalidArgumentError("--map-scans and --map-poses go together");
+  }
+  if (absl::Status s = descriptors_.CheckUsage(truth_.has_bag(), in_session_, tilt_deg_); !s.ok()) {
+    return s;
   }
   return selection_.CheckUsage();
 }
@@ -288,6 +296,9 @@ absl::Status EvalCommand::Run() {
   absl::StatusOr<std::vector<eval::EvalMethod>> methods = ChooseMethods(loaded->params);
   if (!methods.ok()) return methods.status();
   options.methods = *std::move(methods);
+  const DescriptorOptions::Scans scans{scans_dir_,     negatives_,   files,
+                                       map_scans_dir_, *place_scans, loaded->places.size()};
+  if (absl::Status status = descriptors_.AddTo(scans, &options); !status.ok()) return status;
   const absl::StatusOr<std::shared_ptr<const Localizer>> localizer =
       Localizer::Create(std::make_shared<const Map>(*std::move(loaded)));
   if (!localizer.ok()) return localizer.status();

@@ -46,7 +46,8 @@ absl::StatusOr<Answers> AnswerAll(const EvalSubjects& subjects, std::size_t numb
   const ScanDescriptor descriptor = describer.Describe(*scan);
   Answers answers;
   for (std::size_t i = 0; i < options.methods.size(); ++i) {
-    absl::StatusOr<Answer> answer = Ask(subjects, options.methods[i], {*scan, descriptor, hidden});
+    absl::StatusOr<Answer> answer =
+        Ask(subjects, options.methods[i], {*scan, descriptor, hidden, number});
     if (!answer.ok()) return answer.status();
     answers.push_back(*std::move(answer));
   }
@@ -79,9 +80,12 @@ absl::Status PrepareBaselines(const EvalOptions& options, EvalSubjects* subjects
   const Map& map = subjects->localizer.map();
   for (const EvalMethod& method : options.methods) {
     if (!method.is_baseline || subjects->baselines.contains(method.baseline)) continue;
-    std::unique_ptr<Baseline> baseline = MakeBaseline(method.baseline);
+    std::shared_ptr<Baseline> baseline = MakeBaseline(method.baseline, map.params);
+    for (const std::shared_ptr<Baseline>& own : options.baselines) {
+      if (own->name() == method.baseline) baseline = own;
+    }
     std::vector<Eigen::VectorXf> vectors;
-    if (!baseline->context_kind()) {
+    if (baseline->needs_place_scans()) {
       absl::StatusOr<std::vector<Eigen::VectorXf>> described =
           DescribePlaces(*baseline, map.places.size(), options);
       if (!described.ok()) return described.status();
@@ -207,6 +211,7 @@ absl::StatusOr<Answer> Ask(const EvalSubjects& subjects, const EvalMethod& metho
     return subjects.baselines.at(method.baseline)
         ->Recognize({.scan = question.scan,
                      .descriptor = question.descriptor,
+                     .number = question.number,
                      .num_answers = kNumAnswers,
                      .num_candidates = method.num_candidates,
                      .excluded = excluded,

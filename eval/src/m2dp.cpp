@@ -6,7 +6,6 @@
 #include <numbers>
 
 #include "scanloc/core/scan/voxel_filter.hpp"
-#include "shared.hpp"
 
 namespace scanloc::eval {
 namespace {
@@ -113,25 +112,6 @@ Eigen::VectorXf M2dp::Describe(PointView scan) const {
   Eigen::VectorXf descriptor(kLength);
   descriptor << WithPositiveSum(left), WithPositiveSum(right);
   return descriptor;
-}
-
-void M2dp::Prepare(const Map& map, std::vector<Eigen::VectorXf> vectors) {
-  map_ = &map;
-  index_ = {};
-  for (const Eigen::VectorXf& vector : vectors) index_.Add(vector);
-}
-
-Answer M2dp::Recognize(const BaselineQuery& query) const {
-  Answer answer;
-  const Stopwatch description(query.now_ns);
-  const Eigen::VectorXf vector = Describe(query.scan);
-  answer.times.describe_ns = description.Elapsed_ns();
-  const Stopwatch retrieval(query.now_ns);
-  for (const auto& [place, distance] : index_.Search(vector, query.num_answers, query.excluded)) {
-    AppendCandidate(*map_, place, distance, &answer);
-  }
-  answer.times.retrieve_ns = retrieval.Elapsed_ns();
-  return answer;
 }
 
 }  // namespace scanloc::eval

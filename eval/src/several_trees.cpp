@@ -61,16 +61,8 @@ Answer SeveralTrees::Recognize(const BaselineQuery& query) const {
     const auto [at, is_new] = nearest.emplace(tree->table.entry(entry).place, distance);
     if (!is_new) at->second = std::min(at->second, distance);
   }
-  std::vector<std::pair<double, std::int32_t>> ranked;
-  ranked.reserve(nearest.size());
-  for (const auto& [place, distance] : nearest) ranked.emplace_back(distance, place);
-  std::sort(ranked.begin(), ranked.end());
+  AppendNearest(*map_, nearest, query.num_answers, &answer);
   answer.times.match_ns = matching.Elapsed_ns();
-
-  ranked.resize(std::min(ranked.size(), query.num_answers));
-  for (const auto& [distance, place] : ranked) {
-    AppendCandidate(*map_, static_cast<std::size_t>(place), distance, &answer);
-  }
   return answer;
 }
 

@@ -108,8 +108,9 @@ absl::StatusOr<std::vector<StageMeans>> MeasureTimes(const EvalSubjects& subject
         HiddenPlaces(subjects.localizer.map().places, queries[number].sees_until_ns);
     const ScanDescriptor descriptor = common->Describe(*scan);
     for (std::size_t i = 0; i < timed.size(); ++i) {
-      absl::Status status = TimeOnce(subjects, options.methods[i], {*scan, descriptor, hidden},
-                                     options.time_places, &timed[i]);
+      absl::Status status =
+          TimeOnce(subjects, options.methods[i], {*scan, descriptor, hidden, number},
+                   options.time_places, &timed[i]);
       if (!status.ok()) return status;
       if (turn == 0) timed[i] = {.describer = std::move(timed[i].describer)};
     }

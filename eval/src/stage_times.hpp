@@ -19,7 +19,7 @@ inline constexpr int kNumAnswers = 10;
 /// Who is asked. Any number of threads may ask.
 struct EvalSubjects {
   const Localizer& localizer;
-  std::map<std::string, std::unique_ptr<Baseline>> baselines;  ///< by name, prepared
+  std::map<std::string, std::shared_ptr<Baseline>> baselines;  ///< by name, prepared
 };
 
 /// What one method is asked.
@@ -27,6 +27,7 @@ struct EvalQuestion {
   PointView scan;
   const ScanDescriptor& descriptor;  ///< by the map's parameters
   const std::vector<bool>& hidden;   ///< places that it does not see; empty: it sees all
+  std::size_t number = 0;            ///< of the query
 };
 
 /// Processor time of this thread: what it does not get while others run is not counted.

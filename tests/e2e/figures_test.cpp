@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "e2e/programs.hpp"
+#include "support/scan_files.hpp"
 
 namespace scanloc::test {
 namespace {
@@ -159,6 +160,69 @@ TEST(Figures, EvalComparesWithABaselineOfTheSameScans) {
   Args other = common;
   other.insert(other.end(), {"--map-scans", Town().drive2, "--map-poses", Town().Poses2()});
   EXPECT_EQ(Scanloc(other).status, 1);
+}
+
+TEST(Figures, EvalJudgesDescriptorsThatWereComputedElsewhere) {
+  const TempDir dir;
+  const auto write = [&](const std::string& name, int num_rows, float first) {
+    std::string values;
+    for (int row = 0; row < num_rows; ++row) {
+      AppendBytes(values, 1.0F);
+      AppendBytes(values, first + static_cast<float>(row));
+    }
+    dir.Write(name, NpyBytes("{'descr': '<f4', 'fortran_order': False, 'shape': (" +
+                                 std::to_string(num_rows) + ", 2), }",
+                             values));
+    return dir.File(name);
+  };
+  constexpr int kNum = TinyTown::kNumScans;
+  const std::string of_map = write("map.npy", kNum, 0.1F);
+  const auto ask = [&](const std::string& of_queries, const std::string& of_places,
+                       const Args& more) {
+    Args args = {"eval",
+                 Town().map1,
+                 "--scans",
+                 Town().drive2,
+                 "--poses",
+                 Town().Poses2(),
+                 "--method",
+                 "a-pc",
+                 "--json",
+                 "--quiet",
+                 "--descriptors-from",
+                 of_queries,
+                 "--map-descriptors-from",
+                 of_places};
+    args.insert(args.end(), more.begin(), more.end());
+    return Scanloc(args);
+  };
+  const ProcessResult judged = ask(write("net.npy", kNum, 0.0F), of_map, {});
+  ASSERT_EQ(judged.status, 0) << judged.err;
+  const json document = json::parse(judged.out);
+  ASSERT_EQ(document.at("results").size(), 2);
+  EXPECT_EQ(document.at("results")[1].at("method"), "net");
+  EXPECT_EQ(document.at("results")[1].at("recall_at_1"), 1.0);
+  // Rows that are asked for are those of their scans, whichever are taken.
+  const ProcessResult part = ask(dir.File("net.npy"), of_map, {"--from", "5"});
+  EXPECT_EQ(json::parse(part.out).at("results")[1].at("recall_at_1"), 1.0);
+
+  const struct {
+    ProcessResult result;
+    int status;
+    std::string reason;
+  } cases[] = {
+      {ask(write("few.npy", kNum - 1, 0.0F), of_map, {}), 1, "29 rows; 30 are needed"},
+      {ask(dir.File("net.npy"), write("most.npy", kNum + 1, 0.0F), {}), 1, "31 rows; 30 are"},
+      {ask(write("a-pc.npy", kNum, 0.0F), of_map, {}), 1, "rename the file"},
+      {ask(dir.File("none.npy"), of_map, {}), 1, "none.npy"},
+      {ask(dir.File("net.npy"), of_map, {"--descriptors-from", of_map}), 2, "2 and 1"},
+      {ask(dir.File("net.npy"), of_map, {"--query-tilt-deg", "2"}), 2, "--query-tilt-deg"},
+      {ask(dir.File("net.npy"), of_map, {"--descriptor-distance", "l1"}), 2, "l1"},
+  };
+  for (const auto& [result, status, reason] : cases) {
+    EXPECT_EQ(result.status, status) << reason;
+    EXPECT_NE(result.err.find(reason), std::string::npos) << result.err;
+  }
 }
 
 TEST(Figures, EvalWithinASessionSeesOnlyOlderPlaces) {

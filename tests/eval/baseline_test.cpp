@@ -92,8 +92,8 @@ void ExpectRanking(const Answer& answer, const Map& map, Ranking expected, std::
 }
 
 TEST(Baseline, IsKnownByName) {
-  for (const char* name :
-       {"m2dp", "pc-key", "cc-key", "a-pc-key", "a-cc-key", "a-pc-trees", "a-cc-trees"}) {
+  for (const char* name : {"m2dp", "segmatch", "pc-key", "cc-key", "a-pc-key", "a-cc-key",
+                           "a-pc-trees", "a-cc-trees"}) {
     ASSERT_NE(MakeBaseline(name), nullptr) << name;
     EXPECT_EQ(MakeBaseline(name)->name(), name);
     EXPECT_NE(BaselineNames().find(name), std::string::npos);

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <cstddef>
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -11,6 +12,7 @@
 #include "scanloc/core/answer.hpp"
 #include "scanloc/core/map/map.hpp"
 #include "scanloc/core/method.hpp"
+#include "scanloc/core/params.hpp"
 #include "scanloc/core/scan/descriptor.hpp"
 #include "scanloc/core/scan/point_cloud.hpp"
 
@@ -21,6 +23,7 @@ namespace scanloc::eval {
 struct BaselineQuery {
   PointView scan;
   const ScanDescriptor& descriptor;             ///< of the scan, made with the map's parameters
+  std::size_t number = 0;                       ///< among the queries of the evaluation
   std::size_t num_answers = 1;                  ///< candidates told in the answer, at most
   std::optional<int> num_candidates{};          ///< k; none: the map's
   const std::vector<bool>* excluded = nullptr;  ///< as in SearchControl
@@ -43,18 +46,19 @@ class Baseline {
   /// scans, those of the map, too.
   [[nodiscard]] virtual std::optional<DescriptorKind> context_kind() const { return std::nullopt; }
 
+  /// Whether Prepare takes what Describe makes of the scan of each place.
+  [[nodiscard]] virtual bool needs_place_scans() const { return !context_kind(); }
+
   /// Whether BaselineQuery::num_candidates says anything to it; if not, it ranks all places.
   [[nodiscard]] virtual bool takes_candidates() const { return false; }
 
-  /// The vector of a scan; like scans have vectors at a small Euclidean distance. Empty for a
-  /// baseline that works on contexts.
+  /// What the baseline makes of a scan of the map; empty where it needs none.
   ///
-  /// Always of the same length and finite; points that are not finite are left out. Zero for a scan
-  /// that cannot be described, which is then like no other. Thread-safe.
+  /// Finite; points that are not finite are left out. Thread-safe.
   [[nodiscard]] virtual Eigen::VectorXf Describe(PointView scan) const;
 
   /// Call once before Recognize. The map must stay. Requires the vector of each place's scan, or
-  /// none for a baseline that works on contexts.
+  /// none for a baseline that needs none.
   virtual void Prepare(const Map& map, std::vector<Eigen::VectorXf> vectors) = 0;
 
   /// Candidates, best first; of equal ones the lower place. Their distance is in whatever the
@@ -63,13 +67,17 @@ class Baseline {
   [[nodiscard]] virtual Answer Recognize(const BaselineQuery& query) const = 0;
 };
 
-/// Null: no baseline has that name.
-[[nodiscard]] std::unique_ptr<Baseline> MakeBaseline(const std::string& name);
+/// For maps of these parameters. Null: no baseline has that name.
+[[nodiscard]] std::unique_ptr<Baseline> MakeBaseline(const std::string& name,
+                                                     const Params& params = {});
 
 /// The names, for people, with commas between.
 [[nodiscard]] std::string BaselineNames();
 
 /// For baselines: appends the place to the answer.
 void AppendCandidate(const Map& map, std::size_t place, double distance, Answer* answer);
+/// And the nearest of these places, nearest first; of equal ones the lower.
+void AppendNearest(const Map& map, const std::map<std::int32_t, double>& distances, std::size_t num,
+                   Answer* answer);
 
 }  // namespace scanloc::eval

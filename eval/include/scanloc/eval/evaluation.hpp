@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <functional>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -14,6 +15,7 @@
 #include "scanloc/core/method.hpp"
 #include "scanloc/core/scan/point_cloud.hpp"
 #include "scanloc/core/scan/pose.hpp"
+#include "scanloc/eval/baseline.hpp"
 #include "scanloc/eval/judging.hpp"
 #include "scanloc/eval/measures.hpp"
 #include "scanloc/eval/quantile.hpp"
@@ -102,6 +104,8 @@ using ReadScan = std::function<absl::StatusOr<PointCloud>(std::size_t number)>;
 
 struct EvalOptions {
   std::vector<EvalMethod> methods;
+  /// Beside those that MakeBaseline knows, by their names.
+  std::vector<std::shared_ptr<Baseline>> baselines = {};
   std::vector<double> within_m = {8.0};  ///< each gives results of its own
   /// Scans are turned by roll and pitch of up to this, drawn by their number [deg].
   double tilt_deg = 0.0;

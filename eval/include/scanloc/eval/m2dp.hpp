@@ -2,10 +2,8 @@
 
 #include <Eigen/Core>
 #include <string>
-#include <vector>
 
-#include "scanloc/eval/baseline.hpp"
-#include "scanloc/eval/vector_index.hpp"
+#include "scanloc/eval/vector_baseline.hpp"
 
 namespace scanloc::eval {
 
@@ -19,7 +17,7 @@ namespace scanloc::eval {
 /// singular vectors have a positive sum (the matrix has no negative element). As in the Scan
 /// Context++ paper, scans are thinned to voxels of 0.1 m first. Written without a look at the
 /// authors' code, which may decide these otherwise; docs/evaluation.md lists what that concerns.
-class M2dp : public Baseline {
+class M2dp : public VectorBaseline {
  public:
   static constexpr int kNumAzimuths = 4;
   static constexpr int kNumElevations = 16;
@@ -37,16 +35,9 @@ class M2dp : public Baseline {
   /// voxels, or all of whose points lie in one line.
   [[nodiscard]] Eigen::VectorXf Describe(PointView scan) const override;
 
-  void Prepare(const Map& map, std::vector<Eigen::VectorXf> vectors) override;
-  [[nodiscard]] Answer Recognize(const BaselineQuery& query) const override;
-
   /// The counts of a cloud of 3 × n points, each row over n: kNumPlanes × kNumCells. Empty where
   /// Describe gives zero.
   [[nodiscard]] static Eigen::MatrixXd Signatures(const Eigen::Matrix3Xd& points);
-
- private:
-  const Map* map_ = nullptr;
-  VectorIndex index_;
 };
 
 }  // namespace scanloc::eval
