@@ -1,6 +1,8 @@
 #include "described_drive.hpp"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <optional>
 #include <utility>
 
@@ -131,6 +133,36 @@ absl::StatusOr<std::vector<FoundConstraint>> FindLoops(const Params& params,
   return found;
 }
 
+std::vector<Constraint> WithoutSlips(std::vector<Constraint> ahead,
+                                     const mapdb::SessionPlan& plan) {
+  // What odometry does always, such as a scale, all of them tell alike.
+  constexpr double kFar = 4.0;
+  std::array<std::vector<double>, 3> off;  // ahead, to the left [m]; turn [rad]
+  for (const Constraint& one : ahead) {
+    const Pose step = plan.scans[*one.from].T_map_place.inverse() * plan.scans[one.to].T_map_place;
+    const Pose by = step.inverse() * one.T_from_to;
+    off[0].push_back(by.translation().x());
+    off[1].push_back(by.translation().y());
+    off[2].push_back(std::atan2(by.linear()(1, 0), by.linear()(0, 0)));
+  }
+  std::vector<bool> is_far(ahead.size(), false);
+  for (std::size_t axis = 0; axis < off.size(); ++axis) {
+    if (ahead.empty()) break;
+    std::vector<double> sorted = off[axis];
+    const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
+    std::nth_element(sorted.begin(), middle, sorted.end());
+    const double most = kFar * (axis == 2 ? kAhead_rad : kAhead_m);
+    for (std::size_t i = 0; i < ahead.size(); ++i) {
+      is_far[i] = is_far[i] || std::abs(off[axis][i] - *middle) > most;
+    }
+  }
+  std::vector<Constraint> kept;
+  for (std::size_t i = 0; i < ahead.size(); ++i) {
+    if (!is_far[i]) kept.push_back(ahead[i]);
+  }
+  return kept;
+}
+
 std::vector<Constraint> LookAhead(const Params& params, const DescribedDrive& drive,
                                   const mapdb::SessionPlan& plan) {
   // Heights and tilts are those of two grounds, which slope.
@@ -153,7 +185,7 @@ std::vector<Constraint> LookAhead(const Params& params, const DescribedDrive& dr
     }
     next = k;
   }
-  return ahead;
+  return WithoutSlips(std::move(ahead), plan);
 }
 
 absl::Status OptimizeDrive(const mapdb::SessionPlan& plan, const std::vector<Constraint>& ahead,

@@ -40,6 +40,11 @@ struct DescribedDrive {
 [[nodiscard]] std::vector<Constraint> LookAhead(const Params& params, const DescribedDrive& drive,
                                                 const mapdb::SessionPlan& plan);
 
+/// Without those that are off by much else than most are, seen from odometry: along a plain wall a
+/// scan is laid on the one before metres away from where it was.
+[[nodiscard]] std::vector<Constraint> WithoutSlips(std::vector<Constraint> ahead,
+                                                   const mapdb::SessionPlan& plan);
+
 /// Constraints, and how they come out in the graph.
 [[nodiscard]] absl::Status OptimizeDrive(const mapdb::SessionPlan& plan,
                                          const std::vector<Constraint>& ahead,

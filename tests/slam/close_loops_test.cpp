@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <vector>
+
+#include "described_drive.hpp"
 #include "scanloc/eval/trajectory_error.hpp"
 #include "slam/simulated_drives.hpp"
 
@@ -58,6 +61,29 @@ TEST(CloseLoops, LeavesADriveWithoutLoopsAsItIs) {
   for (std::size_t i = 0; i < plan.scans.size(); ++i) {
     EXPECT_EQ(closed->T_map_scan[i].matrix(), plan.scans[i].T_map_place.matrix());
   }
+}
+
+TEST(LookAhead, LeavesOutWhatSlippedAlongAWall) {
+  mapdb::SessionPlan plan{.name = "drive", .scans = {}};
+  std::vector<Constraint> ahead;
+  constexpr std::size_t kSlipped = 7;
+  constexpr std::size_t kTurned = 11;
+  for (std::size_t i = 0; i < 20; ++i) {
+    const Pose at(Eigen::Translation3d(6.0 * static_cast<double>(i), 0.0, 0.0));
+    plan.scans.push_back({std::to_string(i), 0, at});
+    if (i == 0) continue;
+    // An odometry that is a twelfth too short all along.
+    Pose shown(Eigen::Translation3d(i == kSlipped ? 12.5 : 6.5, 0.0, 0.0));
+    if (i == kTurned) shown.rotate(Eigen::AngleAxisd(0.1, Eigen::Vector3d::UnitZ()));
+    ahead.push_back({.from = i - 1, .to = i, .T_from_to = shown, .is_trusted = true});
+  }
+  const std::vector<Constraint> kept = WithoutSlips(ahead, plan);
+  ASSERT_EQ(kept.size(), 17U);
+  for (const Constraint& one : kept) {
+    EXPECT_NE(one.to, kSlipped);
+    EXPECT_NE(one.to, kTurned);
+  }
+  EXPECT_TRUE(WithoutSlips({}, plan).empty());
 }
 
 TEST(CloseLoops, PassesOverScansThatCannotBeRead) {
