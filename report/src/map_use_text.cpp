@@ -16,8 +16,9 @@ namespace {
 constexpr std::size_t kMaxPlacesInText = 20;
 /// A place that was seen less often says nothing yet.
 constexpr std::int64_t kMinSeen = 3;
-/// What lies below happens at any sound place: traffic, an odd lane.
-constexpr double kMinTrouble = 0.45;
+/// What lies below happens at any sound place: traffic, an odd lane. Measured over made towns
+/// (docs/operations.md).
+constexpr double kMinTrouble = 0.40;
 
 std::string DayText(std::int64_t since_1970_ns) {
   if (since_1970_ns == 0) return "-";
