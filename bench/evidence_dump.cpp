@@ -4,7 +4,6 @@
 // SETS: lines of KIND MAP_DRIVE QUERY_DRIVE within|elsewhere SENSOR_HEIGHT_M SCALE; a drive is a
 // folder with scans and poses.txt, or FOLDER:FROM:TO:STEP for some of them. Queries from elsewhere
 // are never right.
-#include <cstdlib>
 #include <fstream>
 #include <iostream>
 #include <memory>
@@ -12,42 +11,17 @@
 #include <string>
 
 #include "absl/strings/str_format.h"
-#include "absl/strings/str_split.h"
 #include "scanloc/core/map/up.hpp"
 #include "scanloc/core/scan/pose_difference.hpp"
-#include "scanloc/dataset/drive.hpp"
-#include "scanloc/dataset/scan_reader.hpp"
 #include "structural/auto_search.hpp"
+#include "support/drive_part.hpp"
 
 namespace scanloc {
 namespace {
 
-[[noreturn]] void Fail(const std::string& message) {
-  std::cerr << "evidence_dump: " << message << "\n";
-  std::exit(1);
-}
-
-template <typename T>
-T Get(absl::StatusOr<T> result) {
-  if (!result.ok()) Fail(std::string(result.status().message()));
-  return *std::move(result);
-}
-
-std::vector<dataset::Frame> Frames(const std::string& drive) {
-  const std::vector<std::string> parts = absl::StrSplit(drive, ':');
-  const auto number = [&](std::size_t i, std::size_t otherwise) -> std::size_t {
-    return i < parts.size() ? std::stoul(parts[i]) : otherwise;
-  };
-  const std::vector<dataset::Frame> all =
-      Get(dataset::OpenDrive({.scans_dir = parts[0], .poses_file = parts[0] + "/poses.txt"}))
-          .frames;
-  std::vector<dataset::Frame> kept;
-  for (std::size_t i = number(1, 0); i < std::min(number(2, all.size()), all.size());
-       i += number(3, 1)) {
-    kept.push_back(all[i]);
-  }
-  return kept;
-}
+using bench::Fail;
+using bench::Frames;
+using bench::Get;
 
 void Dump(const std::string& kind, const std::string& map_drive, const std::string& query_drive,
           bool is_within, double sensor_height_m, double scale) {
@@ -84,7 +58,7 @@ void Dump(const std::string& kind, const std::string& map_drive, const std::stri
 }  // namespace scanloc
 
 int main(int argc, char** argv) {
-  if (argc != 2) scanloc::Fail("one argument: the file of sets");
+  if (argc != 2) scanloc::bench::Fail("one argument: the file of sets");
   std::ifstream sets(argv[1]);
   std::cout << "kind,right,score,rival,sharpness,over_mirror,contradicted,num_posts\n";
   for (std::string line; std::getline(sets, line);) {
@@ -93,7 +67,7 @@ int main(int argc, char** argv) {
     double sensor_height_m = 0.0;
     double scale = 0.0;
     if (!(words >> kind >> map_drive >> query_drive >> where >> sensor_height_m >> scale)) {
-      scanloc::Fail("a line of six words was expected, not: " + line);
+      scanloc::bench::Fail("a line of six words was expected, not: " + line);
     }
     scanloc::Dump(kind, map_drive, query_drive, where == "within", sensor_height_m, scale);
   }

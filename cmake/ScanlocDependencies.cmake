@@ -23,13 +23,14 @@ pkg_check_modules(ZSTD REQUIRED IMPORTED_TARGET libzstd)      # libzstd-dev
 pkg_check_modules(LZ4 REQUIRED IMPORTED_TARGET liblz4)        # liblz4-dev
 find_package(BZip2 REQUIRED)                                  # libbz2-dev
 
-# References to compare with; no program links PCL. Its CMake package demands VTK and Qt; its
-# pkg-config files name only what is linked.
+# References to compare with; no installed program links PCL. Its CMake package demands VTK and Qt;
+# its pkg-config files name only what is linked.
 if(SCANLOC_BUILD_TESTS)
   pkg_check_modules(PCL_IO REQUIRED IMPORTED_TARGET pcl_io)        # libpcl-dev
 endif()
 if(SCANLOC_BUILD_BENCH)
   pkg_check_modules(PCL_FILTERS REQUIRED IMPORTED_TARGET pcl_filters)
+  pkg_check_modules(PCL_REGISTRATION REQUIRED IMPORTED_TARGET pcl_registration)
 endif()
 if(SCANLOC_BUILD_TESTS)
   find_package(GTest 1.12 REQUIRED)    # libgtest-dev, libgmock-dev
