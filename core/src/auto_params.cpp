@@ -15,16 +15,17 @@ void Scale(double scale, RegistrationParams& steps) {
 /// Fitted by scripts/fit_evidence.py --wrong 6 on rooms, halls, homes and offices at scale 0.35.
 EvidenceParams IndoorEvidence() {
   EvidenceParams params;
-  params.bias = -14.7;
+  params.bias = -15.0;
   params.score = 17.5;
   params.sharpness = 14.5;
   params.over_mirror = 22.2;
   params.max_over_mirror = 0.25;  // of one wall a mirror image may have nothing
   params.contradicted = -4.4;
   params.chance = -31.0;
-  params.rival = 50.0;
+  params.rival = 60.0;
+  params.equal_by_chance = 0.8;
   params.beside = 50.0;
-  params.alike_score = 0.7;
+  params.alike_score = 0.75;
   params.shared_in_a_row = 0.3;  // floors are alike in more than decks are
   return params;
 }

@@ -19,7 +19,10 @@ namespace scanloc::mapdb {
 namespace {
 
 constexpr double kRigidTolerance = 1e-6;
-constexpr std::size_t kPostBytes = 2 * sizeof(std::int16_t);
+std::size_t PostBytes(int schema_version) {
+  const std::size_t spot = 2 * sizeof(std::int16_t);
+  return schema_version < schema::kHeightsVersion ? spot : spot + sizeof(std::uint32_t);
+}
 
 template <typename T>
 std::string NumberText(T value) {
@@ -90,7 +93,9 @@ int VersionOf(std::string_view name) {
                                                          {"auto.track.told_every_m", 7},
                                                          {"auto.track.climb_m", 7},
                                                          {"auto.track.standing_m", 7},
-                                                         {"auto.track.fade_m", 7}};
+                                                         {"auto.track.fade_m", 7},
+                                                         {"auto.evidence.explaining_score", 8},
+                                                         {"auto.verify.heights_share", 8}};
   for (const auto& [later, version] : kLater) {
     if (later == name) return version;
   }
@@ -113,6 +118,9 @@ absl::StatusOr<Params> DecodeParams(const ParamTexts& texts, int schema_version)
   if (schema_version < 2) {
     text_of["structure.enabled"] = FieldText(false);
     text_of["search.min_confidence"] = FieldText(SearchParams{}.min_confidence);
+  }
+  if (schema_version < schema::kHeightsVersion) {
+    text_of.try_emplace("auto.verify.heights_share", FieldText(0.0));
   }
   if (schema_version < schema::kVersion) {
     double scale = AutoParams{}.scale;
@@ -279,26 +287,31 @@ bool DecodeCells(std::span<const std::byte> bytes, std::span<std::uint16_t> cell
   return in_range && next == end;
 }
 
-void EncodePosts(std::span<const Post> posts, Bytes& bytes) {
-  bytes.resize(posts.size() * kPostBytes);
+void EncodePosts(std::span<const Post> posts, int schema_version, Bytes& bytes) {
+  const std::size_t post_bytes = PostBytes(schema_version);
+  bytes.resize(posts.size() * post_bytes);
   std::byte* next = bytes.data();
   for (const Post& post : posts) {
     StoreLittleEndian(post.x_cm, next);
-    StoreLittleEndian(post.y_cm, next + sizeof(post.x_cm));
-    next += kPostBytes;
+    StoreLittleEndian(post.y_cm, next + 2);
+    if (schema_version >= schema::kHeightsVersion) StoreLittleEndian(post.heights, next + 4);
+    next += post_bytes;
   }
 }
 
-bool DecodePosts(std::span<const std::byte> bytes, std::vector<Post>& posts) {
-  if (bytes.size() % kPostBytes != 0 || bytes.size() / kPostBytes > Structure::kMaxPosts) {
+bool DecodePosts(std::span<const std::byte> bytes, int schema_version, std::vector<Post>& posts) {
+  const std::size_t post_bytes = PostBytes(schema_version);
+  if (bytes.size() % post_bytes != 0 || bytes.size() / post_bytes > Structure::kMaxPosts) {
     return false;
   }
-  posts.resize(bytes.size() / kPostBytes);
+  posts.resize(bytes.size() / post_bytes);
   const std::byte* next = bytes.data();
   for (Post& post : posts) {
-    post.x_cm = LoadNumber<std::int16_t>(next);
-    post.y_cm = LoadNumber<std::int16_t>(next + sizeof(post.x_cm));
-    next += kPostBytes;
+    post = {LoadNumber<std::int16_t>(next), LoadNumber<std::int16_t>(next + 2)};
+    if (schema_version >= schema::kHeightsVersion) {
+      post.heights = LoadNumber<std::uint32_t>(next + 4);
+    }
+    next += post_bytes;
   }
   return true;
 }

@@ -58,11 +58,13 @@ void EncodeCells(std::span<const std::uint16_t> cells_cm, Bytes& bytes);
 /// Context::kMaxHeight_cm or less.
 [[nodiscard]] bool DecodeCells(std::span<const std::byte> bytes, std::span<std::uint16_t> cells_cm);
 
-/// x and y of post after post, 2 bytes each, signed [cm].
-void EncodePosts(std::span<const Post> posts, Bytes& bytes);
+/// x and y of post after post, 2 bytes each, signed [cm]; from schema 8 on each is followed by its
+/// heights, 4 bytes.
+void EncodePosts(std::span<const Post> posts, int schema_version, Bytes& bytes);
 /// Fills posts. False: not a whole number of posts, or more than Structure::kMaxPosts. Does
 /// not check where they lie; scanloc::Validate(Structure) does.
-[[nodiscard]] bool DecodePosts(std::span<const std::byte> bytes, std::vector<Post>& posts);
+[[nodiscard]] bool DecodePosts(std::span<const std::byte> bytes, int schema_version,
+                               std::vector<Post>& posts);
 
 void EncodeBearings(const BearingGrid& bearings, Bytes& bytes);
 /// None: wrong length.

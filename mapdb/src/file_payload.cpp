@@ -74,6 +74,7 @@ FilePayload::FilePayload(const MapHead& head, ExpectedRows expected,
                          std::shared_ptr<PayloadCache> cache)
     : shapes_(ContextShapes(head.params)),
       has_structures_(head.params.structure.enabled),
+      schema_version_(head.schema_version),
       params_(head.params),
       expected_(std::move(expected)),
       cache_(std::move(cache)),
@@ -160,8 +161,8 @@ absl::StatusOr<std::shared_ptr<const Payload>> FilePayload::ReadRow(const Payloa
   std::int64_t checksum = 0;
   absl::Status status;
   if (is_structure) {
-    status = ReadStructureRow(statement, place, params_.automatic.posts.reach_m, path_,
-                              reader.hasher, payload->structure, checksum);
+    status = ReadStructureRow(statement, place, schema_version_, params_.automatic.posts.reach_m,
+                              path_, reader.hasher, payload->structure, checksum);
   } else {
     status = ReadContextRow(statement, shapes_[part], place, row_id, path_, reader.hasher,
                             reader.values);

@@ -86,6 +86,7 @@ class FilePayload : public PayloadReader {
 
   const std::vector<ContextShape> shapes_;
   const bool has_structures_;
+  const int schema_version_;
   const Params params_;
   const ExpectedRows expected_;
   std::string path_;

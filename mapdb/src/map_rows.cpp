@@ -129,15 +129,19 @@ absl::Status ReadContextRow(const Statement& statement, const ContextShape& shap
   return absl::OkStatus();
 }
 
-StructureCursor::StructureCursor(Statement statement, double reach_m, std::string path)
-    : statement_(std::move(statement)), reach_m_(reach_m), path_(std::move(path)) {}
+StructureCursor::StructureCursor(Statement statement, int schema_version, double reach_m,
+                                 std::string path)
+    : statement_(std::move(statement)),
+      schema_version_(schema_version),
+      reach_m_(reach_m),
+      path_(std::move(path)) {}
 
 absl::StatusOr<StructureCursor> StructureCursor::Open(Connection& connection, const MapHead& head) {
   absl::StatusOr<Statement> statement = connection.Prepare(
       head.schema_version < 3 ? schema::kSelectStructures2 : schema::kSelectStructures);
   if (!statement.ok()) return statement.status();
-  return StructureCursor(*std::move(statement), head.params.automatic.posts.reach_m,
-                         connection.path());
+  return StructureCursor(*std::move(statement), head.schema_version,
+                         head.params.automatic.posts.reach_m, connection.path());
 }
 
 absl::StatusOr<bool> StructureCursor::Step() {
@@ -147,13 +151,13 @@ absl::StatusOr<bool> StructureCursor::Step() {
 }
 
 absl::Status StructureCursor::Read(Structure& structure, std::int64_t& checksum) {
-  return ReadStructureRow(statement_, next_place_ - 1, reach_m_, path_, hasher_, structure,
-                          checksum);
+  return ReadStructureRow(statement_, next_place_ - 1, schema_version_, reach_m_, path_, hasher_,
+                          structure, checksum);
 }
 
-absl::Status ReadStructureRow(const Statement& statement, std::int64_t place, double reach_m,
-                              const std::string& path, Hasher& scratch, Structure& structure,
-                              std::int64_t& checksum) {
+absl::Status ReadStructureRow(const Statement& statement, std::int64_t place, int schema_version,
+                              double reach_m, const std::string& path, Hasher& scratch,
+                              Structure& structure, std::int64_t& checksum) {
   const auto damaged = [&](absl::string_view what) {
     return DamagedError(path, absl::StrCat("place ", place, ", structure: ", what));
   };
@@ -167,7 +171,8 @@ absl::Status ReadStructureRow(const Statement& statement, std::int64_t place, do
   structure.roll_rad = static_cast<float>(row.roll_rad);
   structure.pitch_rad = static_cast<float>(row.pitch_rad);
   structure.height_m = static_cast<float>(row.height_m);
-  if (!DecodePosts(row.posts, structure.posts)) return damaged("its posts are malformed");
+  if (!DecodePosts(row.posts, schema_version, structure.posts))
+    return damaged("its posts are malformed");
   if (absl::Status status = Validate(structure, reach_m); !status.ok()) {
     return damaged(status.message());
   }

@@ -89,9 +89,9 @@ struct ContextValues {
                                           ContextValues& values);
 /// Likewise that of kSelectStructures or kSelectStructure; checks its checksum and its values.
 [[nodiscard]] absl::Status ReadStructureRow(const Statement& statement, std::int64_t place,
-                                            double reach_m, const std::string& path,
-                                            Hasher& scratch, Structure& structure,
-                                            std::int64_t& checksum);
+                                            int schema_version, double reach_m,
+                                            const std::string& path, Hasher& scratch,
+                                            Structure& structure, std::int64_t& checksum);
 
 /// The contexts of a map in order, those of a place as ContextShapes has them.
 class ContextCursor {
@@ -130,9 +130,10 @@ class StructureCursor {
   [[nodiscard]] absl::Status Read(Structure& structure, std::int64_t& checksum);
 
  private:
-  StructureCursor(Statement statement, double reach_m, std::string path);
+  StructureCursor(Statement statement, int schema_version, double reach_m, std::string path);
 
   Statement statement_;
+  int schema_version_;
   double reach_m_;
   std::string path_;
   std::int64_t next_place_ = 0;

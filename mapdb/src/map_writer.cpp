@@ -205,7 +205,7 @@ void MapWriter::EncodeDescriptor(const PlaceDescriptor& descriptor, PlaceRow& pl
 }
 
 void MapWriter::EncodeStructure(const Structure& structure, std::int64_t place) {
-  EncodePosts(structure.posts, posts_);
+  EncodePosts(structure.posts, head_.schema_version, posts_);
   EncodeBearings(BearingsOf(structure.posts, head_.params), rings_);
   // SQLite keeps no sign of a zero; adding 0 takes it off.
   structure_ = {

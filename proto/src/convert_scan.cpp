@@ -18,6 +18,12 @@ namespace {
 
 // Points and cells are copied as they lie in memory.
 static_assert(std::endian::native == std::endian::little);
+constexpr std::size_t kSpotBytes = sizeof(Post::x_cm) + sizeof(Post::y_cm);
+
+template <typename Number>
+void AppendBytes(Number number, std::string& bytes) {
+  bytes.append(reinterpret_cast<const char*>(&number), sizeof(number));
+}
 
 absl::StatusOr<Context> FromProto(absl::string_view field, const v1::Context& message) {
   for (const auto& [side, length] :
@@ -53,7 +59,8 @@ v1::Context ToProto(const Context& context) {
 
 absl::StatusOr<Structure> StructureFromProto(const v1::Structure& message) {
   const std::string& bytes = message.posts_i16le();
-  if (bytes.size() % sizeof(Post) != 0 || bytes.size() / sizeof(Post) > Structure::kMaxPosts) {
+  const std::size_t num_posts = bytes.size() / kSpotBytes;
+  if (bytes.size() % kSpotBytes != 0 || num_posts > Structure::kMaxPosts) {
     return absl::InvalidArgumentError(absl::StrCat(
         "descriptors.structure.posts_i16le has ", bytes.size(), " bytes; it must be x and y of at",
         " most ", Structure::kMaxPosts, " posts, 2 bytes each"));
@@ -61,8 +68,20 @@ absl::StatusOr<Structure> StructureFromProto(const v1::Structure& message) {
   Structure structure{.roll_rad = message.roll_rad(),
                       .pitch_rad = message.pitch_rad(),
                       .height_m = message.height_m(),
-                      .posts = std::vector<Post>(bytes.size() / sizeof(Post))};
-  if (!bytes.empty()) std::memcpy(structure.posts.data(), bytes.data(), bytes.size());
+                      .posts = std::vector<Post>(num_posts)};
+  const std::string& heights = message.heights_u32le();
+  if (!heights.empty() && heights.size() != num_posts * sizeof(Post::heights)) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("descriptors.structure.heights_u32le has ", heights.size(),
+                     " bytes; it must be", " 4 for each of the ", num_posts, " posts, or empty"));
+  }
+  for (std::size_t i = 0; i < num_posts; ++i) {
+    Post& post = structure.posts[i];
+    std::memcpy(&post.x_cm, bytes.data() + i * kSpotBytes, sizeof(post.x_cm));
+    std::memcpy(&post.y_cm, bytes.data() + i * kSpotBytes + sizeof(post.x_cm), sizeof(post.y_cm));
+    if (heights.empty()) continue;
+    std::memcpy(&post.heights, heights.data() + i * sizeof(post.heights), sizeof(post.heights));
+  }
   if (auto status = Validate(structure); !status.ok()) {
     return absl::InvalidArgumentError(absl::StrCat("descriptors.structure: ", status.message()));
   }
@@ -74,7 +93,15 @@ v1::Structure StructureToProto(const Structure& structure) {
   message.set_roll_rad(structure.roll_rad);
   message.set_pitch_rad(structure.pitch_rad);
   message.set_height_m(structure.height_m);
-  message.set_posts_i16le(structure.posts.data(), structure.posts.size() * sizeof(Post));
+  std::string& spots = *message.mutable_posts_i16le();
+  std::string& heights = *message.mutable_heights_u32le();
+  spots.reserve(structure.posts.size() * kSpotBytes);
+  heights.reserve(structure.posts.size() * sizeof(Post::heights));
+  for (const Post& post : structure.posts) {
+    AppendBytes(post.x_cm, spots);
+    AppendBytes(post.y_cm, spots);
+    AppendBytes(post.heights, heights);
+  }
   return message;
 }
 

@@ -257,6 +257,7 @@ v1::SeenAnswer ToProto(const SeenAnswer& seen) {
   *message.mutable_answer() = ToProto(seen.reply);
   if (!seen.structure.posts.empty()) {
     *message.mutable_structure() = StructureToProto(seen.structure);
+    message.mutable_structure()->clear_heights_u32le();
     *message.mutable_t_query_structure() = PoseToProto(seen.T_query_structure);
   }
   message.set_is_of_stream(seen.is_of_stream);

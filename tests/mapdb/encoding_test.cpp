@@ -67,7 +67,9 @@ TEST(Params, OfSchema2KnewNoNumbersOfAuto) {
   EXPECT_FALSE(DecodeParams(texts, 3).ok());
   const auto decoded = DecodeParams(texts, 2);
   ASSERT_TRUE(decoded.ok()) << decoded.status();
-  EXPECT_EQ(*decoded, Params());
+  Params expected;
+  expected.automatic.verify.heights_share = 0.0;
+  EXPECT_EQ(*decoded, expected);
 }
 
 TEST(Params, OfSchema1KnewNoStructures) {
@@ -84,24 +86,31 @@ TEST(Params, OfSchema1KnewNoStructures) {
 }
 
 TEST(Posts, ComeBackFromTheirBytes) {
-  const std::vector<Post> posts = {{0, 0}, {-6000, 6000}, {1, -1}, {32767, -32768}};
+  std::vector<Post> posts = {{0, 0, 1}, {-6000, 6000, 0}, {1, -1, 0x7fffffff}, {32767, -32768, 6}};
   Bytes bytes;
-  EncodePosts(posts, bytes);
-  EXPECT_EQ(bytes.size(), 16U);
+  EncodePosts(posts, schema::kVersion, bytes);
+  EXPECT_EQ(bytes.size(), 32U);
   std::vector<Post> decoded;
-  ASSERT_TRUE(DecodePosts(bytes, decoded));
+  ASSERT_TRUE(DecodePosts(bytes, schema::kVersion, decoded));
   EXPECT_EQ(decoded, posts);
-  EncodePosts({}, bytes);
-  ASSERT_TRUE(DecodePosts(bytes, decoded));
+  EncodePosts(posts, 7, bytes);
+  EXPECT_EQ(bytes.size(), 16U);
+  ASSERT_TRUE(DecodePosts(bytes, 7, decoded));
+  for (Post& post : posts) post.heights = 0;
+  EXPECT_EQ(decoded, posts);
+  EncodePosts({}, schema::kVersion, bytes);
+  ASSERT_TRUE(DecodePosts(bytes, schema::kVersion, decoded));
   EXPECT_TRUE(decoded.empty());
 }
 
 TEST(Posts, AreRefusedInPartsAndInMasses) {
   std::vector<Post> decoded;
   for (const std::size_t size : {1U, 2U, 3U, 5U, 4U * 8192U + 4U}) {
-    EXPECT_FALSE(DecodePosts(Bytes(size), decoded)) << size;
+    EXPECT_FALSE(DecodePosts(Bytes(size), 7, decoded)) << size;
+    EXPECT_FALSE(DecodePosts(Bytes(2 * size), schema::kVersion, decoded)) << 2 * size;
   }
-  EXPECT_TRUE(DecodePosts(Bytes(std::size_t{4} * 8192), decoded));
+  EXPECT_TRUE(DecodePosts(Bytes(std::size_t{4} * 8192), 7, decoded));
+  EXPECT_TRUE(DecodePosts(Bytes(std::size_t{8} * 8192), schema::kVersion, decoded));
 }
 
 TEST(Cells, ComeBackFromTheirBytes) {

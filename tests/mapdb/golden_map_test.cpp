@@ -24,7 +24,7 @@ struct Golden {
   }
   [[nodiscard]] Params ParamsOf() const { return test::GoldenParams(version); }
   [[nodiscard]] PlaceDescriptor DescriptorOf(int seed) const {
-    PlaceDescriptor descriptor = test::GoldenDescriptor(seed);
+    PlaceDescriptor descriptor = test::GoldenDescriptor(seed, version);
     if (version < 2) descriptor.structure = {};
     return descriptor;
   }
@@ -34,7 +34,7 @@ constexpr Golden kGoldens[] = {
     {1, "cfb06ece459fc7898dd2e31ec0f8b41b"},    {2, "fdba44550c143156202ea809d68c04e8"},
     {3, "c1e3c145e98f1c3f29e929981272aaea"},    {4, "94d186b8448cc438c3e5d4e73314e275", 3},
     {5, "94d186b8448cc438c3e5d4e73314e275", 3}, {6, "b29f9a8af2426d636b7ba0d4be6cd7ac", 3},
-    {7, "a6adcf91d27fdd5c6e6eb403a6c870c5", 3}};
+    {7, "a6adcf91d27fdd5c6e6eb403a6c870c5", 3}, {8, "4f42a5086c6944dcbef0abf4e3f1ab03"}};
 
 class GoldenMap : public testing::TestWithParam<Golden> {};
 

@@ -163,7 +163,7 @@ TEST(RecentAnswers, ThinsScansOfMuchStructure) {
   answer.reply.answer.candidates.resize(50);
   answers.Add(answer);
   const auto page = answers.List({});
-  EXPECT_LE(page->answers(0).structure().posts_i16le().size(), kMaxSeenPosts * sizeof(Post));
+  EXPECT_LE(page->answers(0).structure().posts_i16le().size(), kMaxSeenPosts * 4);
   EXPECT_EQ(page->answers(0).answer().candidates_size(), kMaxSeenCandidates);
 }
 

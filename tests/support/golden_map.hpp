@@ -42,7 +42,10 @@ inline Context GoldenContext(int num_rows, int num_cols, int seed) {
 inline Params GoldenParams(int version) {
   Params params = SmallParams();
   params.structure.enabled = version >= 2;
-  if (version < 3) return params;
+  if (version < 3) {
+    params.automatic.verify.heights_share = 0.0;
+    return params;
+  }
   VisitAutoFields(params.automatic, [](const char*, auto& field, auto least, auto most) {
     field = std::clamp<std::decay_t<decltype(field)>>(1, least, most);
   });
@@ -50,6 +53,10 @@ inline Params GoldenParams(int version) {
   params.automatic.ground.reach_m = 20.5;
   // What later versions brought.
   const AutoParams usual = AutoParamsAtScale(params.automatic.scale);
+  if (version < 8) {
+    params.automatic.verify.heights_share = 0.0;
+    params.automatic.evidence.explaining_score = usual.evidence.explaining_score;
+  }
   if (version < 7) {
     params.automatic.evidence.beside = usual.evidence.beside;
     TrackParams& track = params.automatic.track;
@@ -83,7 +90,7 @@ inline Params GoldenParams(int version) {
   return params;
 }
 
-inline PlaceDescriptor GoldenDescriptor(int seed) {
+inline PlaceDescriptor GoldenDescriptor(int seed, int version) {
   const Params params = SmallParams();
   PlaceDescriptor descriptor;
   for (int v = 0; v < 3; ++v) {
@@ -94,7 +101,8 @@ inline PlaceDescriptor GoldenDescriptor(int seed) {
   for (int i = 0; i < 10 * seed; ++i) {
     const auto x_cm = static_cast<std::int16_t>((seed * 7919 + i * 613) % 11999 - 5999);
     const auto y_cm = static_cast<std::int16_t>((seed * 104729 + i * 389) % 11999 - 5999);
-    descriptor.structure.posts.push_back({x_cm, y_cm});
+    const std::uint32_t heights = version < 8 ? 0 : (1U << static_cast<unsigned>(i % 31)) | 1U;
+    descriptor.structure.posts.push_back({x_cm, y_cm, heights});
   }
   descriptor.structure.roll_rad = 0.0078125F * static_cast<float>(seed);
   descriptor.structure.pitch_rad = -0.015625F * static_cast<float>(seed);
@@ -106,15 +114,15 @@ inline PlaceDescriptor GoldenDescriptor(int seed) {
 /// Makes a map of two sessions: `morning` of 3 scans, the second one empty, and an unfinished
 /// `evening` of which 1 of 2 scans is done. Gives its content id.
 inline absl::Status MakeGoldenMap(const std::string& path) {
-  auto morning = mapdb::MapBuilder::Create(path, GoldenParams(7), GoldenPlan("morning", 3));
+  auto morning = mapdb::MapBuilder::Create(path, GoldenParams(8), GoldenPlan("morning", 3));
   if (!morning.ok()) return morning.status();
-  if (absl::Status status = morning->Add(GoldenDescriptor(0)); !status.ok()) return status;
+  if (absl::Status status = morning->Add(GoldenDescriptor(0, 8)); !status.ok()) return status;
   if (absl::Status status = morning->Skip(mapdb::SkipReason::kEmpty); !status.ok()) return status;
-  if (absl::Status status = morning->Add(GoldenDescriptor(1)); !status.ok()) return status;
+  if (absl::Status status = morning->Add(GoldenDescriptor(1, 8)); !status.ok()) return status;
   if (absl::Status status = morning->Finish().status(); !status.ok()) return status;
   auto evening = mapdb::MapBuilder::Append(path, GoldenPlan("evening", 2));
   if (!evening.ok()) return evening.status();
-  if (absl::Status status = evening->Add(GoldenDescriptor(2)); !status.ok()) return status;
+  if (absl::Status status = evening->Add(GoldenDescriptor(2, 8)); !status.ok()) return status;
   return evening->Commit();
 }
 

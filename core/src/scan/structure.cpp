@@ -99,19 +99,23 @@ Structure StructureFinder::Find(const PointCloud& voxels, bool* knows_up) {
     Cell& cell = cells_[index];
     if (cell.num_voxels == 0.0F) {
       touched_.push_back(index);
-      cell = {p.z(), p.z(), 0.0F, 0.0F, 0.0F};
+      cell = {p.z(), p.z(), 0.0F, 0.0F, 0.0F, 0U};
     }
     cell.z_min = std::min(cell.z_min, p.z());
     cell.z_max = std::max(cell.z_max, p.z());
     cell.sum_x += p.x();
     cell.sum_y += p.y();
     cell.num_voxels += 1.0F;
+    const float height = (p.z() + structure.height_m) / cell_m - 0.5F;
+    if (height >= 0.0F && height < static_cast<float>(Post::kNumHeights)) {
+      cell.heights |= 1U << static_cast<unsigned>(height);
+    }
   }
   for (const std::uint32_t index : touched_) {
     Cell& cell = cells_[index];
     if (cell.z_max - cell.z_min > min_extent_m && structure.posts.size() < Structure::kMaxPosts) {
-      structure.posts.push_back(
-          {Centimetres(cell.sum_x / cell.num_voxels), Centimetres(cell.sum_y / cell.num_voxels)});
+      structure.posts.push_back({Centimetres(cell.sum_x / cell.num_voxels),
+                                 Centimetres(cell.sum_y / cell.num_voxels), cell.heights});
     }
     cell.num_voxels = 0.0F;
   }

@@ -86,19 +86,19 @@ std::vector<Hypothesis> AutoSearch::HypothesesAlong(const Structure& query, cons
 std::vector<Hypothesis> AutoSearch::VerifyRivals(QueryMatch& match, const Structure& query,
                                                  PayloadView& payload, const Hypothesis& best,
                                                  const SearchControl& control) const {
-  const auto posts_of = [&](std::int32_t number) {
-    return std::span<const Post>(payload.StructureOf(static_cast<std::size_t>(number)).posts);
+  const auto structure_of = [&](std::int32_t number) -> const Structure& {
+    return payload.StructureOf(static_cast<std::size_t>(number));
   };
-  const std::span<const Post> place = posts_of(best.place);
+  const Structure& place = structure_of(best.place);
   const RivalParams& params = match.params().rivals;
   const StageParams& stage = match.params().verify.at_once;
-  const PlanarPoints coarse(place, static_cast<std::size_t>(stage.num_posts));
+  const PlanarPoints coarse(place.posts, static_cast<std::size_t>(stage.num_posts));
   std::vector<Hypothesis> rivals;
   match.SetPlace(place);
   Hypothesis again = best;
   match.LayCoarsely(coarse, stage.steps, again);
   const double least_coarse = again.score - match.params().verify.hopeless_by;
-  for (const PlanarPose& guess : TurnedGuesses(place, best.T_place_query)) {
+  for (const PlanarPose& guess : TurnedGuesses(place.posts, best.T_place_query)) {
     Hypothesis rival{best.place, guess};
     match.LayCoarsely(coarse, stage.steps, rival);
     if (rival.score < least_coarse) continue;
@@ -111,7 +111,7 @@ std::vector<Hypothesis> AutoSearch::VerifyRivals(QueryMatch& match, const Struct
     rival.score = match.Score(rival.T_place_query);
   }
   const auto lay = [&](Hypothesis hypothesis) {
-    match.LayFinely(posts_of(hypothesis.place), hypothesis);
+    match.LayFinely(structure_of(hypothesis.place), hypothesis);
     rivals.push_back(hypothesis);
   };
   // Where a turned or shifted pose has a place nearer to it, that one sees it from its own side.
@@ -130,7 +130,8 @@ std::vector<Hypothesis> AutoSearch::VerifyRivals(QueryMatch& match, const Struct
   }
   payload.Fetch();
   for (Hypothesis& there : along) {
-    const PlanarPoints posts(posts_of(there.place), static_cast<std::size_t>(stage.num_posts));
+    const PlanarPoints posts(structure_of(there.place).posts,
+                             static_cast<std::size_t>(stage.num_posts));
     match.LayCoarsely(posts, stage.steps, there);
     if (there.score >= least_coarse) lay(there);
   }

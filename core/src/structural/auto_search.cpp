@@ -25,8 +25,8 @@ class AutoSearch::Structures : public PlaceStructures {
  public:
   Structures(const AutoSearch& search, PayloadView& payload) : search_(search), payload_(payload) {}
 
-  std::span<const Post> Posts(std::int32_t place) override {
-    return payload_.StructureOf(static_cast<std::size_t>(place)).posts;
+  const Structure& Of(std::int32_t place) override {
+    return payload_.StructureOf(static_cast<std::size_t>(place));
   }
 
   UprightPose Upright(std::int32_t place, const PlanarPose& T_place_query) override {
@@ -89,7 +89,7 @@ absl::StatusOr<std::vector<Spot>> AutoSearch::Find(const ScanDescriptor& query,
   if (!payload.status().ok()) return payload.status();
   const std::int64_t start_ns = control.Now_ns();
 
-  QueryMatch match(structure.posts, map_.params.automatic);
+  QueryMatch match(structure, map_.params.automatic, map_.params.sensor_height_m);
   std::vector<Hypothesis> verified;
   const auto add = [&](const std::vector<Hypothesis>& more) {
     verified.insert(verified.end(), more.begin(), more.end());
@@ -110,12 +110,12 @@ absl::StatusOr<std::vector<Spot>> AutoSearch::Find(const ScanDescriptor& query,
   const int num_seen = std::max(options.num_supported, options.num_measured);
   for (std::size_t i = 0; i < spots.size() && static_cast<int>(i) < num_seen; ++i) {
     const Hypothesis& hypothesis = spots[i].hypothesis;
-    const std::span<const Post> place = structures.Posts(hypothesis.place);
+    const Structure& place = structures.Of(hypothesis.place);
     match.SetPlace(place);
     spots[i].covariance = Rotated(T_map_level(static_cast<std::size_t>(hypothesis.place)).linear(),
                                   CovarianceInLevel(match, hypothesis.T_place_query));
     if (static_cast<int>(i) >= options.num_supported) continue;
-    spots[i].support = SupportOf(match, structure.posts, place, hypothesis.T_place_query);
+    spots[i].support = SupportOf(match, structure, place, hypothesis.T_place_query);
   }
   times.verify_ns = control.Now_ns() - start_ns;
   if (!payload.status().ok()) return payload.status();
@@ -161,7 +161,7 @@ std::vector<Hypothesis> AutoSearch::VerifyPredicted(QueryMatch& match, const Str
         predicted.resize(i);
         break;
       }
-      match.LayFinely(places.Posts(predicted[i].place), predicted[i]);
+      match.LayFinely(places.Of(predicted[i].place), predicted[i]);
     }
     return predicted;
   }

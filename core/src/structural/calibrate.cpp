@@ -78,12 +78,14 @@ void PerturbPosts(const AutoParams& params, const Occlusion& occlusion, double l
     const double y = sign * (post.y_cm * 0.01 - lateral_m);
     if (random.Chance(gone_share) || occlusion.Hides(x, y)) continue;
     posts.push_back({Clamped_cm(x + random.Uniform(-moved_m, moved_m), reach_m),
-                     Clamped_cm(y + random.Uniform(-moved_m, moved_m), reach_m)});
+                     Clamped_cm(y + random.Uniform(-moved_m, moved_m), reach_m), post.heights});
   }
   const std::size_t num_new = posts.size() / 6;
   for (std::size_t i = 0; i < num_new; ++i) {
+    const auto num_heights = static_cast<unsigned>(random.Uniform(1.0, 8.0));
     posts.push_back({Clamped_cm(random.Uniform(-around_m, around_m), reach_m),
-                     Clamped_cm(random.Uniform(-around_m, around_m), reach_m)});
+                     Clamped_cm(random.Uniform(-around_m, around_m), reach_m),
+                     (1U << num_heights) - 1U});
   }
   structure.posts = std::move(posts);
 }

@@ -166,12 +166,15 @@ PairCheck CheckPair(const ScanPair& pair, const Pose& T_map_first, const Pose& T
            .BestHeadings(BearingGrid(pair.second_structure.posts, ring_m), 3)) {
     guesses.push_back({0, {0.0, 0.0, yaw_rad}, 0.0});
   }
-  QueryMatch query(pair.second_structure.posts, params);
+  // What agrees is judged from above: heights would say more of which place than of how it lies.
+  AutoParams from_above = params;
+  from_above.verify.heights_share = 0.0;
+  QueryMatch query(pair.second_structure, from_above, pair.first_structure.height_m);
   const PlanarPoints place(pair.first_structure.posts,
                            static_cast<std::size_t>(params.verify.at_once.num_posts));
   for (Hypothesis& guess : guesses) {
     query.LayCoarsely(place, params.verify.at_once.steps, guess);
-    query.LayFinely(pair.first_structure.posts, guess);
+    query.LayFinely(pair.first_structure, guess);
   }
   std::stable_sort(guesses.begin(), guesses.end(),
                    [](const Hypothesis& a, const Hypothesis& b) { return a.score > b.score; });
@@ -184,7 +187,7 @@ PairCheck CheckPair(const ScanPair& pair, const Pose& T_map_first, const Pose& T
   };
   check.score = guesses.front().score;
   check.shown = pose_of(guesses.front());
-  query.SetPlace(pair.first_structure.posts);
+  query.SetPlace(pair.first_structure);
   const bool agrees =
       query.Score(told) >= kNotBad * check.score ||
       std::any_of(guesses.begin(), guesses.end(), [&](const Hypothesis& hypothesis) {

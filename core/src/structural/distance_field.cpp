@@ -21,6 +21,7 @@ PlanarPoints::PlanarPoints(std::span<const Post> posts, std::size_t max_points)
   const std::size_t num_padded = (size_ + kBlock - 1) / kBlock * kBlock;
   x_m_.assign(num_padded, kFarPoint_m);
   y_m_.assign(num_padded, kFarPoint_m);
+  heights_.assign(num_padded, 0U);
   if (size_ == 0) return;
   // The i-th is post i · posts / points, without a division for each.
   const std::size_t stride = posts.size() / size_;
@@ -30,6 +31,7 @@ PlanarPoints::PlanarPoints(std::span<const Post> posts, std::size_t max_points)
   for (std::size_t i = 0; i < size_; ++i) {
     x_m_[i] = static_cast<float>(posts[post].x_cm) * 0.01F;
     y_m_[i] = static_cast<float>(posts[post].y_cm) * 0.01F;
+    heights_[i] = posts[post].heights;
     post += stride;
     gathered += rest;
     if (gathered >= size_) {

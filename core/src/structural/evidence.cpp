@@ -36,46 +36,47 @@ double FallAround(const QueryMatch& match, double score, const PlanarPose& pose)
   for (int i = 0; i < kNumDirections; ++i) {
     const double direction_rad = 2.0 * std::numbers::pi * i / kNumDirections;
     highest = std::max(
-        highest, match.Score({pose.x_m + kLimits.plane_m * std::cos(direction_rad),
+        highest,
+        match.ScoreFromAbove({pose.x_m + kLimits.plane_m * std::cos(direction_rad),
                               pose.y_m + kLimits.plane_m * std::sin(direction_rad), pose.yaw_rad}));
   }
   const double turn_rad = kLimits.heading_deg * std::numbers::pi / 180.0;
   for (const double yaw_rad : {pose.yaw_rad - turn_rad, pose.yaw_rad + turn_rad}) {
-    highest = std::max(highest, match.Score({pose.x_m, pose.y_m, yaw_rad}));
+    highest = std::max(highest, match.ScoreFromAbove({pose.x_m, pose.y_m, yaw_rad}));
   }
   return score - highest;
 }
 
 /// The score of the place's mirror image, laid on the query as well as it will.
-double MirrorScore(QueryMatch& match, std::span<const Post> query, std::span<const Post> place,
+double MirrorScore(QueryMatch& match, const Structure& query, const Structure& place,
                    const PlanarPose& pose) {
   constexpr int kNumHeadings = 4;
   const double ring_m = match.params().shortlist.bearing_ring_m;
-  std::vector<Post> mirrored(place.begin(), place.end());
-  for (Post& post : mirrored) post.y_cm = static_cast<std::int16_t>(-post.y_cm);
+  Structure mirrored = place;
+  for (Post& post : mirrored.posts) post.y_cm = static_cast<std::int16_t>(-post.y_cm);
   // Mirrored across its own two axes where the query stands, and as the bearings say.
   std::vector<PlanarPose> guesses = {
       {pose.x_m, -pose.y_m, -pose.yaw_rad},
       {pose.x_m, -pose.y_m, WrapAngle(std::numbers::pi - pose.yaw_rad)}};
-  for (const double yaw_rad : BearingGrid(mirrored, ring_m)
+  for (const double yaw_rad : BearingGrid(mirrored.posts, ring_m)
                                   .Widened()
-                                  .BestHeadings(BearingGrid(query, ring_m), kNumHeadings)) {
+                                  .BestHeadings(BearingGrid(query.posts, ring_m), kNumHeadings)) {
     guesses.push_back({0.0, 0.0, yaw_rad});
   }
   match.SetPlace(mirrored);
   const StageParams& stage = match.params().verify.at_once;
-  const PlanarPoints coarse(mirrored, static_cast<std::size_t>(stage.num_posts));
+  const PlanarPoints coarse(mirrored.posts, static_cast<std::size_t>(stage.num_posts));
   double best = 0.0;
   double best_coarse = 0.0;
   std::vector<Hypothesis> laid;
   for (const PlanarPose& guess : guesses) {
-    best = std::max(best, match.Score(guess));
+    best = std::max(best, match.ScoreFromAbove(guess));
     match.LayCoarsely(coarse, stage.steps, laid.emplace_back(Hypothesis{.T_place_query = guess}));
     best_coarse = std::max(best_coarse, laid.back().score);
   }
   for (const Hypothesis& hypothesis : laid) {
     if (hypothesis.score < best_coarse - match.params().verify.hopeless_by) continue;
-    best = std::max(best, match.Score(match.Settle(hypothesis.T_place_query)));
+    best = std::max(best, match.ScoreFromAbove(match.Settle(hypothesis.T_place_query)));
   }
   match.SetPlace(place);
   return best;
@@ -137,14 +138,15 @@ class FreeSpace {
 
 }  // namespace
 
-Support SupportOf(QueryMatch& match, std::span<const Post> query, std::span<const Post> place,
+Support SupportOf(QueryMatch& match, const Structure& query, const Structure& place,
                   const PlanarPose& T_place_query) {
-  Support support{.score = match.Score(T_place_query), .num_posts = query.size()};
+  Support support{.score = match.ScoreFromAbove(T_place_query), .num_posts = query.posts.size()};
   support.sharpness = FallAround(match, support.score, T_place_query);
   support.over_mirror = support.score - MirrorScore(match, query, place, T_place_query);
   const EvidenceParams& params = match.params().evidence;
-  support.contradicted = FreeSpace(place, params).Contradicted(query, T_place_query) +
-                         FreeSpace(query, params).Contradicted(place, Inverse(T_place_query));
+  support.contradicted =
+      FreeSpace(place.posts, params).Contradicted(query.posts, T_place_query) +
+      FreeSpace(query.posts, params).Contradicted(place.posts, Inverse(T_place_query));
   return support;
 }
 

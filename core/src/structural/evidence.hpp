@@ -11,9 +11,11 @@
 namespace scanloc {
 
 /// What speaks for a scan having been taken at a pose, by the scan and the place there alone: the
-/// same for the same pose, whatever else was searched (docs/algorithm.md, "Confidence").
+/// same for the same pose, whatever else was searched (docs/algorithm.md, "Confidence"). Seen from
+/// above: at what heights things stand tells alike places apart, but walls go from floor to ceiling
+/// anywhere.
 struct Support {
-  double score = 0.0;  ///< QueryMatch::Score
+  double score = 0.0;  ///< QueryMatch::ScoreFromAbove
   /// By how much the score falls at the least when the pose is off by as much as would be wrong: 1
   /// m in any direction, 10° to either side.
   double sharpness = 0.0;
@@ -28,8 +30,8 @@ struct Support {
 };
 
 /// Requires match.SetPlace(place). Leaves another place set.
-[[nodiscard]] Support SupportOf(QueryMatch& match, std::span<const Post> query,
-                                std::span<const Post> place, const PlanarPose& T_place_query);
+[[nodiscard]] Support SupportOf(QueryMatch& match, const Structure& query, const Structure& place,
+                                const PlanarPose& T_place_query);
 
 /// The log-odds that a pose with such support is where the scan was taken, were there no other pose
 /// in the map with a score like it.

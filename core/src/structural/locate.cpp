@@ -15,25 +15,29 @@ constexpr const char* kUpUnknown =
 void DecideByConfidence(const std::vector<Spot>& spots, double confidence, double min_confidence,
                         const EvidenceParams& params, Answer& answer) {
   const Support& support = *spots.front().support;
-  const double percent = 100.0 * support.score;
-  const double rival_percent = spots.size() < 2 ? 0.0 : 100.0 * spots[1].hypothesis.score;
+  const double percent = 100.0 * spots.front().hypothesis.score;
+  const double percent_from_above = 100.0 * support.score;
+  const double rival_score = spots.size() < 2 ? 0.0 : spots[1].hypothesis.score;
+  const double rival_percent = 100.0 * rival_score;
   if (confidence >= min_confidence) {
     answer.outcome = Outcome::kLocalized;
     answer.reason =
         absl::StrFormat("%.0f %% of the upright structure agrees; the best other spot has %.0f %%",
                         percent, rival_percent);
-  } else if (Logistic(SupportLogOdds(support, params)) >= min_confidence) {
+  } else if (Logistic(SupportLogOdds(support, params)) >= min_confidence ||
+             rival_score >= params.explaining_score) {
     answer.outcome = Outcome::kAmbiguous;
     answer.reason = absl::StrFormat(
         "two distinct spots explain the scan: %.0f %% and %.0f %% of the upright structure agree, "
         "and %.0f %% with the mirror image of the first",
-        percent, rival_percent, percent - 100.0 * support.over_mirror);
+        percent, rival_percent, percent_from_above - 100.0 * support.over_mirror);
   } else {
     answer.outcome = Outcome::kNotRecognized;
     answer.reason = absl::StrFormat(
         "%.0f %% of the upright structure agrees with the best spot, of its mirror image %.0f %%, "
         "and %.0f %% a metre off: out of the map, changed too much, or nothing that tells it apart",
-        percent, percent - 100.0 * support.over_mirror, percent - 100.0 * support.sharpness);
+        percent_from_above, percent_from_above - 100.0 * support.over_mirror,
+        percent_from_above - 100.0 * support.sharpness);
   }
 }
 

@@ -1,5 +1,6 @@
 #include "structural/query_match.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace scanloc {
@@ -11,16 +12,25 @@ DistanceField FieldOf(const AutoParams& params, double cell_m) {
 
 }  // namespace
 
-QueryMatch::QueryMatch(std::span<const Post> query, const AutoParams& params)
+QueryMatch::QueryMatch(const Structure& query, const AutoParams& params, double sensor_height_m)
     : params_(params),
-      query_(query),
-      few_(query, static_cast<std::size_t>(params.verify.fine.num_posts)),
-      horizon_(query, params.verify.horizon_margin_m),
+      sensor_height_m_(sensor_height_m),
+      query_(query.posts),
+      few_(query.posts, static_cast<std::size_t>(params.verify.fine.num_posts)),
+      horizon_(query.posts, params.verify.horizon_margin_m),
       coarse_(FieldOf(params, params.verify.coarse_cell_m)),
       fine_(FieldOf(params, params.verify.fine_cell_m)),
-      place_field_(fine_) {
+      place_field_(fine_),
+      heights_(params.posts),
+      place_heights_(params.posts),
+      knows_heights_(params.verify.heights_share > 0.0 && KnowsHeights(query)) {
   coarse_.Fill(query_);
   fine_.Fill(query_);
+  if (knows_heights_) heights_.Fill(query_, query.height_m);
+}
+
+bool QueryMatch::KnowsHeights(const Structure& structure) const {
+  return std::abs(structure.height_m - sensor_height_m_) <= params_.posts.cell_m;
 }
 
 void QueryMatch::LayCoarsely(const PlanarPoints& place, const RegistrationParams& steps,
@@ -31,9 +41,12 @@ void QueryMatch::LayCoarsely(const PlanarPoints& place, const RegistrationParams
   hypothesis.score = Overlap(coarse_, place, T_query_place, params_.verify.overlap_m);
 }
 
-void QueryMatch::SetPlace(std::span<const Post> posts) {
-  place_ = PlanarPoints(posts);
+void QueryMatch::SetPlace(const Structure& place) {
+  place_ = PlanarPoints(place.posts);
   place_field_.Fill(place_);
+  if (!knows_heights_) return;
+  knows_place_heights_ = KnowsHeights(place);
+  place_heights_.Fill(place_, place.height_m);
 }
 
 PlanarPose QueryMatch::Settle(const PlanarPose& guess) const {
@@ -45,10 +58,23 @@ PlanarPose QueryMatch::Settle(const PlanarPose& guess) const {
                   {.num_iterations = 0, .narrow_m = steps.narrow_m, .max_settling = 2});
 }
 
-double QueryMatch::Score(const PlanarPose& T_place_query) const {
+double QueryMatch::ScoreFromAbove(const PlanarPose& T_place_query) const {
   const double overlap_m = params_.verify.overlap_m;
   return std::sqrt(Overlap(place_field_, query_, T_place_query, overlap_m) *
                    OverlapWithin(horizon_, fine_, place_, Inverse(T_place_query), overlap_m));
+}
+
+double QueryMatch::Score(const PlanarPose& T_place_query) const {
+  // What stands at the same heights is mostly by so much more than what does seen from above.
+  constexpr double kUsuallyMore = 0.1;
+  const double from_above = ScoreFromAbove(T_place_query);
+  const double share = params_.verify.heights_share;
+  const double unknown = std::min(1.0, from_above + share * kUsuallyMore);
+  if (!knows_heights_) return unknown;
+  const double by_height = std::sqrt(place_heights_.Overlap(query_, T_place_query, nullptr) *
+                                     heights_.Overlap(place_, Inverse(T_place_query), &horizon_));
+  const double both = (1.0 - share) * from_above + share * by_height;
+  return knows_place_heights_ ? both : std::max(both, unknown);
 }
 
 Eigen::Matrix3d QueryMatch::Information(const PlanarPose& T_place_query) const {
@@ -56,7 +82,7 @@ Eigen::Matrix3d QueryMatch::Information(const PlanarPose& T_place_query) const {
                               params_.verify.fine.steps.narrow_m);
 }
 
-void QueryMatch::LayFinely(std::span<const Post> place, Hypothesis& hypothesis) {
+void QueryMatch::LayFinely(const Structure& place, Hypothesis& hypothesis) {
   SetPlace(place);
   hypothesis.T_place_query = Settle(hypothesis.T_place_query);
   hypothesis.score = Score(hypothesis.T_place_query);

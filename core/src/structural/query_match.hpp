@@ -5,6 +5,7 @@
 #include "scanloc/core/auto_params.hpp"
 #include "scanloc/core/structural/registration.hpp"
 #include "scanloc/core/structural/verify.hpp"
+#include "structural/height_grid.hpp"
 #include "structural/horizon.hpp"
 
 namespace scanloc {
@@ -13,8 +14,8 @@ namespace scanloc {
 /// place; one per query and thread.
 class QueryMatch {
  public:
-  /// Keeps nothing of the posts.
-  QueryMatch(std::span<const Post> query, const AutoParams& params);
+  /// Sensors are carried at sensor_height_m. Keeps nothing of the structure.
+  QueryMatch(const Structure& query, const AutoParams& params, double sensor_height_m);
 
   [[nodiscard]] const AutoParams& params() const { return params_; }
 
@@ -24,29 +25,41 @@ class QueryMatch {
                    Hypothesis& hypothesis) const;
 
   /// The place that the following speak of.
-  void SetPlace(std::span<const Post> posts);
+  void SetPlace(const Structure& place);
   /// T_place_query where the query lies best on the place, from a guess within the first width,
   /// registered until it moves no more.
   [[nodiscard]] PlanarPose Settle(const PlanarPose& guess) const;
   /// The geometric mean of how much of the query lies on the place and how much of the place,
-  /// within the query's reach, lies on the query.
+  /// within the query's reach, lies on the query, seen from above; in [0, 1].
+  [[nodiscard]] double ScoreFromAbove(const PlanarPose& T_place_query) const;
+  /// The mean of that and the same height by height, as VerificationParams::heights_share says. On
+  /// stairs the ground is often a step's or a wall's, and so no height is known: where the query's
+  /// is not at the sensor's height to a cell, what is seen from above says how likely the heights
+  /// are to agree, and where the place's is not, they agree at least so well.
   [[nodiscard]] double Score(const PlanarPose& T_place_query) const;
 
   /// What holds a pose where Settle has left it: Information, at the width of its last step.
   [[nodiscard]] Eigen::Matrix3d Information(const PlanarPose& T_place_query) const;
 
   /// SetPlace, Settle and Score.
-  void LayFinely(std::span<const Post> place, Hypothesis& hypothesis);
+  void LayFinely(const Structure& place, Hypothesis& hypothesis);
 
  private:
+  /// Whether heights above the ground can be compared.
+  [[nodiscard]] bool KnowsHeights(const Structure& structure) const;
+
   AutoParams params_;
+  double sensor_height_m_;
   PlanarPoints query_;
   PlanarPoints few_;  // of these
   Horizon horizon_;
   DistanceField coarse_;
   DistanceField fine_;
   DistanceField place_field_;
+  HeightGrid heights_;
+  HeightGrid place_heights_;
   PlanarPoints place_;
+  bool knows_heights_, knows_place_heights_ = false;
 };
 
 }  // namespace scanloc

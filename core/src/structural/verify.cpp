@@ -25,8 +25,8 @@ void Lay(const QueryMatch& query, PlaceStructures& places, const StageParams& st
     }
     Hypothesis& hypothesis = hypotheses[i];
     if (i == 0 || hypothesis.place != hypotheses[i - 1].place) {
-      place =
-          PlanarPoints(places.Posts(hypothesis.place), static_cast<std::size_t>(stage.num_posts));
+      place = PlanarPoints(places.Of(hypothesis.place).posts,
+                           static_cast<std::size_t>(stage.num_posts));
     }
     query.LayCoarsely(place, stage.steps, hypothesis);
   }
@@ -109,7 +109,7 @@ std::vector<Hypothesis> Verify(QueryMatch& query, std::vector<Hypothesis> hypoth
       break;
     }
     if (selected[i].score >= least_coarse) {
-      query.LayFinely(places.Posts(selected[i].place), selected[i]);
+      query.LayFinely(places.Of(selected[i].place), selected[i]);
       least_fine = std::min(least_fine, selected[i].score);
     } else {
       // No rival: told behind those that are.

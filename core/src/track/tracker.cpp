@@ -130,11 +130,12 @@ absl::StatusOr<Look> Tracker::LookAt(const ScanDescriptor& scan,
                             params.max_scan_log_odds);
   look.stands_alone = ConfidencesOf(*spots, evidence).front() >=
                       options_.query.min_confidence.value_or(of_map.search.min_confidence);
+  const double best_score = spots->front().hypothesis.score;
   for (const Spot& spot : *spots) {
     const Support& support = spot.support ? *spot.support : best;
     const double score = spot.hypothesis.score;
-    const double in_a_row = RivalryLogOddsInARow(best.score, score, support.num_posts, evidence);
-    const double rivalry = RivalryLogOdds(best.score, score, support.num_posts, evidence);
+    const double in_a_row = RivalryLogOddsInARow(best_score, score, support.num_posts, evidence);
+    const double rivalry = RivalryLogOdds(best_score, score, support.num_posts, evidence);
     look.spots.push_back({spot.T_map_query, spot.covariance, score,
                           Logistic(SupportLogOdds(support, evidence)), in_a_row,
                           std::min(rivalry - in_a_row, params.max_scan_log_odds)});

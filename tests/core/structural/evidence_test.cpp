@@ -66,8 +66,8 @@ TEST(SupportLogOdds, GrowsWithWhatSpeaksForAPoseAndFallsWithWhatSpeaksAgainst) {
 }
 
 TEST(SupportOf, IsSharpAmongPostsAndFlatBetweenTwoEndlessWalls) {
-  const auto posts = [](const PointCloud& scan) {
-    return Describer::Create(Params{})->Describe(scan).structure.posts;
+  const auto structure = [](const PointCloud& scan) {
+    return Describer::Create(Params{})->Describe(scan).structure;
   };
   PointCloud walls;
   for (float x_m = -58.0F; x_m < 58.0F; x_m += 0.25F) {
@@ -75,33 +75,33 @@ TEST(SupportOf, IsSharpAmongPostsAndFlatBetweenTwoEndlessWalls) {
       for (const float z_m : {-2.0F, -1.0F, 0.0F, 1.0F}) walls.push_back({x_m, y_m, z_m});
     }
   }
-  const auto support_of = [&](const std::vector<Post>& scene) {
-    QueryMatch match(scene, {});
+  const auto support_of = [&](const Structure& scene) {
+    QueryMatch match(scene, {}, scene.height_m);
     match.SetPlace(scene);
     return SupportOf(match, scene, scene, PlanarPose{});
   };
-  const Support among_posts = support_of(posts(scenes::PostScan(3, 70)));
+  const Support among_posts = support_of(structure(scenes::PostScan(3, 70)));
   EXPECT_GT(among_posts.sharpness, 0.3);
   EXPECT_GT(among_posts.over_mirror, 0.3);
   EXPECT_EQ(among_posts.contradicted, 0.0);
-  const Support between_walls = support_of(posts(walls));
+  const Support between_walls = support_of(structure(walls));
   EXPECT_LT(between_walls.sharpness, 0.05);
   EXPECT_LT(between_walls.over_mirror, 0.05);
 }
 
 TEST(SupportOf, CountsWhatStandsInFreeSpace) {
   const auto ring = [](double radius_m) {
-    std::vector<Post> posts;
+    Structure seen;
     for (int i = 0; i < 180; ++i) {
       const double turn = i * std::numbers::pi / 90.0;
-      posts.push_back({static_cast<std::int16_t>(100.0 * radius_m * std::cos(turn)),
-                       static_cast<std::int16_t>(100.0 * radius_m * std::sin(turn))});
+      seen.posts.push_back({static_cast<std::int16_t>(100.0 * radius_m * std::cos(turn)),
+                            static_cast<std::int16_t>(100.0 * radius_m * std::sin(turn))});
     }
-    return posts;
+    return seen;
   };
-  const std::vector<Post> near = ring(6.0);
-  const std::vector<Post> far = ring(12.0);
-  QueryMatch match(near, {});
+  const Structure near = ring(6.0);
+  const Structure far = ring(12.0);
+  QueryMatch match(near, {}, near.height_m);
   match.SetPlace(far);
   // The query's walls stand where the place sees none; the place's stand behind the query's.
   EXPECT_DOUBLE_EQ(SupportOf(match, near, far, PlanarPose{}).contradicted, 1.0);

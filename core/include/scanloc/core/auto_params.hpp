@@ -94,6 +94,9 @@ struct VerificationParams {
   /// How well a post lies on another, exp(-½ (distance / this)²): noise, cells, other view.
   double overlap_m = 0.5;
   double horizon_margin_m = 2.0;  ///< beyond the farthest post in a direction still in sight
+  /// Of a score, what counts what stands at the same heights; the rest, what stands at the same
+  /// spots seen from above. 0: the heights of posts are not known (maps of schema 7 and before).
+  double heights_share = 0.5;
 
   friend bool operator==(const VerificationParams&, const VerificationParams&) = default;
 };
@@ -130,7 +133,9 @@ struct EvidenceParams {
   /// A rival that explains more than this of a scan is alike in all that stays: what tells it apart
   /// is loose things, which may stand right for either. Its score counts as more by this ...
   double alike_score = 0.65;
-  double equal_of_alike = 1.0;    ///< ... times what it has beyond
+  double equal_of_alike = 1.0;  ///< ... times what it has beyond
+  /// Two spots that explain so much of a scan are one thing too many, were it of neither.
+  double explaining_score = 0.6;
   double shared_in_a_row = 0.12;  ///< and by this: scans that follow each other share their errors
   double clear_m = 1.0;           ///< what stands before what is seen first is nearer by this ...
   double clear_share = 0.03;      ///< ... and by this share of the range, which a turn may move
@@ -250,6 +255,7 @@ void VisitAutoFields(P& params, Visitor&& visit) {
         3.2);
   visit("auto.verify.overlap_m", params.verify.overlap_m, 0.01, 10.0);
   visit("auto.verify.horizon_margin_m", params.verify.horizon_margin_m, 0.0, 50.0);
+  visit("auto.verify.heights_share", params.verify.heights_share, 0.0, 1.0);
   visit("auto.rivals.near_shift_m", params.rivals.near_shift_m, 0.1, 50.0);
   visit("auto.rivals.far_shift_m", params.rivals.far_shift_m, 0.1, 50.0);
   visit("auto.rivals.along_step_m", params.rivals.along_step_m, 0.25, 50.0);
@@ -272,6 +278,7 @@ void VisitAutoFields(P& params, Visitor&& visit) {
   visit("auto.evidence.equal_by_chance", params.evidence.equal_by_chance, 0.0, 10.0);
   visit("auto.evidence.alike_score", params.evidence.alike_score, 0.0, 1.0);
   visit("auto.evidence.equal_of_alike", params.evidence.equal_of_alike, 0.0, 10.0);
+  visit("auto.evidence.explaining_score", params.evidence.explaining_score, 0.0, 1.0);
   visit("auto.evidence.shared_in_a_row", params.evidence.shared_in_a_row, 0.0, 1.0);
   visit("auto.evidence.clear_m", params.evidence.clear_m, 0.0, 50.0);
   visit("auto.evidence.clear_share", params.evidence.clear_share, 0.0, 0.9);

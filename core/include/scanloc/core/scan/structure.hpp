@@ -15,8 +15,13 @@ namespace scanloc {
 /// Something upright seen from above: a piece of a wall, a trunk, a pole, a parked car.
 /// Levelled frame, centimetres.
 struct Post {
+  static constexpr int kNumHeights = 31;
+
   std::int16_t x_cm = 0;
   std::int16_t y_cm = 0;
+  /// Bit k: something of it is k + 1/2 to k + 3/2 of PostParams::cell_m above the ground. None in
+  /// maps of schema 7 and before.
+  std::uint32_t heights = 0;
 
   friend bool operator==(const Post&, const Post&) = default;
 };
@@ -90,6 +95,7 @@ class StructureFinder {
  private:
   struct Cell {
     float z_min, z_max, sum_x, sum_y, num_voxels;
+    std::uint32_t heights;
   };
 
   PostParams posts_;

@@ -19,7 +19,7 @@ struct PlanarPose {
 };
 [[nodiscard]] PlanarPose Inverse(const PlanarPose& pose);
 
-/// Positions in the plane, levelled frame [m]; structure of arrays.
+/// Posts as a structure of arrays, levelled frame.
 ///
 /// Filled up with points out of every field's reach to a whole number of blocks, so that the loops
 /// over them need no remainder.
@@ -36,11 +36,13 @@ class PlanarPoints {
   /// Multiples of kBlock.
   [[nodiscard]] std::span<const float> x_m() const { return x_m_; }
   [[nodiscard]] std::span<const float> y_m() const { return y_m_; }
+  [[nodiscard]] std::span<const std::uint32_t> heights() const { return heights_; }
 
  private:
   std::size_t size_ = 0;
   std::vector<float> x_m_;
   std::vector<float> y_m_;
+  std::vector<std::uint32_t> heights_;  // Post::heights
 };
 
 /// For every cell of a grid around the sensor, the distance to the nearest post, cut off at

@@ -30,8 +30,8 @@ struct UprightPose {
 class PlaceStructures {
  public:
   virtual ~PlaceStructures() = default;
-  /// The posts of a place, in its levelled frame; valid as long as this.
-  [[nodiscard]] virtual std::span<const Post> Posts(std::int32_t place) = 0;
+  /// That of a place; valid as long as this.
+  [[nodiscard]] virtual const Structure& Of(std::int32_t place) = 0;
   /// Where a query that lies so on a place would be in the map.
   [[nodiscard]] virtual UprightPose Upright(std::int32_t place,
                                             const PlanarPose& T_place_query) = 0;
