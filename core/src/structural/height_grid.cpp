@@ -13,7 +13,7 @@ namespace {
 constexpr std::size_t kBlock = PlanarPoints::kBlock;
 constexpr std::uint32_t kAllHeights = (1U << static_cast<unsigned>(Post::kNumHeights)) - 1U;
 // Around the grid: no post's neighbours lie outside, and what is beyond falls on empty cells.
-constexpr int kMargin = 2;
+constexpr int kMargin = 3;
 
 struct View {
   const std::uint32_t* __restrict cells;
@@ -67,7 +67,11 @@ SCANLOC_SIMD Seen CountMet(const View& given, const PlanarPoints& points) {
       const std::uint32_t here = is_in_reach ? heights[begin + lane] & in_view : 0U;
       const float u = std::min(std::max(x * view.cells_per_m + view.middle, 0.0F), view.last);
       const float v = std::min(std::max(y * view.cells_per_m + view.middle, 0.0F), view.last);
-      const std::uint32_t there = view.cells[static_cast<int>(v) * view.side + static_cast<int>(u)];
+      // Along its row a cell holds what is beside it; the rows beside are looked up.
+      const int row = std::min(std::max(static_cast<int>(v), 1), view.side - 2);
+      const int cell = row * view.side + static_cast<int>(u);
+      const std::uint32_t there =
+          view.cells[cell - view.side] | view.cells[cell] | view.cells[cell + view.side];
       num_heights[lane] += CountBits(here);
       num_met[lane] += CountBits(here & there);
     }
@@ -94,7 +98,9 @@ void HeightGrid::FindView(const PlanarPoints& posts) {
   lowest_slope_ = kAnySlope;
   highest_slope_ = -kAnySlope;
   for (std::size_t i = 0; i < posts.size(); ++i) {
-    const float range = std::hypot(posts.x_m()[i], posts.y_m()[i]);
+    const float x_m = posts.x_m()[i];
+    const float y_m = posts.y_m()[i];
+    const float range = std::sqrt(x_m * x_m + y_m * y_m);
     const std::uint32_t heights = posts.heights()[i];
     if (heights == 0U || range < kLeastRange * cell_m_) continue;
     const auto above_m = [&](int num_cells) {
@@ -109,7 +115,8 @@ void HeightGrid::FindView(const PlanarPoints& posts) {
 void HeightGrid::Fill(const PlanarPoints& posts, double sensor_height_m) {
   sensor_height_m_ = static_cast<float>(sensor_height_m);
   FindView(posts);
-  std::fill(cells_.begin(), cells_.end(), 0U);
+  for (const std::uint32_t first : touched_) std::fill_n(&cells_[first], 3, 0U);
+  touched_.clear();
   const float half = static_cast<float>(side_ / 2);
   const auto side = static_cast<std::size_t>(side_);
   for (std::size_t i = 0; i < posts.size(); ++i) {
@@ -118,11 +125,10 @@ void HeightGrid::Fill(const PlanarPoints& posts, double sensor_height_m) {
     if (column < 1 || row < 1 || column > side_ - 2 || row > side_ - 2) continue;
     const std::uint32_t heights = posts.heights()[i];
     const std::uint32_t beside = (heights | heights << 1U | heights >> 1U) & kAllHeights;
-    std::uint32_t* first =
-        &cells_[static_cast<std::size_t>(row - 1) * side + static_cast<std::size_t>(column - 1)];
-    for (int dy = 0; dy < 3; ++dy, first += side_) {
-      for (int dx = 0; dx < 3; ++dx) first[dx] |= beside;
-    }
+    const std::size_t first =
+        static_cast<std::size_t>(row) * side + static_cast<std::size_t>(column - 1);
+    for (std::size_t dx = 0; dx < 3; ++dx) cells_[first + dx] |= beside;
+    touched_.push_back(static_cast<std::uint32_t>(first));
   }
 }
 

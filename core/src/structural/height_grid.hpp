@@ -15,7 +15,7 @@ class HeightGrid {
  public:
   explicit HeightGrid(const PostParams& params);
 
-  /// Replaces what stands there. O(posts + cells).
+  /// Replaces what stands there. O(posts).
   void Fill(const PlanarPoints& posts, double sensor_height_m);
 
   /// Of the heights at which another scan's points have something, and which this scan's sensor
@@ -32,7 +32,10 @@ class HeightGrid {
   int side_;
   float sensor_height_m_ = 0.0F;
   float lowest_slope_ = 0.0F, highest_slope_ = 0.0F;
-  std::vector<std::uint32_t> cells_;  // what stands there and in the cells around
+  // What stands there and in the cells beside along the row. Rows beside are looked up where
+  // another scan's points fall: a place is filled once and asked once or twice.
+  std::vector<std::uint32_t> cells_;
+  std::vector<std::uint32_t> touched_;  // the first of three that are not empty
 };
 
 }  // namespace scanloc
