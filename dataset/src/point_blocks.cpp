@@ -113,7 +113,10 @@ absl::StatusOr<Scan> ReadTextRows(const RowLayout& layout, std::size_t num_rows,
 }
 
 Scan ReadBinary(const BinaryLayout& layout, std::size_t num_points, std::string_view bytes) {
-  const auto [x, y, z] = layout.xyz;
+  // Not by a structured binding: clang 14 lets no lambda have one.
+  const Coordinate x = layout.xyz[0];
+  const Coordinate y = layout.xyz[1];
+  const Coordinate z = layout.xyz[2];
   const char* const data = bytes.data();
   if (layout.big_endian) {
     return ReadBlock(num_points, [&](std::size_t i) -> Point {
