@@ -2,10 +2,10 @@
 """Fits the weights of EvidenceParams (core/include/scanloc/core/auto_params.hpp) to what
 evidence_dump wrote.
 
-  fit_evidence.py [--wrong N] [--rival WEIGHT] [--alike SCORE] answers.csv...
+  fit_evidence.py [--wrong N] [--rival WEIGHT] [--alike SCORE] [--by-chance N] answers.csv...
 
-Needs numpy. A wrong answer counts N times [1]; --rival and --alike are EvidenceParams::rival and
-alike_score [those of scale 1]. Prints the weights, then for each kind of data how many of the right answers would be
+Needs numpy. A wrong answer counts N times [1]; --rival, --alike and --by-chance are EvidenceParams::rival,
+alike_score and equal_by_chance [those of scale 1]. Prints the weights, then for each kind of data how many of the right answers would be
 localized, the wrong ones that would be, the greatest confidence of a wrong one and the calibration
 error; and the same with that kind left out of the fit. Each kind weighs as the root of its number.
 """
@@ -16,7 +16,7 @@ import numpy as np
 
 FEATURES = ("1", "score", "sharpness", "over_mirror", "contradicted", "1/sqrt(num_posts)")
 MAX_SHARPNESS, MAX_OVER_MIRROR = 0.2, 0.3  # as in EvidenceParams
-EQUAL_SCORES, EQUAL_BY_CHANCE, EQUAL_OF_ALIKE = 0.02, 0.5, 1.0
+EQUAL_SCORES, EQUAL_OF_ALIKE = 0.02, 1.0
 LOCALIZED = 0.8
 # Pace of the descent along each feature: they vary over ranges of different widths.
 PACE = np.array([1.0, 1.0, 5.0, 3.0, 3.0, 5.0])
@@ -24,7 +24,7 @@ PACE = np.array([1.0, 1.0, 5.0, 3.0, 3.0, 5.0])
 
 def rivalry(better, score, chance, options):
     """As RivalryLogOdds in evidence.cpp."""
-    equal = EQUAL_SCORES + EQUAL_BY_CHANCE * chance + EQUAL_OF_ALIKE * np.maximum(
+    equal = EQUAL_SCORES + options.by_chance * chance + EQUAL_OF_ALIKE * np.maximum(
         score - options.alike, 0.0)
     return options.rival * np.maximum(better - score - equal, 0.0)
 
@@ -41,7 +41,7 @@ def read(options):
                          np.minimum(column("over_mirror"), MAX_OVER_MIRROR),
                          column("contradicted"), chance], 1)
     score = column("score")
-    share = 1.0 / (1.0 + np.exp(-rivalry(score, column("rival"), chance, options)))
+    share = 1.0 / (1.0 + np.exp(-rivalry(column("best"), column("rival"), chance, options)))
     genuine = rivalry(score, score - column("over_mirror"), chance, options)
     return features, share, genuine, column("right"), np.array([row["kind"] for row in rows])
 
@@ -89,6 +89,7 @@ def main():
     parser.add_argument("--wrong", type=float, default=1.0)
     parser.add_argument("--rival", type=float, default=40.0)
     parser.add_argument("--alike", type=float, default=0.65)
+    parser.add_argument("--by-chance", type=float, default=0.5)
     parser.add_argument("files", nargs="+")
     options = parser.parse_args()
     features, share, genuine, right, kind = read(options)
