@@ -22,6 +22,7 @@ pkg_check_modules(LZF REQUIRED IMPORTED_TARGET liblzf)        # liblzf-dev
 pkg_check_modules(ZSTD REQUIRED IMPORTED_TARGET libzstd)      # libzstd-dev
 pkg_check_modules(LZ4 REQUIRED IMPORTED_TARGET liblz4)        # liblz4-dev
 find_package(BZip2 REQUIRED)                                  # libbz2-dev
+pkg_check_modules(DEFLATE REQUIRED IMPORTED_TARGET libdeflate)  # libdeflate-dev
 
 # References to compare with; no installed program links PCL. Its CMake package demands VTK and Qt;
 # its pkg-config files name only what is linked.

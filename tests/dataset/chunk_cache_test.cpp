@@ -61,6 +61,18 @@ TEST(ChunkCache, TellsAnErrorToWhoAsksAndTriesAgain) {
   EXPECT_TRUE(cache.Get(2, kSmall).ok());
 }
 
+TEST(ChunkCache, ReadsWhatIsDamagedOnce) {
+  int num_reads = 0;
+  ChunkCache cache([&](std::uint32_t) -> absl::StatusOr<FileBytes> {
+    ++num_reads;
+    return absl::DataLossError("damaged");
+  });
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_EQ(cache.Get(1, kSmall).status(), absl::DataLossError("damaged"));
+  }
+  EXPECT_EQ(num_reads, 1);
+}
+
 TEST(ChunkCache, EndsWithWhatIsReadAhead) {
   std::atomic<int> num_begun = 0;
   std::atomic<int> num_ended = 0;

@@ -8,6 +8,7 @@
 
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_join.h"
 #include "bag/bag_file.hpp"
 #include "name_order.hpp"
 #include "text.hpp"
@@ -73,6 +74,15 @@ struct Bag::Impl {
     return topic_of[entries[id].file][Ref(id).topic];
   }
 };
+
+std::string BagDamage::Text() const {
+  const auto count = [](std::string* out, const std::pair<const std::string, std::size_t>& of) {
+    absl::StrAppend(out, of.second, of.second == 1 ? " message of " : " messages of ",
+                    Quote(of.first));
+  };
+  return absl::StrCat(absl::StrJoin(num_messages, ", ", count),
+                      " cannot be read and are left out; the first: ", first);
+}
 
 Bag::Bag(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 Bag::~Bag() = default;
@@ -155,9 +165,16 @@ std::vector<std::size_t> Bag::Messages(const std::vector<const BagTopic*>& topic
   return ids;
 }
 
-absl::Status Bag::ForEach(const std::vector<const BagTopic*>& topics, const Handler& handle) const {
+absl::Status Bag::ForEach(const std::vector<const BagTopic*>& topics, const Handler& handle,
+                          BagDamage* damage) const {
   for (const std::size_t id : Messages(topics)) {
-    if (absl::Status status = Read(id, handle); !status.ok()) return status;
+    absl::Status status = Read(id, handle);
+    if (absl::IsDataLoss(status) && damage != nullptr) {
+      if (damage->empty()) damage->first = std::string(status.message());
+      ++damage->num_messages[topics_[impl_->TopicOf(id)].name];
+    } else if (!status.ok()) {
+      return status;
+    }
   }
   return absl::OkStatus();
 }

@@ -154,12 +154,17 @@ absl::Status BagScans::ReadHeads() {
   std::vector<const BagTopic*> topics = transform_topics_;
   topics.push_back(cloud_topic_);
   if (pose_topic_ != nullptr) topics.push_back(pose_topic_);
-  absl::Status status = bag_->ForEach(topics, [&](const BagMessage& message) {
+  BagDamage damage;
+  const auto add = [&](const BagMessage& message) {
     absl::Status added = message.topic == cloud_topic_ ? AddCloud(message) : AddPoses(message);
     return Annotate(added, absl::StrCat(paths_, ": topic ", Quote(message.topic->name),
                                         ", message recorded at ", message.log_time_ns, " ns"));
-  });
-  if (!status.ok()) return status;
+  };
+  if (absl::Status status = bag_->ForEach(topics, add, &damage); !status.ok()) return status;
+  if (!damage.empty()) notes_.push_back(damage.Text());
+  if (clouds_.empty()) {
+    return absl::DataLossError(absl::StrCat(paths_, ": no cloud is left: ", damage.Text()));
+  }
   std::stable_sort(clouds_.begin(), clouds_.end(),
                    [](const CloudHead& a, const CloudHead& b) { return a.stamp_ns < b.stamp_ns; });
   tree_.Sort();

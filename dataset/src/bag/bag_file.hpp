@@ -5,6 +5,7 @@
 #include <memory>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "absl/status/statusor.h"
@@ -53,7 +54,9 @@ class BagFile {
   /// What a user should know: that the file was cut off, and the like.
   [[nodiscard]] const std::vector<std::string>& notes() const { return notes_; }
 
-  /// Reads a message of this file; any number of threads at once.
+  void AddNote(std::string note) { notes_.push_back(std::move(note)); }
+
+  /// Reads a message of this file; any number of threads at once. DataLoss if it is damaged.
   [[nodiscard]] virtual absl::StatusOr<MessageBytes> Read(const MessageRef& message) const = 0;
 
  protected:

@@ -55,7 +55,8 @@ absl::StatusOr<ChunkCache::Records> ChunkCache::Get(std::uint32_t number, std::u
     }
   }
   absl::StatusOr<Records> got = records.get();
-  if (got.ok()) return got;
+  // What is damaged stays so, for each of the messages in it.
+  if (got.ok() || absl::IsDataLoss(got.status())) return got;
   const std::lock_guard lock(mutex_);
   if (const auto failed = Find(number); failed != entries_.end()) {
     entries_.erase(failed);

@@ -26,7 +26,8 @@ class ChunkCache {
   /// Waits for what is read ahead.
   ~ChunkCache() = default;
 
-  /// Reads the chunk, or waits for who reads it already. An error is not kept.
+  /// Reads the chunk, or waits for who reads it already. An error is not kept,
+  /// but for DataLoss.
   [[nodiscard]] absl::StatusOr<Records> Get(std::uint32_t number, std::uint64_t num_bytes);
 
   /// Whether it was got, and is still here.

@@ -60,11 +60,15 @@ absl::StatusOr<FileBytes> ChunkedFile::ReadStored(std::uint64_t offset,
 }
 
 absl::StatusOr<FileBytes> ChunkedFile::ReadChunk(const Chunk& chunk) const {
-  absl::StatusOr<FileBytes> stored = ReadStored(chunk.offset, chunk.num_stored);
-  if (!stored.ok() || chunk.compression == Compression::kNone) return stored;
-  absl::StatusOr<FileBytes> records =
-      Decompress(chunk.compression, stored->view(), chunk.num_bytes,
-                 chunk.is_cut_off ? CutOff::kKeepWhatCame : CutOff::kRefuse, memory_.get());
+  absl::StatusOr<FileBytes> records = ReadStored(chunk.offset, chunk.num_stored);
+  if (records.ok() && chunk.compression != Compression::kNone) {
+    records = Decompress(chunk.compression, records->view(), chunk.num_bytes,
+                         chunk.is_cut_off ? CutOff::kKeepWhatCame : CutOff::kRefuse, memory_.get());
+  }
+  if (records.ok() && chunk.checksum != 0 && !chunk.is_cut_off &&
+      Crc32(records->view()) != chunk.checksum) {
+    records = absl::DataLossError("its bytes are damaged: their checksum is not the one told");
+  }
   if (!records.ok()) {
     return Annotate(records.status(), absl::StrCat(file_.path(), ": chunk at ", chunk.offset));
   }
@@ -88,11 +92,15 @@ void ChunkedFile::ReadAhead(const MessageRef& message) const {
 
 absl::StatusOr<std::string_view> ChunkedFile::Payload(const FileBytes& records, std::uint64_t at,
                                                       const MessageRef& message) const {
-  const absl::StatusOr<std::string_view> payload = PayloadAt(records.view(), at);
-  if (payload.ok()) return payload;
-  return Annotate(payload.status(),
-                  absl::StrCat(file_.path(), ": chunk at ", chunks_[message.chunk].offset,
-                               ", message at ", message.at));
+  const std::optional<Record> record = RecordAt(records.view(), at);
+  if (record && record->channel == channel_of_[message.topic] &&
+      record->log_time_ns == message.log_time_ns) {
+    return record->payload;
+  }
+  return absl::DataLossError(absl::StrCat(file_.path(), ": chunk at ",
+                                          chunks_[message.chunk].offset, ": there is no ",
+                                          record ? "such" : "whole", " message at ", message.at,
+                                          "; the index is damaged, or the bytes"));
 }
 
 absl::StatusOr<MessageBytes> ChunkedFile::ReadStoredMessage(const MessageRef& message) const {
@@ -115,34 +123,72 @@ absl::StatusOr<MessageBytes> ChunkedFile::ReadStoredMessage(const MessageRef& me
 }
 
 absl::StatusOr<MessageBytes> ChunkedFile::Read(const MessageRef& message) const {
-  if (chunks_[message.chunk].compression == Compression::kNone) return ReadStoredMessage(message);
+  const Chunk& chunk = chunks_[message.chunk];
+  if (chunk.compression == Compression::kNone && chunk.checksum == 0) {
+    return ReadStoredMessage(message);
+  }
   if (!cache_.WasGot(message.chunk)) ReadAhead(message);
-  absl::StatusOr<ChunkCache::Records> records =
-      cache_.Get(message.chunk, chunks_[message.chunk].num_bytes);
+  absl::StatusOr<ChunkCache::Records> records = cache_.Get(message.chunk, chunk.num_bytes);
   if (!records.ok()) return records.status();
   const absl::StatusOr<std::string_view> payload = Payload(**records, message.at, message);
   if (!payload.ok()) return payload.status();
   return MessageBytes{*std::move(records), *payload};
 }
 
+void ChunkedFile::AddNoteOfFile(std::string_view note) {
+  notes_.push_back(absl::StrCat(file_.path(), " ", ToAbsl(note)));
+}
+
+bool ChunkedFile::HasUncheckedMessages() const {
+  return std::any_of(messages_.begin(), messages_.end(), [&](const MessageRef& message) {
+    return chunks_[message.chunk].checksum == 0;
+  });
+}
+
 absl::Status ChunkedFile::ScanChunk(std::uint32_t i, bool with_messages) {
   const absl::StatusOr<FileBytes> records = ReadChunk(chunks_[i]);
+  if (absl::IsDataLoss(records.status())) {
+    notes_.push_back(absl::StrCat(records.status().message(), "; its messages are left out"));
+    return absl::OkStatus();
+  }
   if (!records.ok()) return records.status();
   scanned_ = i;
   const absl::Status status = ScanRecords(records->view(), with_messages);
   scanned_.reset();
   if (status.ok() || chunks_[i].is_cut_off) return absl::OkStatus();
-  return Annotate(status, absl::StrCat(file_.path(), ": chunk at ", chunks_[i].offset));
+  if (!absl::IsDataLoss(status)) return status;
+  notes_.push_back(absl::StrCat(file_.path(), ": chunk at ", chunks_[i].offset, ": ",
+                                status.message(), "; what comes before is read"));
+  return absl::OkStatus();
 }
 
-absl::Status ChunkedFile::FinishIndex(bool is_cut_off) {
-  if (is_cut_off && !chunks_.empty()) {
+// Topics count by their order in the map.
+void ChunkedFile::MakeTopics() {
+  std::map<std::uint32_t, std::uint32_t> topic_of;
+  for (const auto& [channel, topic] : channels_) {
+    topic_of.emplace(channel, static_cast<std::uint32_t>(topics_.size()));
+    topics_.push_back(topic);
+    channel_of_.push_back(channel);
+  }
+  const std::size_t num_nameless = std::erase_if(messages_, [&](MessageRef& message) {
+    const auto topic = topic_of.find(message.topic);
+    if (topic != topic_of.end()) message.topic = topic->second;
+    return topic == topic_of.end();
+  });
+  if (num_nameless > 0) {
+    AddNoteOfFile(absl::StrCat("is damaged: of ", num_nameless,
+                               " messages it does not name the topic; they are left out"));
+  }
+}
+
+absl::Status ChunkedFile::FinishIndex(std::string_view cut_off) {
+  if (!cut_off.empty()) {
+    AddNoteOfFile(absl::StrCat(ToAbsl(cut_off), "; what comes before is read"));
     const auto last = static_cast<std::uint32_t>(chunks_.size() - 1);
-    if (chunks_[last].is_indexed) {
+    if (!chunks_.empty() && chunks_[last].is_indexed) {
       chunks_[last].is_indexed = false;
       std::erase_if(messages_, [&](const MessageRef& message) { return message.chunk == last; });
     }
-    notes_.push_back(absl::StrCat(file_.path(), " is cut off; what comes before is read"));
   }
   for (std::uint32_t i = 0; i < chunks_.size(); ++i) {
     if (chunks_[i].is_indexed) continue;
@@ -155,20 +201,7 @@ absl::Status ChunkedFile::FinishIndex(bool is_cut_off) {
     last_scanned = message.chunk;
     if (absl::Status status = ScanChunk(message.chunk, false); !status.ok()) return status;
   }
-  // Topics count by their order in the map.
-  std::map<std::uint32_t, std::uint32_t> topic_of;
-  for (const auto& [channel, topic] : channels_) {
-    topic_of.emplace(channel, static_cast<std::uint32_t>(topics_.size()));
-    topics_.push_back(topic);
-  }
-  for (MessageRef& message : messages_) {
-    const auto topic = topic_of.find(message.topic);
-    if (topic == topic_of.end()) {
-      return absl::InvalidArgumentError(absl::StrCat(file_.path(), ": holds messages of channel ",
-                                                     message.topic, ", which it does not name"));
-    }
-    message.topic = topic->second;
-  }
+  MakeTopics();
   std::stable_sort(messages_.begin(), messages_.end(), IsBefore);
   return absl::OkStatus();
 }

@@ -31,12 +31,14 @@ class ChunkedFile : public BagFile {
   [[nodiscard]] const RandomFile& file() const { return file_; }
 
   /// A chunk whose compressed records are num_stored bytes at `offset` of the file, fewer than it
-  /// announces where the file is cut off. A message outside of any is a chunk of its own.
+  /// announces where the file is cut off. `checksum` is that of its records, 0 where none is told.
+  /// A message outside of any is a chunk of its own.
   struct Chunk {
     std::uint64_t offset = 0;
     std::uint64_t num_stored = 0;
     std::uint64_t num_bytes = 0;
     Compression compression = Compression::kNone;
+    std::uint32_t checksum = 0;
     bool is_cut_off = false;
     bool is_indexed = false;
   };
@@ -49,16 +51,26 @@ class ChunkedFile : public BagFile {
   }
 
   /// Reads the chunks that have no index, or whose channels are not known, and makes topics and
-  /// messages of what there is. If the file is cut off, so may be the index of the last chunk.
-  [[nodiscard]] absl::Status FinishIndex(bool is_cut_off);
+  /// messages of what there is. `cut_off` says how the file is cut off ("ends within ..."); so may
+  /// be the index of the last chunk then. It is empty for a file that is whole.
+  [[nodiscard]] absl::Status FinishIndex(std::string_view cut_off);
+  /// Whether a damaged bit could go unnoticed in some message, but for a checksum of the whole.
+  [[nodiscard]] bool HasUncheckedMessages() const;
+  /// What a user should know, after the name of the file.
+  void AddNoteOfFile(std::string_view note);
 
   /// Calls AddChannel and, where the chunk has no index, AddMessage for the records of a chunk.
-  /// Stops at what is no record or not whole, which is an error but in a chunk that is cut off.
+  /// Stops at what is no record or not whole: DataLoss.
   virtual absl::Status ScanRecords(std::string_view records, bool with_messages) = 0;
 
-  /// The payload of the message record at `at`.
-  [[nodiscard]] virtual absl::StatusOr<std::string_view> PayloadAt(std::string_view records,
-                                                                   std::uint64_t at) const = 0;
+  struct Record {
+    std::uint32_t channel;
+    std::int64_t log_time_ns;
+    std::string_view payload;
+  };
+  /// The message record at `at`, if there is one and it is whole.
+  [[nodiscard]] virtual std::optional<Record> RecordAt(std::string_view records,
+                                                       std::uint64_t at) const = 0;
 
  private:
   [[nodiscard]] absl::StatusOr<FileBytes> ReadStored(std::uint64_t offset,
@@ -66,17 +78,20 @@ class ChunkedFile : public BagFile {
   [[nodiscard]] absl::StatusOr<FileBytes> ReadChunk(const Chunk& chunk) const;
   /// Of a chunk that is not compressed nothing else is read.
   [[nodiscard]] absl::StatusOr<MessageBytes> ReadStoredMessage(const MessageRef& message) const;
-  /// As PayloadAt; errors name the message.
+  /// The payload of the record at `at`, which is to be of this message.
   [[nodiscard]] absl::StatusOr<std::string_view> Payload(const FileBytes& records, std::uint64_t at,
                                                          const MessageRef& message) const;
   /// Begins to read the next chunks of a topic that is read chunk after chunk.
   void ReadAhead(const MessageRef& message) const;
+  /// A chunk that is damaged gives what can be read of it, and a note.
   [[nodiscard]] absl::Status ScanChunk(std::uint32_t i, bool with_messages);
+  void MakeTopics();
 
   RandomFile file_;
   const std::shared_ptr<SpareMemory> memory_ = std::make_shared<SpareMemory>();
   std::vector<Chunk> chunks_;
   std::map<std::uint32_t, FileTopic> channels_;
+  std::vector<std::uint32_t> channel_of_;  ///< by topic
   // The chunk that AddMessage is called for, if not the last.
   std::optional<std::uint32_t> scanned_;
   mutable ChunkCache cache_{[this](std::uint32_t i) { return ReadChunk(chunks_[i]); }};

@@ -77,6 +77,7 @@ void RunLz4(std::string_view bytes, Output& output) {
       return;
     }
   }
+  output.is_damaged = true;  // the end of the frame is missing
 }
 
 void RunBz2(std::string_view bytes, Output& output) {
@@ -111,7 +112,7 @@ void RunBz2(std::string_view bytes, Output& output) {
 }
 
 absl::Status Damaged(std::string_view what) {
-  return absl::InvalidArgumentError(
+  return absl::DataLossError(
       absl::StrCat("compressed bytes are damaged: ", absl::string_view(what.data(), what.size())));
 }
 

@@ -24,7 +24,7 @@ enum class CutOff {
 
 /// The num_bytes bytes that were compressed; zstd and LZ4 in their frame formats.
 ///
-/// InvalidArgument if they are damaged, or other than num_bytes come out (but for kRefuse: more);
+/// DataLoss if they are damaged, or other than num_bytes come out (but for kRefuse: more);
 /// ResourceExhausted if there is no memory for them. Memory is touched only as bytes come out, so
 /// that an announced size costs nothing; bound it by limits::kMaxBagChunkBytes before. It is taken
 /// from `memory`, if that is given.
@@ -33,8 +33,8 @@ enum class CutOff {
                                                    CutOff cut_off = CutOff::kRefuse,
                                                    SpareMemory* memory = nullptr);
 
-/// The bytes of one zstd frame that tells its size, or streams. InvalidArgument if more than
-/// max_bytes come out.
+/// The bytes of one zstd frame that tells its size, or streams. InvalidArgument if it announces
+/// more than max_bytes, DataLoss if more come out.
 [[nodiscard]] absl::StatusOr<FileBytes> DecompressZstd(std::string_view bytes,
                                                        std::size_t max_bytes);
 

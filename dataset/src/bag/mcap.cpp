@@ -14,6 +14,9 @@ namespace {
 constexpr std::string_view kMagic("\x89MCAP0\r\n", 8);
 constexpr std::size_t kRecordHeadBytes = 9;  // opcode and length
 constexpr std::size_t kMessageHeadBytes = 22;
+constexpr std::size_t kFooterBytes = 20;
+// Up to the checksum, which is of all from the summary's begin to here.
+constexpr std::size_t kCheckedFooterBytes = kRecordHeadBytes + 16;
 // Schemas and channels are texts; longer ones are none.
 constexpr std::uint64_t kMaxTextBytes = 16 << 20;
 
@@ -24,6 +27,8 @@ enum Opcode : unsigned char {
   kMessage = 0x05,
   kChunk = 0x06,
   kMessageIndex = 0x07,
+  kStatistics = 0x0B,
+  kDataEnd = 0x0F,
 };
 
 class Mcap : public ChunkedFile {
@@ -34,16 +39,22 @@ class Mcap : public ChunkedFile {
 
  protected:
   absl::Status ScanRecords(std::string_view records, bool with_messages) override;
-  absl::StatusOr<std::string_view> PayloadAt(std::string_view records,
-                                             std::uint64_t at) const override;
+  std::optional<Record> RecordAt(std::string_view records, std::uint64_t at) const override;
 
  private:
+  absl::StatusOr<std::string> ReadDataSection();
+  absl::Status ReadDataEnd(std::uint64_t at, std::uint64_t num_bytes);
+  absl::Status ReadSummary(std::uint64_t begin);
+  absl::Status CheckDataSection() const;
   absl::Status ReadRecord(unsigned char opcode, std::uint64_t at, std::uint64_t num_bytes);
   absl::Status ReadChunkHead(std::uint64_t at, std::uint64_t num_bytes);
   void ReadMessageIndex(LittleEndian content);
   void ReadSchemaOrChannel(unsigned char opcode, LittleEndian content);
 
   std::map<std::uint16_t, std::string> schemas_;
+  std::uint64_t data_end_ = 0;       ///< where the record DataEnd begins; 0: there is none
+  std::uint32_t data_checksum_ = 0;  ///< of all before it; 0: not told
+  std::optional<std::uint64_t> num_messages_told_;
 };
 
 void Mcap::ReadSchemaOrChannel(unsigned char opcode, LittleEndian content) {
@@ -72,7 +83,7 @@ absl::Status Mcap::ReadChunkHead(std::uint64_t at, std::uint64_t num_bytes) {
   LittleEndian content(head);
   content.Skip(16);  // the times of its first and last message
   Chunk chunk{.num_bytes = content.Read<std::uint64_t>()};
-  content.Skip(4);  // checksum
+  chunk.checksum = content.Read<std::uint32_t>();
   const std::string_view name = content.ReadString();
   const auto num_stored = content.Read<std::uint64_t>();
   const std::size_t num_head = head.size() - content.num_left();
@@ -89,7 +100,7 @@ absl::Status Mcap::ReadChunkHead(std::uint64_t at, std::uint64_t num_bytes) {
   chunk.compression = *compression;
   chunk.offset = at + num_head;
   chunk.num_stored = std::min(num_stored, num_bytes - num_head);
-  chunk.is_cut_off = chunk.num_stored < num_stored;
+  chunk.is_cut_off = chunk.num_stored < num_stored && at + num_bytes == file().size();
   return AddChunk(chunk);
 }
 
@@ -136,28 +147,87 @@ absl::Status Mcap::ReadRecord(unsigned char opcode, std::uint64_t at, std::uint6
   return absl::OkStatus();
 }
 
-absl::Status Mcap::Index() {
-  bool is_cut_off = true;
-  for (std::uint64_t at = kMagic.size(); at + kRecordHeadBytes <= file().size();) {
+absl::Status Mcap::ReadDataEnd(std::uint64_t at, std::uint64_t num_bytes) {
+  data_end_ = at - kRecordHeadBytes;
+  std::array<char, 4> raw{};
+  if (num_bytes < raw.size()) return absl::OkStatus();
+  if (absl::Status s = file().ReadAt(at, raw.size(), raw.data()); !s.ok()) return s;
+  data_checksum_ = LittleEndian({raw.data(), raw.size()}).Read<std::uint32_t>();
+  return ReadSummary(at + num_bytes);
+}
+
+// Reads up to the record DataEnd. How the file is cut off, if it is.
+absl::StatusOr<std::string> Mcap::ReadDataSection() {
+  std::uint64_t at = kMagic.size();
+  while (at + kRecordHeadBytes <= file().size()) {
     std::array<char, kRecordHeadBytes> raw{};
     if (absl::Status s = file().ReadAt(at, raw.size(), raw.data()); !s.ok()) return s;
     LittleEndian head({raw.data(), raw.size()});
     const auto opcode = head.Read<unsigned char>();
     const auto num_bytes = head.Read<std::uint64_t>();
-    at += kRecordHeadBytes;
-    if (opcode == kFooter) {
-      is_cut_off = false;
-      break;
-    }
-    const std::uint64_t num_left = file().size() - at;
+    const std::uint64_t num_left = file().size() - at - kRecordHeadBytes;
+    if (opcode == kFooter) return "";
     // Of what is cut off only a chunk is worth reading.
     if (num_bytes <= num_left || opcode == kChunk) {
-      if (absl::Status s = ReadRecord(opcode, at, std::min(num_bytes, num_left)); !s.ok()) return s;
+      const std::uint64_t num_there = std::min(num_bytes, num_left);
+      const absl::Status status = opcode == kDataEnd
+                                      ? ReadDataEnd(at + kRecordHeadBytes, num_there)
+                                      : ReadRecord(opcode, at + kRecordHeadBytes, num_there);
+      if (!status.ok()) return status;
+      if (opcode == kDataEnd) return "";
     }
     if (num_bytes > num_left) break;
-    at += num_bytes;
+    at += kRecordHeadBytes + num_bytes;
   }
-  return FinishIndex(is_cut_off);
+  return absl::StrCat("is cut off, or damaged, at byte ", at, " of ", file().size());
+}
+
+// What stands once more at the end of a file: topics, and how many messages there are.
+absl::Status Mcap::ReadSummary(std::uint64_t begin) {
+  constexpr std::size_t kEndBytes = kRecordHeadBytes + kFooterBytes + kMagic.size();
+  constexpr std::string_view kNotUsed =
+      "has a damaged end: the summary there is not used, topics are those told before";
+  const std::uint64_t num_bytes = file().size() - begin;
+  if (num_bytes < kEndBytes || num_bytes > limits::kMaxBagChunkBytes) {
+    AddNoteOfFile(kNotUsed);
+    return absl::OkStatus();
+  }
+  const absl::StatusOr<std::string> bytes = file().ReadText(begin, num_bytes);
+  if (!bytes.ok()) return bytes.status();
+  const std::string_view summary = std::string_view(*bytes).substr(0, num_bytes - kEndBytes);
+  LittleEndian footer(std::string_view(*bytes).substr(summary.size()));
+  bool is_whole = footer.Read<unsigned char>() == kFooter;
+  is_whole &= footer.Read<std::uint64_t>() == kFooterBytes;
+  footer.Skip(kFooterBytes - 4);
+  const auto checksum = footer.Read<std::uint32_t>();
+  is_whole &= std::string_view(*bytes).substr(bytes->size() - kMagic.size()) == kMagic;
+  is_whole &= checksum == 0 || checksum == Crc32(std::string_view(*bytes).substr(
+                                               0, summary.size() + kCheckedFooterBytes));
+  if (!is_whole || !ScanRecords(summary, false).ok()) AddNoteOfFile(kNotUsed);
+  return absl::OkStatus();
+}
+
+// Chunks have checksums of their own, and who has only this one cannot be told what is damaged.
+absl::Status Mcap::CheckDataSection() const {
+  if (data_checksum_ == 0 || !HasUncheckedMessages()) return absl::OkStatus();
+  const absl::StatusOr<std::uint32_t> checksum = file().ChecksumOf(0, data_end_);
+  if (!checksum.ok() || *checksum == data_checksum_) return checksum.status();
+  return absl::DataLossError(
+      absl::StrCat(file().path(),
+                   ": is damaged: the checksum of its data is not the one told, and its messages "
+                   "have none; take another copy, or keep what `mcap recover` saves of it"));
+}
+
+absl::Status Mcap::Index() {
+  const absl::StatusOr<std::string> cut_off = ReadDataSection();
+  if (!cut_off.ok()) return cut_off.status();
+  if (absl::Status status = CheckDataSection(); !status.ok()) return status;
+  if (absl::Status status = FinishIndex(*cut_off); !status.ok()) return status;
+  if (num_messages_told_ && *num_messages_told_ != messages_.size()) {
+    AddNoteOfFile(absl::StrCat("is damaged: of the ", *num_messages_told_,
+                               " messages that it tells of there are ", messages_.size()));
+  }
+  return absl::OkStatus();
 }
 
 absl::Status Mcap::ScanRecords(std::string_view records, bool with_messages) {
@@ -166,10 +236,11 @@ absl::Status Mcap::ScanRecords(std::string_view records, bool with_messages) {
     const auto opcode = head.Read<unsigned char>();
     const auto num_bytes = head.Read<std::uint64_t>();
     if (!head.ok() || num_bytes > head.num_left()) {
-      return absl::InvalidArgumentError(absl::StrCat("the record at ", at, " is not whole"));
+      return absl::DataLossError(absl::StrCat("the record at ", at, " is not whole"));
     }
     LittleEndian content(records.substr(at + kRecordHeadBytes, num_bytes));
     if (opcode == kSchema || opcode == kChannel) ReadSchemaOrChannel(opcode, content);
+    if (opcode == kStatistics && num_bytes >= 8) num_messages_told_ = content.Read<std::uint64_t>();
     if (opcode == kMessage && with_messages && num_bytes >= kMessageHeadBytes) {
       const auto channel = content.Read<std::uint16_t>();
       content.Skip(4);  // sequence
@@ -180,18 +251,21 @@ absl::Status Mcap::ScanRecords(std::string_view records, bool with_messages) {
   return absl::OkStatus();
 }
 
-absl::StatusOr<std::string_view> Mcap::PayloadAt(std::string_view records, std::uint64_t at) const {
-  if (at <= records.size()) {
-    LittleEndian head(records.substr(at));
-    const auto opcode = head.Read<unsigned char>();
-    const auto num_bytes = head.Read<std::uint64_t>();
-    if (head.ok() && opcode == kMessage && num_bytes >= kMessageHeadBytes &&
-        num_bytes <= head.num_left()) {
-      return records.substr(at + kRecordHeadBytes + kMessageHeadBytes,
-                            num_bytes - kMessageHeadBytes);
-    }
+std::optional<ChunkedFile::Record> Mcap::RecordAt(std::string_view records,
+                                                  std::uint64_t at) const {
+  if (at > records.size()) return std::nullopt;
+  LittleEndian head(records.substr(at));
+  const auto opcode = head.Read<unsigned char>();
+  const auto num_bytes = head.Read<std::uint64_t>();
+  if (!head.ok() || opcode != kMessage || num_bytes < kMessageHeadBytes ||
+      num_bytes > head.num_left()) {
+    return std::nullopt;
   }
-  return absl::InvalidArgumentError("there is no whole message; the index of the file is damaged");
+  const auto channel = head.Read<std::uint16_t>();
+  head.Skip(4);  // sequence
+  return Record{
+      channel, static_cast<std::int64_t>(head.Read<std::uint64_t>()),
+      records.substr(at + kRecordHeadBytes + kMessageHeadBytes, num_bytes - kMessageHeadBytes)};
 }
 
 }  // namespace

@@ -75,6 +75,7 @@ absl::StatusOr<std::unique_ptr<BagFile>> OpenCompressed(const RandomFile& file) 
   std::string out(ZSTD_DStreamOutSize(), '\0');
   std::uint64_t num_out = 0;
   bool is_damaged = false;
+  std::size_t hint = 0;  // 0 after a whole frame
   for (std::uint64_t at = 0; at < file.size() && !is_damaged;) {
     const std::size_t num_in = std::min<std::uint64_t>(in.size(), file.size() - at);
     if (absl::Status status = file.ReadAt(at, num_in, in.data()); !status.ok()) return status;
@@ -82,7 +83,8 @@ absl::StatusOr<std::unique_ptr<BagFile>> OpenCompressed(const RandomFile& file) 
     ZSTD_inBuffer input{in.data(), num_in, 0};
     for (bool is_full = true; (input.pos < input.size || is_full) && !is_damaged;) {
       ZSTD_outBuffer output{out.data(), out.size(), 0};
-      is_damaged = ZSTD_isError(ZSTD_decompressStream(stream.get(), &output, &input)) != 0U;
+      hint = ZSTD_decompressStream(stream.get(), &output, &input);
+      is_damaged = ZSTD_isError(hint) != 0U;
       is_full = output.pos == output.size;
       num_out += output.pos;
       if (num_out > limits::kMaxBagFileBytes) {
@@ -94,10 +96,13 @@ absl::StatusOr<std::unique_ptr<BagFile>> OpenCompressed(const RandomFile& file) 
       }
     }
   }
+  const std::string what =
+      hint == 0 ? absl::StrCat(file.path(), ", decompressed")
+                : absl::StrCat(file.path(), " is ", is_damaged ? "damaged" : "cut off", ": ",
+                               num_out, " bytes of it could be decompressed");
   absl::StatusOr<std::unique_ptr<BagFile>> bag = OpenBagFile((*plain)->path());
-  if (!bag.ok()) {
-    return Annotate(bag.status(), absl::StrCat(file.path(), ", decompressed"));
-  }
+  if (!bag.ok()) return Annotate(bag.status(), what);
+  if (hint != 0) (*bag)->AddNote(absl::StrCat(what, "; what they hold is read"));
   return bag;
 } catch (const std::bad_alloc&) {
   return absl::ResourceExhaustedError(absl::StrCat(file.path(), ": out of memory"));

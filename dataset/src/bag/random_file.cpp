@@ -1,9 +1,11 @@
 #include "bag/random_file.hpp"
 
 #include <fcntl.h>
+#include <libdeflate.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <new>
 #include <utility>
@@ -11,6 +13,10 @@
 #include "absl/strings/str_cat.h"
 
 namespace scanloc::dataset {
+
+std::uint32_t Crc32(std::string_view bytes, std::uint32_t before) {
+  return libdeflate_crc32(before, bytes.data(), bytes.size());
+}
 
 absl::StatusOr<RandomFile> RandomFile::Open(const std::string& path) {
   const int fd = open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
@@ -65,6 +71,17 @@ absl::StatusOr<std::string> RandomFile::ReadText(std::uint64_t offset, std::size
   return text;
 } catch (const std::bad_alloc&) {
   return absl::ResourceExhaustedError(absl::StrCat(path_, ": no memory for ", num_bytes, " bytes"));
+}
+
+absl::StatusOr<std::uint32_t> RandomFile::ChecksumOf(std::uint64_t begin, std::uint64_t end) const {
+  constexpr std::uint64_t kBlockBytes = 1 << 20;
+  std::uint32_t checksum = 0;
+  for (std::uint64_t at = begin; at < end; at += kBlockBytes) {
+    const absl::StatusOr<std::string> block = ReadText(at, std::min(kBlockBytes, end - at));
+    if (!block.ok()) return block.status();
+    checksum = Crc32(*block, checksum);
+  }
+  return checksum;
 }
 
 }  // namespace scanloc::dataset

@@ -4,11 +4,15 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <string_view>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 
 namespace scanloc::dataset {
+
+/// The checksum of zlib and MCAP; of what follows bytes of checksum `before`.
+[[nodiscard]] std::uint32_t Crc32(std::string_view bytes, std::uint32_t before = 0);
 
 /// A regular file that is read at any place, by any number of threads.
 class RandomFile {
@@ -29,6 +33,9 @@ class RandomFile {
   /// Likewise, into memory of its own.
   [[nodiscard]] absl::StatusOr<std::string> ReadText(std::uint64_t offset,
                                                      std::size_t num_bytes) const;
+  /// The checksum (Crc32) of what is from `begin` to before `end`.
+  [[nodiscard]] absl::StatusOr<std::uint32_t> ChecksumOf(std::uint64_t begin,
+                                                         std::uint64_t end) const;
 
  private:
   RandomFile(int fd, std::string path, std::uint64_t size)

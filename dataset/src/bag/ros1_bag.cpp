@@ -55,26 +55,25 @@ class Ros1Bag : public ChunkedFile {
 
  protected:
   absl::Status ScanRecords(std::string_view records, bool with_messages) override;
-  absl::StatusOr<std::string_view> PayloadAt(std::string_view records,
-                                             std::uint64_t at) const override;
+  std::optional<Record> RecordAt(std::string_view records, std::uint64_t at) const override;
 
  private:
   // A record of the file: its head, and where its data are.
-  struct Record {
+  struct FileRecord {
     std::uint64_t begin;
     std::string head;
     std::uint64_t data_at;
     std::uint32_t num_data;
   };
-  [[nodiscard]] absl::StatusOr<std::optional<Record>> ReadRecordAt(std::uint64_t at) const;
-  absl::Status ReadRecord(const Record& record);
-  absl::Status AddChunkRecord(const Record& record);
+  [[nodiscard]] absl::StatusOr<std::optional<FileRecord>> ReadRecordAt(std::uint64_t at) const;
+  absl::Status ReadRecord(const FileRecord& record);
+  absl::Status AddChunkRecord(const FileRecord& record);
   void AddConnection(std::string_view head, std::string_view data);
   void AddMessageData(std::string_view head, std::uint64_t at);
 };
 
-// None where the file ends before the record's data begin.
-absl::StatusOr<std::optional<Ros1Bag::Record>> Ros1Bag::ReadRecordAt(std::uint64_t at) const {
+// None where the file ends before the record's data begin, or the head is none.
+absl::StatusOr<std::optional<Ros1Bag::FileRecord>> Ros1Bag::ReadRecordAt(std::uint64_t at) const {
   const std::uint64_t size = file().size();
   const auto length_at = [&](std::uint64_t place) -> absl::StatusOr<std::uint32_t> {
     std::array<char, 4> raw{};
@@ -84,17 +83,13 @@ absl::StatusOr<std::optional<Ros1Bag::Record>> Ros1Bag::ReadRecordAt(std::uint64
   if (size - at < 8) return std::nullopt;
   const absl::StatusOr<std::uint32_t> num_head = length_at(at);
   if (!num_head.ok()) return num_head.status();
-  if (*num_head > size - at - 8) return std::nullopt;
-  if (*num_head > kMaxTextBytes) {
-    return absl::InvalidArgumentError(absl::StrCat(
-        file().path(), ": the record at ", at, " has a head of ", *num_head, " bytes: damaged"));
-  }
+  if (*num_head > std::min<std::uint64_t>(size - at - 8, kMaxTextBytes)) return std::nullopt;
   absl::StatusOr<std::string> head = file().ReadText(at + 4, *num_head);
   if (!head.ok()) return head.status();
   const std::uint64_t data_at = at + 8 + *num_head;
   const absl::StatusOr<std::uint32_t> num_data = length_at(data_at - 4);
   if (!num_data.ok()) return num_data.status();
-  return Record{at, *std::move(head), data_at, *num_data};
+  return FileRecord{at, *std::move(head), data_at, *num_data};
 }
 
 void Ros1Bag::AddConnection(std::string_view head, std::string_view data) {
@@ -114,7 +109,7 @@ void Ros1Bag::AddMessageData(std::string_view head, std::uint64_t at) {
   AddMessage(*connection, StampOf(stamp), at);
 }
 
-absl::Status Ros1Bag::AddChunkRecord(const Record& record) {
+absl::Status Ros1Bag::AddChunkRecord(const FileRecord& record) {
   const std::string_view name = Field(record.head, "compression").value_or("");
   const std::optional<Compression> compression = ParseCompression(name);
   const auto num_bytes = NumberField<std::uint32_t>(record.head, "size");
@@ -132,7 +127,7 @@ absl::Status Ros1Bag::AddChunkRecord(const Record& record) {
                    .is_cut_off = num_stored < record.num_data});
 }
 
-absl::Status Ros1Bag::ReadRecord(const Record& record) {
+absl::Status Ros1Bag::ReadRecord(const FileRecord& record) {
   const auto op = NumberField<unsigned char>(record.head, "op");
   if (op == kChunkRecord) return AddChunkRecord(record);
   if (record.num_data > file().size() - record.data_at) return absl::OkStatus();
@@ -168,24 +163,34 @@ absl::Status Ros1Bag::ReadRecord(const Record& record) {
 }
 
 absl::Status Ros1Bag::Index() {
-  // The first record says where the index at the end begins: 0 in a bag that was not closed.
-  bool is_cut_off = false;
+  std::string cut_off;
+  std::optional<std::uint32_t> num_chunks_told;
+  std::uint32_t num_chunks = 0;
   for (std::uint64_t at = kMagic.size(); at < file().size();) {
-    const absl::StatusOr<std::optional<Record>> record = ReadRecordAt(at);
-    if (!record.ok()) return record.status();
-    if (!record->has_value()) {
-      is_cut_off = true;
-      break;
+    const absl::StatusOr<std::optional<FileRecord>> read = ReadRecordAt(at);
+    if (!read.ok()) return read.status();
+    if (!read->has_value() || (*read)->num_data > file().size() - (*read)->data_at) {
+      cut_off = absl::StrCat("is cut off, or damaged, at byte ", at, " of ", file().size());
     }
+    if (!read->has_value()) break;
+    const FileRecord& record = **read;
     if (at == kMagic.size()) {
-      const auto index_at = NumberField<std::uint64_t>((*record)->head, "index_pos");
-      is_cut_off = index_at.value_or(0) == 0 || *index_at > file().size();
+      // Where the index at the end begins: 0 in a bag that was not closed.
+      const auto index_at = NumberField<std::uint64_t>(record.head, "index_pos");
+      if (index_at.value_or(0) == 0) cut_off = "was not closed and may be cut off";
+      if (index_at.value_or(0) > file().size()) cut_off = "is cut off before its index";
+      num_chunks_told = NumberField<std::uint32_t>(record.head, "chunk_count");
     }
-    if (absl::Status status = ReadRecord(**record); !status.ok()) return status;
-    at = (*record)->data_at + (*record)->num_data;
-    is_cut_off |= at > file().size();
+    num_chunks += NumberField<unsigned char>(record.head, "op") == kChunkRecord ? 1 : 0;
+    if (absl::Status status = ReadRecord(record); !status.ok()) return status;
+    at = record.data_at + record.num_data;
   }
-  return FinishIndex(is_cut_off);
+  if (absl::Status status = FinishIndex(cut_off); !status.ok()) return status;
+  if (cut_off.empty() && num_chunks_told && *num_chunks_told != num_chunks) {
+    AddNoteOfFile(absl::StrCat("is damaged: of the ", *num_chunks_told,
+                               " chunks that it tells of there are ", num_chunks));
+  }
+  return absl::OkStatus();
 }
 
 absl::Status Ros1Bag::ScanRecords(std::string_view records, bool with_messages) {
@@ -195,7 +200,7 @@ absl::Status Ros1Bag::ScanRecords(std::string_view records, bool with_messages) 
     const std::string_view head = rest.ReadString();
     const std::string_view data = rest.ReadString();
     if (!rest.ok()) {
-      return absl::InvalidArgumentError(absl::StrCat("the record at ", at, " is not whole"));
+      return absl::DataLossError(absl::StrCat("the record at ", at, " is not whole"));
     }
     const auto op = NumberField<unsigned char>(head, "op");
     if (op == kConnection) AddConnection(head, data);
@@ -204,15 +209,20 @@ absl::Status Ros1Bag::ScanRecords(std::string_view records, bool with_messages) 
   return absl::OkStatus();
 }
 
-absl::StatusOr<std::string_view> Ros1Bag::PayloadAt(std::string_view records,
-                                                    std::uint64_t at) const {
-  if (at <= records.size()) {
-    LittleEndian record(records.substr(at));
-    const std::string_view head = record.ReadString();
-    const std::string_view data = record.ReadString();
-    if (record.ok() && NumberField<unsigned char>(head, "op") == kMessageData) return data;
+std::optional<ChunkedFile::Record> Ros1Bag::RecordAt(std::string_view records,
+                                                     std::uint64_t at) const {
+  if (at > records.size()) return std::nullopt;
+  LittleEndian record(records.substr(at));
+  const std::string_view head = record.ReadString();
+  const std::string_view data = record.ReadString();
+  const auto connection = NumberField<std::uint32_t>(head, "conn");
+  const std::string_view time = Field(head, "time").value_or("");
+  if (!record.ok() || NumberField<unsigned char>(head, "op") != kMessageData || !connection ||
+      time.size() != 8) {
+    return std::nullopt;
   }
-  return absl::InvalidArgumentError("there is no whole message; the index of the file is damaged");
+  LittleEndian stamp(time);
+  return Record{*connection, StampOf(stamp), data};
 }
 
 }  // namespace

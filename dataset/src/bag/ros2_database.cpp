@@ -138,7 +138,11 @@ absl::StatusOr<MessageBytes> Ros2Database::Read(const MessageRef& message) const
   const absl::StatusOr<Statement> row = Prepare("SELECT data FROM messages WHERE rowid = ?");
   if (!row.ok()) return row.status();
   sqlite3_bind_int64(row->get(), 1, static_cast<std::int64_t>(message.at));
-  if (sqlite3_step(row->get()) != SQLITE_ROW) return Error("a message cannot be read");
+  if (sqlite3_step(row->get()) != SQLITE_ROW) {
+    const absl::Status error = Error(absl::StrCat("message ", message.at, " cannot be read"));
+    const bool is_damaged = sqlite3_errcode(database_.get()) == SQLITE_CORRUPT;
+    return is_damaged ? absl::DataLossError(error.message()) : error;
+  }
   const std::string_view data = Text(row->get(), 0);
   MessageBytes read;
   // Messages that were compressed one by one begin as zstd's frames do, which CDR does not.

@@ -199,6 +199,7 @@ def main():
                index_types=IndexType.NONE, use_statistics=False, repeat_channels=False,
                repeat_schemas=False, use_summary_offsets=False)
     write_mcap(HERE / 'unchunked.mcap', use_chunking=False)
+    write_mcap(HERE / 'unchunked_checksum.mcap', use_chunking=False, enable_data_crcs=True)
     write_mcap(HERE / 'layouts.mcap', source=layouts, compression=CompressionType.ZSTD)
 
 
