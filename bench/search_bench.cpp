@@ -71,9 +71,10 @@ void ScanKeys(benchmark::State& state, key_batches::Kernel kernel) {
   constexpr std::int32_t kNearer = 60'000'000;  // than some of a thousand
   for (auto _ : state) {
     std::uint32_t near = 0;
+    KeyBatches::Sums sums;
     for (std::size_t batch = 0; batch < kNumBatches; ++batch) {
       near |= kernel(keys.data() + batch * kNumPairs * 2 * KeyBatches::kNumLanes, query.data(),
-                     kNumPairs, kNearer);
+                     kNumPairs, kNearer, sums.data());
     }
     benchmark::DoNotOptimize(near);
   }

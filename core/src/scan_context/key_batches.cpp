@@ -20,8 +20,8 @@ constexpr std::size_t kNumLanes = KeyBatches::kNumLanes;
 constexpr std::size_t kPairSize = 2 * kNumLanes;
 
 std::uint32_t NearPortable(const std::int16_t* pair, const std::int16_t* of_query,
-                           std::size_t num_pairs, std::int32_t limit) {
-  std::int32_t sums[kNumLanes] = {};
+                           std::size_t num_pairs, std::int32_t limit, std::int32_t* sums) {
+  std::fill_n(sums, kNumLanes, 0);
   for (std::size_t p = 0; p < num_pairs; ++p, pair += kPairSize, of_query += 2) {
     for (std::size_t lane = 0; lane < kNumLanes; ++lane) {
       const std::int32_t a = pair[2 * lane] - of_query[0];
@@ -45,10 +45,10 @@ std::int32_t PairOf(const std::int16_t* components) {
 }
 
 std::uint32_t NearSse2(const std::int16_t* pair, const std::int16_t* of_query,
-                       std::size_t num_pairs, std::int32_t limit) {
+                       std::size_t num_pairs, std::int32_t limit, std::int32_t* sums) {
   constexpr std::size_t kNumRegisters = kNumLanes / 4;
   const __m128i limits = _mm_set1_epi32(limit);
-  __m128i sums[kNumRegisters] = {};
+  __m128i parts[kNumRegisters] = {};
   std::uint32_t far = 0;
   for (std::size_t p = 0; p < num_pairs; p += kPairsPerLook) {
     for (std::size_t i = 0; i < kPairsPerLook; ++i, pair += kPairSize, of_query += 2) {
@@ -56,22 +56,26 @@ std::uint32_t NearSse2(const std::int16_t* pair, const std::int16_t* of_query,
       for (std::size_t r = 0; r < kNumRegisters; ++r) {
         const __m128i keys = _mm_loadu_si128(reinterpret_cast<const __m128i*>(pair) + r);
         const __m128i differences = _mm_sub_epi16(keys, both);
-        sums[r] = _mm_add_epi32(sums[r], _mm_madd_epi16(differences, differences));
+        parts[r] = _mm_add_epi32(parts[r], _mm_madd_epi16(differences, differences));
       }
     }
     far = 0;
     for (std::size_t r = 0; r < kNumRegisters; ++r) {
-      const __m128 is_far = _mm_castsi128_ps(_mm_cmpgt_epi32(sums[r], limits));
+      const __m128 is_far = _mm_castsi128_ps(_mm_cmpgt_epi32(parts[r], limits));
       far |= static_cast<std::uint32_t>(_mm_movemask_ps(is_far)) << (4 * r);
     }
     if (far == 0xFFFFU) return 0;
+  }
+  for (std::size_t r = 0; r < kNumRegisters; ++r) {
+    _mm_storeu_si128(reinterpret_cast<__m128i*>(sums) + r, parts[r]);
   }
   return ~far & 0xFFFFU;
 }
 
 __attribute__((target("avx2"))) std::uint32_t NearAvx2(const std::int16_t* pair,
                                                        const std::int16_t* of_query,
-                                                       std::size_t num_pairs, std::int32_t limit) {
+                                                       std::size_t num_pairs, std::int32_t limit,
+                                                       std::int32_t* sums) {
   const __m256i limits = _mm256_set1_epi32(limit);
   __m256i low = _mm256_setzero_si256();
   __m256i high = _mm256_setzero_si256();
@@ -91,6 +95,8 @@ __attribute__((target("avx2"))) std::uint32_t NearAvx2(const std::int16_t* pair,
           (static_cast<std::uint32_t>(_mm256_movemask_ps(is_high_far)) << 8);
     if (far == 0xFFFFU) return 0;
   }
+  _mm256_storeu_si256(reinterpret_cast<__m256i*>(sums), low);
+  _mm256_storeu_si256(reinterpret_cast<__m256i*>(sums) + 1, high);
   return ~far & 0xFFFFU;
 }
 
@@ -168,11 +174,11 @@ std::int32_t KeyBatches::LimitOf(float squared_distance) const {
   return static_cast<std::int32_t>(std::min(distance * distance, kMost));
 }
 
-std::uint32_t KeyBatches::NearLanes(std::size_t batch, const Query& query,
-                                    std::int32_t limit) const {
+std::uint32_t KeyBatches::NearLanes(std::size_t batch, const Query& query, std::int32_t limit,
+                                    Sums& sums) const {
   static const key_batches::Kernel kKernel = key_batches::Kernels().front().kernel;
   return kKernel(components_.data() + batch * batch_size_, query.components.data(), num_pairs_,
-                 limit);
+                 limit, sums.data());
 }
 
 }  // namespace scanloc

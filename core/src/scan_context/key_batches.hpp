@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -9,9 +10,9 @@ namespace scanloc {
 namespace key_batches {
 
 /// What NearLanes does, of one batch: `pair` has num_pairs × lane × 2 components, num_pairs a
-/// multiple of four. All kernels answer alike, bit for bit.
+/// multiple of four. All kernels answer alike, bit for bit, sums of lanes that are near included.
 using Kernel = std::uint32_t (*)(const std::int16_t* pair, const std::int16_t* of_query,
-                                 std::size_t num_pairs, std::int32_t limit);
+                                 std::size_t num_pairs, std::int32_t limit, std::int32_t* sums);
 
 struct NamedKernel {
   const char* name;
@@ -28,6 +29,9 @@ struct NamedKernel {
 class KeyBatches {
  public:
   static constexpr std::size_t kNumLanes = 16;
+
+  /// Squared distances in the batches' units, rounded as their components are; one a lane.
+  using Sums = std::array<std::int32_t, kNumLanes>;
 
   /// A key to compare with, as the batches hold theirs.
   struct Query {
@@ -59,9 +63,9 @@ class KeyBatches {
   [[nodiscard]] std::int32_t LimitOf(float squared_distance) const;
 
   /// Bit i is set if the key of lane i may lie within the limit; lanes that hold nothing may have
-  /// their bits set, too.
-  [[nodiscard]] std::uint32_t NearLanes(std::size_t batch, const Query& query,
-                                        std::int32_t limit) const;
+  /// their bits set, too. Writes the sums of those whose bits are set.
+  [[nodiscard]] std::uint32_t NearLanes(std::size_t batch, const Query& query, std::int32_t limit,
+                                        Sums& sums) const;
 
  private:
   [[nodiscard]] std::int16_t Quantized(float value, std::size_t component) const;

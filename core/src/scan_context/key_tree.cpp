@@ -3,7 +3,10 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <utility>
+#include <compare>
+#include <functional>
+
+#include "scan/simd.hpp"
 
 namespace scanloc {
 namespace {
@@ -12,6 +15,9 @@ constexpr std::size_t kNumLanes = KeyBatches::kNumLanes;
 
 /// What single precision may cost a distance, of the lengths of the keys.
 constexpr float kRounding = 1e-6F;
+
+/// So many candidates are looked at together at least.
+constexpr std::size_t kLeastPatience = 64;
 
 /// Keys that say where axes and ranges lie; more say no more.
 constexpr std::size_t kMaxSample = 50'000;
@@ -30,6 +36,30 @@ std::vector<float> TurnedKeys(const ContextTable& table, const PrincipalAxes& ax
     axes.Turn(table.retrieval_key_cm(entries[i]), std::span(components).subspan(i * size, size));
   }
   return components;
+}
+
+/// A squared distance, and what it is of.
+struct Ranked {
+  std::int32_t distance = 0;
+  std::uint32_t what = 0;
+  friend auto operator<=>(const Ranked&, const Ranked&) = default;
+};
+
+constexpr std::size_t kNumBoxes = 16;
+
+/// How far a key is from each of some boxes side by side, squared; bounds by component.
+SCANLOC_SIMD void GapsOf(std::span<const std::int16_t> key, const std::int16_t* low,
+                         const std::int16_t* high, std::int32_t* sums) {
+  std::int32_t added[kNumBoxes] = {};
+  for (const std::int32_t value : key) {
+    for (std::size_t i = 0; i < kNumBoxes; ++i) {
+      const std::int32_t gap = std::max(std::max(low[i] - value, value - high[i]), 0);
+      added[i] += gap * gap;
+    }
+    low += kNumBoxes;
+    high += kNumBoxes;
+  }
+  std::copy_n(added, kNumBoxes, sums);
 }
 
 }  // namespace
@@ -66,15 +96,14 @@ KeyTree::KeyTree(const ContextTable& table, KeyScale scale, std::size_t begin, s
     keys.components.insert(keys.components.end(), key.begin(), key.end());
     entries.push_back(static_cast<std::uint32_t>(i));
   }
-  box_ = BoxOf(keys, entries);
-  Build(keys, entries, box_);
+  Build(keys, entries, BoxOf(keys, entries));
 }
 
 KeyTree::Box KeyTree::BoxOf(const Keys& keys, std::span<const std::uint32_t> entries) {
   Box box;
   for (const std::uint32_t i : entries) {
     const std::int16_t* key = keys.Key(i);
-    for (std::size_t c = 0; c < kNumLead; ++c) {
+    for (std::size_t c = 0; c < keys.size; ++c) {
       box[c].low = std::min<std::int32_t>(box[c].low, key[c]);
       box[c].high = std::max<std::int32_t>(box[c].high, key[c]);
     }
@@ -83,17 +112,12 @@ KeyTree::Box KeyTree::BoxOf(const Keys& keys, std::span<const std::uint32_t> ent
 }
 
 void KeyTree::Build(const Keys& keys, std::span<std::uint32_t> entries, const Box& box) {
-  const std::size_t node = nodes_.size();
-  nodes_.emplace_back();
   if (entries.size() <= kLeafSize) {
-    const std::size_t first_batch = batches_.num_batches();
-    AppendLeaf(keys, entries);
-    nodes_[node].first_batch = static_cast<std::uint32_t>(first_batch);
-    nodes_[node].num_batches = static_cast<std::uint32_t>(batches_.num_batches() - first_batch);
+    AppendLeaf(keys, entries, box);
     return;
   }
   const auto widest = std::max_element(
-      box.begin(), box.end(),
+      box.begin(), box.begin() + kNumLead,
       [](const Interval& a, const Interval& b) { return a.high - a.low < b.high - b.low; });
   const auto component = static_cast<std::size_t>(widest - box.begin());
   const std::int32_t cut = widest->low + (widest->high - widest->low + 1) / 2;
@@ -102,18 +126,20 @@ void KeyTree::Build(const Keys& keys, std::span<std::uint32_t> entries, const Bo
   auto num_first = static_cast<std::size_t>(middle - entries.begin());
   // Keys that are all alike are halved: they are as near on either side.
   if (num_first == 0 || num_first == entries.size()) num_first = entries.size() / 2;
-  const std::span<std::uint32_t> first = entries.first(num_first);
-  const std::span<std::uint32_t> second = entries.subspan(num_first);
-  nodes_[node].component = static_cast<std::uint32_t>(component);
-  const Box first_box = BoxOf(keys, first);
-  const Box second_box = BoxOf(keys, second);
-  nodes_[node].gap = {first_box[component].high, second_box[component].low};
-  Build(keys, first, first_box);
-  nodes_[node].second = static_cast<std::uint32_t>(nodes_.size());
-  Build(keys, second, second_box);
+  for (const std::span<std::uint32_t> part :
+       {entries.first(num_first), entries.subspan(num_first)}) {
+    Build(keys, part, BoxOf(keys, part));
+  }
 }
 
-void KeyTree::AppendLeaf(const Keys& keys, std::span<const std::uint32_t> entries) {
+void KeyTree::AppendLeaf(const Keys& keys, std::span<const std::uint32_t> entries, const Box& box) {
+  const std::size_t lane = leaves_.size() % kNumBoxes;
+  if (lane == 0) boxes_.emplace_back();
+  for (std::size_t c = 0; c < keys.size; ++c) {
+    boxes_.back().low[c * kNumBoxes + lane] = static_cast<std::int16_t>(box[c].low);
+    boxes_.back().high[c * kNumBoxes + lane] = static_cast<std::int16_t>(box[c].high);
+  }
+  const std::size_t first_batch = batches_.num_batches();
   for (std::size_t begin = 0; begin < entries.size(); begin += kNumLanes) {
     std::vector<const std::int16_t*> batch;
     for (const std::uint32_t i :
@@ -124,44 +150,67 @@ void KeyTree::AppendLeaf(const Keys& keys, std::span<const std::uint32_t> entrie
     batches_.Append(batch);
     owners_.resize(batches_.num_batches() * kNumLanes, kNobody);
   }
+  leaves_.push_back({static_cast<std::uint32_t>(first_batch),
+                     static_cast<std::uint32_t>(batches_.num_batches() - first_batch)});
 }
 
 struct KeyTree::Walk {
-  KeyBatches::Query key;
+  std::vector<KeyBatches::Query> keys;  // the key; if flips are wanted, the reversed one, too
   float rounding;
-  std::uint32_t offset;
+  std::size_t max_compared;
+  std::size_t patience;  // so many candidates are looked at together
   NearestPlaces& nearest;
   /// What is farther by the keys here is of no interest: squared, in the batches' units.
   std::int32_t limit = 0;
-  /// Squared distance of the key from the node at hand, component by component.
-  std::array<std::int32_t, kNumLead> gaps{};
+  std::vector<Ranked> candidates = {};  // entries
 };
 
-void KeyTree::Search(std::span<const std::int32_t> key_cm, NearestPlaces& nearest) const {
-  SearchFor(key_cm, 0, nearest);
-  if (!has_flips_ || !nearest.takes_augmented()) return;
-  // A key is as far from a reversed one as the reversed key from that.
-  const std::vector<std::int32_t> reversed(key_cm.rbegin(), key_cm.rend());
-  SearchFor(reversed, 1, nearest);
+void KeyTree::Search(std::span<const std::int32_t> key_cm, const KeyEffort& effort,
+                     NearestPlaces& nearest) const {
+  const auto quantized = [&](std::span<const std::int32_t> of_cm) {
+    std::vector<float> turned(num_held_);
+    axes_.Turn(of_cm, turned);
+    return batches_.Quantize(turned.data());
+  };
+  const bool is_exact = effort.max_compared == KeyEffort::kAll;
+  Walk walk{
+      .keys = {quantized(key_cm)},
+      .rounding = kRounding * (static_cast<float>(axes_.NormOf(key_cm)) + greatest_norm_),
+      .max_compared = effort.max_compared,
+      .patience = 2 * (is_exact ? std::max(kLeastPatience, 2 * nearest.k()) : effort.max_compared),
+      .nearest = nearest};
+  if (has_flips_ && nearest.takes_augmented()) {
+    // A key is as far from a reversed one as the reversed key from that.
+    walk.keys.push_back(quantized(std::vector<std::int32_t>(key_cm.rbegin(), key_cm.rend())));
+  }
+  SetReach(walk);
+  std::vector<Ranked> queue;  // leaves of the first key, then those of the second
+  for (const KeyBatches::Query& key : walk.keys) {
+    for (const std::int32_t bound : BoundsOf(key)) {
+      queue.push_back({bound, static_cast<std::uint32_t>(queue.size())});
+    }
+  }
+  std::make_heap(queue.begin(), queue.end(), std::greater<>());
+  std::size_t num_scanned = 0;
+  while (!queue.empty() && queue.front().distance <= walk.limit &&
+         num_scanned < effort.max_scanned) {
+    const Leaf& leaf = leaves_[queue.front().what % leaves_.size()];
+    ScanLeaf(leaf, static_cast<std::uint32_t>(queue.front().what / leaves_.size()), walk);
+    num_scanned += leaf.num_batches * kNumLanes;
+    std::pop_heap(queue.begin(), queue.end(), std::greater<>());
+    queue.pop_back();
+  }
+  if (walk.candidates.size() > walk.max_compared) Thin(walk);
+  Settle(walk);
 }
 
-void KeyTree::SearchFor(std::span<const std::int32_t> key_cm, std::uint32_t offset,
-                        NearestPlaces& nearest) const {
-  std::vector<float> turned(num_held_);
-  axes_.Turn(key_cm, turned);
-  Walk walk{.key = batches_.Quantize(turned.data()),
-            .rounding = kRounding * (static_cast<float>(axes_.NormOf(key_cm)) + greatest_norm_),
-            .offset = offset,
-            .nearest = nearest};
-  SetReach(walk);
-  std::int32_t distance = 0;
-  for (std::size_t c = 0; c < kNumLead; ++c) {
-    const std::int32_t value = walk.key.components[c];
-    const std::int32_t gap = std::max({box_[c].low - value, value - box_[c].high, 0});
-    walk.gaps[c] = gap * gap;
-    distance += walk.gaps[c];
+std::vector<std::int32_t> KeyTree::BoundsOf(const KeyBatches::Query& key) const {
+  std::vector<std::int32_t> bounds(boxes_.size() * kNumBoxes);
+  for (std::size_t i = 0; i < boxes_.size(); ++i) {
+    GapsOf(key.components, boxes_[i].low.data(), boxes_[i].high.data(), &bounds[i * kNumBoxes]);
   }
-  if (distance <= walk.limit) Visit(0, distance, walk);
+  bounds.resize(leaves_.size());
+  return bounds;
 }
 
 void KeyTree::SetReach(Walk& walk) const {
@@ -170,34 +219,40 @@ void KeyTree::SetReach(Walk& walk) const {
   walk.limit = batches_.LimitOf(reach * reach);
 }
 
-void KeyTree::AddBatch(std::size_t batch, Walk& walk) const {
-  std::uint32_t near = batches_.NearLanes(batch, walk.key, walk.limit);
-  for (; near != 0; near &= near - 1) {
-    const std::size_t row = batch * kNumLanes + static_cast<std::size_t>(std::countr_zero(near));
-    if (owners_[row] == kNobody) continue;
-    if (walk.nearest.Add(owners_[row] + walk.offset)) SetReach(walk);
+void KeyTree::ScanLeaf(const Leaf& leaf, std::uint32_t key, Walk& walk) const {
+  KeyBatches::Sums sums;
+  for (std::size_t i = 0; i < leaf.num_batches; ++i) {
+    const std::size_t batch = leaf.first_batch + i;
+    std::uint32_t near = batches_.NearLanes(batch, walk.keys[key], walk.limit, sums);
+    for (; near != 0; near &= near - 1) {
+      const auto lane = static_cast<std::size_t>(std::countr_zero(near));
+      const std::uint32_t owner = owners_[batch * kNumLanes + lane];
+      if (owner != kNobody) walk.candidates.push_back({sums[lane], owner + key});
+    }
+    if (walk.candidates.size() < walk.patience) continue;
+    if (walk.candidates.size() > walk.max_compared) {
+      Thin(walk);
+      continue;
+    }
+    Settle(walk);
+    walk.nearest.Narrow();
+    SetReach(walk);
   }
 }
 
-void KeyTree::Visit(std::size_t node_index, std::int32_t distance, Walk& walk) const {
-  const Node& node = nodes_[node_index];
-  if (node.second == 0) {
-    for (std::uint32_t i = 0; i < node.num_batches; ++i) AddBatch(node.first_batch + i, walk);
-    return;
-  }
-  const std::int32_t value = walk.key.components[node.component];
-  const std::int32_t beyond_low = value - node.gap.low;
-  const std::int32_t beyond_high = value - node.gap.high;
-  const bool first_is_nearer = beyond_low + beyond_high < 0;
-  const std::size_t nearer = first_is_nearer ? node_index + 1 : node.second;
-  const std::size_t farther = first_is_nearer ? node.second : node_index + 1;
-  Visit(nearer, distance, walk);
+void KeyTree::Thin(Walk& walk) {
+  const auto last = walk.candidates.begin() + static_cast<std::ptrdiff_t>(walk.max_compared - 1);
+  std::nth_element(walk.candidates.begin(), last, walk.candidates.end());
+  walk.limit = std::min(walk.limit, last->distance);
+  walk.candidates.resize(walk.max_compared);
+}
 
-  const std::int32_t gap = first_is_nearer ? beyond_high * beyond_high : beyond_low * beyond_low;
-  const std::int32_t gap_before = std::exchange(walk.gaps[node.component], gap);
-  const std::int32_t farther_distance = distance + gap - gap_before;
-  if (farther_distance <= walk.limit) Visit(farther, farther_distance, walk);
-  walk.gaps[node.component] = gap_before;
+void KeyTree::Settle(Walk& walk) const {
+  for (const Ranked& candidate : walk.candidates) {
+    if (candidate.distance > walk.limit) continue;
+    if (walk.nearest.Add(candidate.what)) SetReach(walk);
+  }
+  walk.candidates.clear();
 }
 
 }  // namespace scanloc

@@ -21,6 +21,10 @@ namespace scanloc {
 /// nearly all that is not near. What is left is compared exactly, by the table's keys. Of a table
 /// with flips (ContextTable::has_flips) only the others are held, and searched for the reversed
 /// key, too.
+///
+/// Of the tree only the leaves are kept, with the box that the keys of each fill: these are so few
+/// that looking at all of them, nearest first, costs less than a descent that meets them in
+/// another order.
 class KeyTree {
  public:
   /// A leaf is scanned from front to back: sixteen keys side by side cost less than finding out
@@ -31,8 +35,9 @@ class KeyTree {
   /// n).
   KeyTree(const ContextTable& table, KeyScale scale, std::size_t begin, std::size_t end);
 
-  /// Adds whatever may be among the nearest.
-  void Search(std::span<const std::int32_t> key_cm, NearestPlaces& nearest) const;
+  /// Adds whatever may be among the nearest, as far as the effort allows.
+  void Search(std::span<const std::int32_t> key_cm, const KeyEffort& effort,
+              NearestPlaces& nearest) const;
 
  private:
   /// Components that are held; ordered by variance, they have nearly all of it.
@@ -46,16 +51,17 @@ class KeyTree {
     std::int32_t low = std::numeric_limits<std::int16_t>::max();
     std::int32_t high = std::numeric_limits<std::int16_t>::min();
   };
-  /// What of the leading components keys span.
-  using Box = std::array<Interval, kNumLead>;
+  /// What keys span, component by component.
+  using Box = std::array<Interval, kNumHeld>;
 
-  /// A leaf has no second child; the first child of an inner node follows it.
-  struct Node {
-    std::uint32_t second = 0;
-    std::uint32_t component = 0;  // where it is cut
-    Interval gap;                 // no key lies in it: the first child ends, the second begins
+  struct Leaf {
     std::uint32_t first_batch = 0;
     std::uint32_t num_batches = 0;
+  };
+  /// The boxes of sixteen leaves, component by component side by side.
+  struct Boxes {
+    std::array<std::int16_t, 16 * kNumHeld> low{};
+    std::array<std::int16_t, 16 * kNumHeld> high{};
   };
 
   /// One search under way.
@@ -65,24 +71,25 @@ class KeyTree {
   /// Cuts the widest component in its middle until few enough keys are left for a leaf.
   void Build(const Keys& keys, std::span<std::uint32_t> entries, const Box& box);
   /// In batches of KeyBatches::kNumLanes; the last one is filled up with rows that nobody owns.
-  void AppendLeaf(const Keys& keys, std::span<const std::uint32_t> entries);
+  void AppendLeaf(const Keys& keys, std::span<const std::uint32_t> entries, const Box& box);
 
-  /// One walk; adds what lies `offset` behind the entries that it finds.
-  void SearchFor(std::span<const std::int32_t> key_cm, std::uint32_t offset,
-                 NearestPlaces& nearest) const;
+  /// The leaves' distances from a key, lower bounds of those of their keys, squared.
+  [[nodiscard]] std::vector<std::int32_t> BoundsOf(const KeyBatches::Query& key) const;
   void SetReach(Walk& walk) const;
-  void AddBatch(std::size_t batch, Walk& walk) const;
-  /// Visits what of the subtree may hold nearer keys, the nearer child first. `distance` is the sum
-  /// of the gaps, a lower bound of the squared distance to any key of the subtree.
-  void Visit(std::size_t node, std::int32_t distance, Walk& walk) const;
+  /// Makes candidates of what may be near to one of the keys.
+  void ScanLeaf(const Leaf& leaf, std::uint32_t key, Walk& walk) const;
+  /// Keeps the nearest candidates, as many as may be compared.
+  static void Thin(Walk& walk);
+  /// Compares the candidates in full.
+  void Settle(Walk& walk) const;
 
   std::size_t num_held_;
   bool has_flips_;
   PrincipalAxes axes_;
   KeyBatches batches_;
   std::vector<std::uint32_t> owners_;  // entries, by row of the batches
-  std::vector<Node> nodes_;            // the root first
-  Box box_;
+  std::vector<Leaf> leaves_;
+  std::vector<Boxes> boxes_;  // of the leaves, in their order
   float greatest_norm_ = 0.0F;
 };
 

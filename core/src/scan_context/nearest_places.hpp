@@ -26,6 +26,8 @@ class NearestPlaces {
     found_.reserve(k + Slack() + 1);
   }
 
+  [[nodiscard]] std::size_t k() const { return k_; }
+
   /// Squared; nothing beyond is of interest.
   [[nodiscard]] double reach() const { return reach_; }
 
@@ -47,12 +49,25 @@ class NearestPlaces {
       return false;
     }
     if (found_.size() < k_ + Slack()) return false;
-    Prune();
+    Narrow();
     return true;
   }
 
+  /// Narrows the reach as far as what was added allows.
+  void Narrow() {
+    if (found_.size() < k_) return;
+    if (found_.size() > k_) {
+      std::nth_element(found_.begin(), found_.begin() + static_cast<std::ptrdiff_t>(k_ - 1),
+                       found_.end());
+      found_.resize(k_);
+      slots_.clear();
+      for (std::size_t i = 0; i < k_; ++i) slots_[found_[i].place] = i;
+    }
+    reach_ = std::max_element(found_.begin(), found_.end())->distance;
+  }
+
   [[nodiscard]] std::vector<KeyIndex::Neighbor> Neighbors() {
-    Prune();
+    Narrow();
     std::sort(found_.begin(), found_.end());
     std::vector<KeyIndex::Neighbor> neighbors;
     neighbors.reserve(found_.size());
@@ -72,18 +87,6 @@ class NearestPlaces {
 
   /// How many more than asked for are kept until the worst are taken out together.
   [[nodiscard]] std::size_t Slack() const { return k_ / 2; }
-
-  void Prune() {
-    if (found_.size() < k_) return;
-    if (found_.size() > k_) {
-      std::nth_element(found_.begin(), found_.begin() + static_cast<std::ptrdiff_t>(k_ - 1),
-                       found_.end());
-      found_.resize(k_);
-      slots_.clear();
-      for (std::size_t i = 0; i < k_; ++i) slots_[found_[i].place] = i;
-    }
-    reach_ = std::max_element(found_.begin(), found_.end())->distance;
-  }
 
   const ContextTable& table_;
   const KeyDistance& distance_;

@@ -53,10 +53,13 @@ std::vector<AutoSearch::Listed> AutoSearch::Retrieve(const Keys& polar_keys, con
                                                      const SearchControl& control) const {
   std::vector<Listed> listed;
   absl::flat_hash_map<std::int32_t, std::size_t> slots;
+  // Where places are excluded, the nearest of the others may be anywhere.
+  const KeyEffort effort =
+      control.excluded == nullptr ? EffortFor(map_.places.size(), num_places) : KeyEffort();
   const auto add = [&](const KeyIndex* index, const ContextTable& table, const Keys& keys,
                        std::optional<std::size_t> Listed::*entry_of) {
     if (index == nullptr) return;
-    const auto found = index->Search(keys.retrieval_cm, num_places, true, control.excluded);
+    const auto found = index->Search(keys.retrieval_cm, num_places, true, control.excluded, effort);
     for (std::size_t rank = 0; rank < found.size(); ++rank) {
       const std::int32_t place = table.entry(found[rank].entry).place;
       const auto [slot, is_new] = slots.try_emplace(place, listed.size());

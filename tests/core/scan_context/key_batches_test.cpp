@@ -53,6 +53,7 @@ TEST(KeyBatches, PassesOverNothingNearerThanTheLimitAndLittleElseIn) {
     ASSERT_EQ(batches.num_batches(), 6U);
     std::size_t num_near = 0;
     std::size_t num_let_in = 0;
+    KeyBatches::Sums sums;
     for (int q = 0; q < 20; ++q) {
       // Some of them far outside the keys.
       const std::vector<float> query = RandomKeys(random, 1, size, q % 4 == 0 ? 3000.0F : 300.0F);
@@ -62,7 +63,7 @@ TEST(KeyBatches, PassesOverNothingNearerThanTheLimitAndLittleElseIn) {
         for (std::size_t j = 0; j < num_keys; ++j) {
           const bool is_near = SquaredDistance(query.data(), &components[j * size], size) <= limit;
           const std::uint32_t near = batches.NearLanes(
-              j / kNumLanes, batches.Quantize(query.data()), batches.LimitOf(limit));
+              j / kNumLanes, batches.Quantize(query.data()), batches.LimitOf(limit), sums);
           const bool is_let_in = (near >> (j % kNumLanes) & 1U) != 0;
           ASSERT_TRUE(is_let_in || !is_near) << "query " << q << ", key " << j;
           if (q % 4 == 0) continue;
@@ -104,8 +105,14 @@ TEST(KeyBatches, HasKernelsThatAnswerAlike) {
       }
       num_near += static_cast<std::size_t>(std::popcount(expected));
       for (const key_batches::NamedKernel& k : kernels) {
-        ASSERT_EQ(k.kernel(keys.data(), query.data(), num_pairs, limit), expected) << k.name;
-        ASSERT_EQ(k.kernel(keys.data(), query.data(), num_pairs, -1), 0U) << k.name;
+        SCOPED_TRACE(k.name);
+        KeyBatches::Sums sums;
+        ASSERT_EQ(k.kernel(keys.data(), query.data(), num_pairs, limit, sums.data()), expected);
+        for (std::size_t lane = 0; lane < kNumLanes; ++lane) {
+          if ((expected >> lane & 1U) == 0) continue;
+          ASSERT_EQ(sums[lane], sum_of_lane(lane));
+        }
+        ASSERT_EQ(k.kernel(keys.data(), query.data(), num_pairs, -1, sums.data()), 0U);
       }
     }
   }
@@ -119,14 +126,17 @@ TEST(KeyBatches, LetsAllInWithoutALimit) {
   const KeyBatches batches = Filled(components, 20);
   const std::vector<float> far_away(20, 1.0e9F);
   const float infinity = std::numeric_limits<float>::infinity();
-  EXPECT_EQ(batches.NearLanes(0, batches.Quantize(far_away.data()), batches.LimitOf(infinity)),
-            0xFFFFU);
+  KeyBatches::Sums sums;
+  EXPECT_EQ(
+      batches.NearLanes(0, batches.Quantize(far_away.data()), batches.LimitOf(infinity), sums),
+      0xFFFFU);
 }
 
 TEST(KeyBatches, HoldsKeysThatAreAllEqual) {
   const std::vector<float> components(20 * kNumLanes, 7.0F);
   const KeyBatches batches = Filled(components, 20);
-  EXPECT_EQ(batches.NearLanes(0, batches.Quantize(components.data()), batches.LimitOf(0.0F)),
+  KeyBatches::Sums sums;
+  EXPECT_EQ(batches.NearLanes(0, batches.Quantize(components.data()), batches.LimitOf(0.0F), sums),
             0xFFFFU);
 }
 

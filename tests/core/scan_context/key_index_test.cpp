@@ -196,6 +196,57 @@ TEST(KeyIndex, FindsFlipsThatTheTableDoesNotHold) {
   }
 }
 
+TEST(KeyIndex, WithLessEffortFindsMostOfWhatIsNearAndTellsItsDistances) {
+  std::mt19937_64 random(13);
+  ContextTable table(40, 2);
+  // Along a road, keys change little by little, as real ones do.
+  std::vector<std::int32_t> key = RandomKey(random, 5000, 40);
+  for (std::int32_t place = 0; place < 20'000; ++place) {
+    for (std::int32_t& sum_cm : key) {
+      sum_cm = std::clamp<std::int32_t>(sum_cm + static_cast<std::int32_t>(random() % 401) - 200, 0,
+                                        5000);
+    }
+    table.AppendKey({.place = place}, key);
+    table.AppendFlipOfLast();
+  }
+  for (const KeyScale scale : {KeyScale::kMetres, KeyScale::kUnit}) {
+    const KeyIndex index(table, scale);
+    const KeyEffort effort{.max_scanned = 2'000, .max_compared = 150};
+    std::size_t num_found = 0;
+    for (std::size_t entry = 0; entry < table.size(); entry += 777) {
+      const std::vector<std::int32_t> query = table.retrieval_key_cm(entry);
+      std::map<std::size_t, double> nearest;
+      for (const auto& neighbor : index.Search(query, 100, true)) {
+        nearest[neighbor.entry] = neighbor.key_distance;
+      }
+      const auto found = index.Search(query, 100, true, nullptr, effort);
+      ASSERT_EQ(found.size(), 100U);
+      EXPECT_EQ(found.front().key_distance, 0.0);
+      for (const auto& neighbor : found) {
+        const auto same = nearest.find(neighbor.entry);
+        if (same == nearest.end()) continue;
+        ++num_found;
+        EXPECT_EQ(neighbor.key_distance, same->second);
+      }
+      const auto again = index.Search(query, 100, true, nullptr, effort);
+      for (std::size_t i = 0; i < found.size(); ++i) EXPECT_EQ(again[i].entry, found[i].entry);
+    }
+    const std::size_t num_queries = (table.size() + 776) / 777;
+    EXPECT_GT(num_found, 90 * num_queries);
+    EXPECT_LT(num_found, 100 * num_queries) << "nothing was left out: a test of nothing";
+  }
+}
+
+TEST(KeyIndex, IsExactUpToTwentyThousandPlacesAndThenGrowsWithTheirRoot) {
+  EXPECT_EQ(EffortFor(20'000, 700).max_scanned, KeyEffort::kAll);
+  EXPECT_EQ(EffortFor(20'000, 700).max_compared, KeyEffort::kAll);
+  const KeyEffort large = EffortFor(80'000, 700);
+  const KeyEffort larger = EffortFor(320'000, 700);
+  EXPECT_EQ(larger.max_scanned, 2 * large.max_scanned);
+  EXPECT_EQ(larger.max_compared, large.max_compared);
+  EXPECT_GE(large.max_compared, 700U);
+}
+
 TEST(KeyIndex, GivesTiesInOrderOfEntry) {
   ContextTable table(kNumRows, 2);
   // More than a leaf holds: keys that are all alike have no middle to be cut in.

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <span>
 #include <vector>
@@ -15,6 +16,20 @@ enum class KeyScale : std::uint8_t {
   kMetres = 0,  ///< the keys as they are (the paper)
   kUnit = 1,    ///< keys scaled to unit L2 norm: insensitive to how much of the scene a scan saw
 };
+
+/// How much of an index is looked at; by default all that an exact search needs.
+struct KeyEffort {
+  static constexpr std::size_t kAll = std::numeric_limits<std::size_t>::max();
+  /// Keys that are looked at roughly, those of the nearest parts of the index first.
+  std::size_t max_scanned = kAll;
+  /// Of these, the nearest by their leading components, which are compared in full.
+  std::size_t max_compared = kAll;
+};
+
+/// What is worth it to find k of so many places, if what is found is chosen from by other means:
+/// all in maps of kMaxExactPlaces, in larger ones the keys scanned grow with the root of the map.
+inline constexpr std::size_t kMaxExactPlaces = 20'000;
+[[nodiscard]] KeyEffort EffortFor(std::size_t num_places, int k);
 
 /// All retrieval keys of a table, original and augmented, in one k-d tree (paper, Sec. V-A, V-D);
 /// in several where the table grew since. What is found does not depend on which. Any number of
@@ -40,9 +55,13 @@ class KeyIndex {
   /// first; fewer if the table has fewer places. Ties go to the lower entry. With augmented false,
   /// augmented entries are passed over, and so are, where `excluded` is given, the places whose
   /// element in it is true.
+  ///
+  /// With less than all effort some may be missing, and others be there instead: which ones
+  /// depends on how the table grew, not on threads.
   [[nodiscard]] std::vector<Neighbor> Search(std::span<const std::int32_t> retrieval_cm, int k,
                                              bool augmented,
-                                             const std::vector<bool>* excluded = nullptr) const;
+                                             const std::vector<bool>* excluded = nullptr,
+                                             const KeyEffort& effort = {}) const;
 
  private:
   struct Trees;
