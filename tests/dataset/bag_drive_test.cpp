@@ -108,6 +108,20 @@ TEST(BagDrive, ListsScansWithoutPoses) {
   EXPECT_EQ(ReadScan(scans->front())->points.size(), kPosts.size());
 }
 
+TEST(BagDrive, LeavesOutCloudsThatHaveNoPoseInTime) {
+  const auto drive = OpenBagDrive({.paths = {BagPath("gap.mcap")}});
+  ASSERT_TRUE(drive.ok()) << drive.status();
+  EXPECT_EQ(drive->frames.size(), 2U);
+  EXPECT_EQ(drive->num_without_pose, 5U);
+  EXPECT_THAT(drive->notes,
+              Contains(HasSubstr("5 of the 7 clouds are left out: no poses lie around them within "
+                                 "1 s of each other; the longest gap is that of clouds 2 to 6")));
+  const auto late = OpenBagDrive({.paths = {BagPath("late.mcap")}});
+  EXPECT_THAT(std::string(late.status().message()),
+              AllOf(HasSubstr("none of the 7 clouds has a pose"),
+                    HasSubstr("those of the poses 1700003599.900 to 1700003601.950 s")));
+}
+
 TEST(BagDrive, RefusesWithTheTopicsThereAre) {
   const std::string bag = BagPath("zstd.mcap");
   const TempDir dir;

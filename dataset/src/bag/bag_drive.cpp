@@ -99,9 +99,8 @@ absl::Status BagScans::ChoosePoses(const BagDriveOptions& options, bool needs_po
   if (!needs_poses && options.poses_from.empty() && usable.size() != 1) return absl::OkStatus();
   const auto topic = ChooseTopic(*bag_, options.poses_from, usable, "poses", "--poses-from");
   if (!topic.ok()) {
-    return transforms.empty()
-               ? topic.status()
-               : Annotate(topic.status(), "--poses-from tf:FRAME takes poses from TF; else");
+    if (transforms.empty()) return topic.status();
+    return Bad(absl::StrCat(topic.status().message(), "; tf:FRAME takes poses from TF"));
   }
   pose_topic_ = *topic;
   for (const BagTopic* of_tf : transforms) {

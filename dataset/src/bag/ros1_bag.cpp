@@ -228,8 +228,10 @@ std::optional<ChunkedFile::Record> Ros1Bag::RecordAt(std::string_view records,
 }  // namespace
 
 absl::StatusOr<std::unique_ptr<BagFile>> OpenRos1Bag(const std::string& path) {
-  return OpenChunked<Ros1Bag>(path, kMagic,
-                              "is a bag of ROS 1, but not of version 2.0; run `rosbag fix` on it");
+  return OpenChunked<Ros1Bag>(
+      path, kMagic,
+      "is a bag of ROS 1, but not of version 2.0; `rosbag fix` makes that of "
+      "an older one, for a newer one ask for a newer scanloc");
 }
 
 }  // namespace scanloc::dataset

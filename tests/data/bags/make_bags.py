@@ -175,6 +175,15 @@ def write_mcap(path, source=messages, **options):
         writer.finish()
 
 
+def without_poses(store, is_there, shift_s=0):
+    """The clouds, and the odometry of some steps of 50 ms, shifted."""
+    yield from (m for m in messages(store) if m[0] in ('/points', '/tf_static'))
+    for step in range(-2, 40):
+        if is_there(step):
+            ns = START + step * 50_000_000 + shift_s * 10**9
+            yield '/odom', 'nav_msgs/msg/Odometry', ns, odometry(store, ns)
+
+
 def layouts(store):
     for name, options in LAYOUTS.items():
         ns = START + 100_000_000
@@ -200,6 +209,8 @@ def main():
                repeat_schemas=False, use_summary_offsets=False)
     write_mcap(HERE / 'unchunked.mcap', use_chunking=False)
     write_mcap(HERE / 'unchunked_checksum.mcap', use_chunking=False, enable_data_crcs=True)
+    write_mcap(HERE / 'gap.mcap', source=lambda store: without_poses(store, lambda step: step < 4 or step > 30))
+    write_mcap(HERE / 'late.mcap', source=lambda store: without_poses(store, lambda step: True, 3600))
     write_mcap(HERE / 'layouts.mcap', source=layouts, compression=CompressionType.ZSTD)
 
 
