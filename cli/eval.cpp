@@ -16,6 +16,7 @@
 #include "cli/drive_options.hpp"
 #include "cli/drive_plan.hpp"
 #include "cli/output.hpp"
+#include "cli/pdf.hpp"
 #include "cli/progress.hpp"
 #include "cli/provenance.hpp"
 #include "scanloc/core/printable.hpp"
@@ -153,8 +154,9 @@ void EvalCommand::Declare(CLI::App& app) {
   map_poses_.DeclareFiles(app, "--map-poses", "--map-calib");
   descriptors_.Declare(app);
   app.add_flag("--stage-times", times_, "Tell the time of each stage, too");
-  app.add_option("--report", report_dir_,
-                 "Folder to write report.html, results.json and matches.csv to; made if need be")
+  app.add_option(
+         "--report", report_dir_,
+         "Folder to write report.html, results.json, matches.csv and figures to; made if need be")
       ->type_name("DIR");
   app.add_flag("--json", json_, "One JSON document on standard output");
   AddThreadsOption(app, &num_threads_, "look up scans");
@@ -336,6 +338,7 @@ absl::Status EvalCommand::Run() {
     }
     report.made = {};
     if (absl::Status status = WriteReport(report_dir_, written); !status.ok()) return status;
+    if (absl::Status status = MakePdfs(report_dir_, written); !status.ok()) return status;
   }
   return WriteText("-", json_ ? report::EvalAsJson(report) : report::EvalAsTable(report, times_));
 }

@@ -14,6 +14,7 @@ set(CPACK_DEBIAN_PACKAGE_SECTION science)
 set(CPACK_COMPONENTS_ALL scanloc scanlocd dev)
 
 set(CPACK_DEBIAN_SCANLOC_PACKAGE_NAME scanloc)
+set(CPACK_DEBIAN_SCANLOC_PACKAGE_RECOMMENDS librsvg2-bin)  # PDFs of a report's figures
 set(CPACK_COMPONENT_SCANLOC_DESCRIPTION
   "The program scanloc: builds maps from LiDAR drives and bags, locates scans in them, evaluates.")
 

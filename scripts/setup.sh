@@ -15,6 +15,7 @@ packages=(
   libboost-dev
   libgtest-dev libgmock-dev libbenchmark-dev openssl python3 haproxy parallel
   python3-dev python3-venv python3-numpy python3-grpcio python3-protobuf
+  librsvg2-bin
   dpkg-dev help2man time
 )
 if [[ "${1:-}" == "--with-checks" ]]; then

@@ -66,9 +66,9 @@ EvalFigure DrawPrecisionRecall(const std::vector<const eval::MethodResult*>& res
       return Eigen::Vector3d(points[k].recall, points[k].precision, 0.0);
     }));
   }
-  return {"Precision over recall",
-          low > 0.0 ? absl::StrFormat("Only precisions from %g on are shown.", low) : "",
-          Draw(chart)};
+  return FigureOf("Precision over recall",
+                  low > 0.0 ? absl::StrFormat("Only precisions from %g on are shown.", low) : "",
+                  chart);
 }
 
 EvalFigure DrawF1(const std::vector<const eval::MethodResult*>& results) {
@@ -86,7 +86,7 @@ EvalFigure DrawF1(const std::vector<const eval::MethodResult*>& results) {
     dot.points.emplace_back(greatest->recall, greatest->f1, 0.0);
     chart.series.push_back(std::move(dot));
   }
-  return {"F1 over recall", "The mark is at the greatest F1.", Draw(chart)};
+  return FigureOf("F1 over recall", "The mark is at the greatest F1.", chart);
 }
 
 /// Of all revisits, or of those of one kind; none where none of them is found yet.
@@ -121,11 +121,10 @@ std::optional<EvalFigure> DrawDivergence(const std::vector<const eval::MethodRes
   chart.y.high = std::max(kLeastHeight, 1.05 * greatest);
   std::string title = "Divergence over recall (DR)";
   if (kind) absl::StrAppend(&title, ", ", KindTitle(*kind), " revisits");
-  return EvalFigure{std::move(title),
-                    kind
-                        ? "Recall is that of all kinds."
-                        : "How unlike the revisits found are to all there are, in kind: 0 is best.",
-                    Draw(chart)};
+  return FigureOf(std::move(title),
+                  kind ? "Recall is that of all kinds."
+                       : "How unlike the revisits found are to all there are, in kind: 0 is best.",
+                  chart);
 }
 
 EvalFigure DrawReliability(const eval::MethodResult& result) {
@@ -148,11 +147,12 @@ EvalFigure DrawReliability(const eval::MethodResult& result) {
   dots.style = ChartSeries::Style::kMarks;
   dots.mark_px = 8.0;
   chart.series = {std::move(ideal), std::move(line), std::move(dots)};
-  return {absl::StrCat("Reliability of the confidence, ", result.name),
-          absl::StrFormat("Expected calibration error %.3f. Grey: how many queries got such a "
-                          "confidence.",
-                          result.reliability->expected_calibration_error),
-          Draw(chart)};
+  return FigureOf(
+      absl::StrCat("Reliability of the confidence, ", result.name),
+      absl::StrFormat("Expected calibration error %.3f. Grey: how many queries got such a "
+                      "confidence.",
+                      result.reliability->expected_calibration_error),
+      chart);
 }
 
 EvalFigure DrawHeatMap(const EvalReport& report) {
@@ -176,13 +176,14 @@ EvalFigure DrawHeatMap(const EvalReport& report) {
       chart.cells.back().push_back(histogram.count(column, row));
     }
   }
-  return {"Distribution of the revisits",
-          absl::StrFormat("In bins of %g m x %g deg. Dashed: a revisit is lateral from %g m, "
-                          "rotational from %g deg.",
-                          eval::RevisitHistogram::kTranslationBin_m,
-                          eval::RevisitHistogram::kRotationBin_deg, eval::kLateralFrom_m,
-                          eval::kRotationalFrom_deg),
-          Draw(chart)};
+  return FigureOf(
+      "Distribution of the revisits",
+      absl::StrFormat("In bins of %g m x %g deg. Dashed: a revisit is lateral from %g m, "
+                      "rotational from %g deg.",
+                      eval::RevisitHistogram::kTranslationBin_m,
+                      eval::RevisitHistogram::kRotationBin_deg, eval::kLateralFrom_m,
+                      eval::kRotationalFrom_deg),
+      chart);
 }
 
 }  // namespace

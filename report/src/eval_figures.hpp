@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "scanloc/report/chart.hpp"
@@ -14,7 +15,13 @@ struct EvalFigure {
   std::string title;
   std::string note;  ///< what the chart does not tell by itself; may be empty
   std::string svg;
+  std::string csv;  ///< what it shows
 };
+
+template <typename Chart>
+[[nodiscard]] EvalFigure FigureOf(std::string title, std::string note, const Chart& chart) {
+  return {std::move(title), std::move(note), Draw(chart), AsCsv(chart)};
+}
 
 /// `easy`, `lateral`, `rotational` or `lateral and rotational`.
 [[nodiscard]] std::string KindTitle(std::size_t kind);

@@ -265,8 +265,8 @@ EvalFigure MatchCharts::DrawTrajectory() {
   chart.series.push_back(std::move(wrong));
   chart.series.push_back(std::move(crosses));
   DropEmpty(&chart.series);
-  return {absl::StrCat("Matches of ", result_.name, " from above, at its greatest F1"),
-          Note(sorted, true), Draw(chart)};
+  return FigureOf(absl::StrCat("Matches of ", result_.name, " from above, at its greatest F1"),
+                  Note(sorted, true), chart);
 }
 
 EvalFigure MatchCharts::DrawGraph(const std::string& title, std::optional<double> threshold) {
@@ -308,7 +308,7 @@ EvalFigure MatchCharts::DrawGraph(const std::string& title, std::optional<double
   DropEmpty(&chart.series);
   std::string note = threshold ? Note(sorted, false) : "No match is accepted.";
   if (step > 1) absl::StrAppend(&note, " One right match in ", step, " is drawn.");
-  return {title, std::move(note), Draw(chart)};
+  return FigureOf(title, std::move(note), chart);
 }
 
 }  // namespace

@@ -53,19 +53,6 @@ std::string CurvesCsv(const EvalReport& report) {
   return csv;
 }
 
-std::string ReliabilityCsv(const EvalReport& report) {
-  std::string csv =
-      "method,confidence_from,confidence_to,num_queries,mean_confidence,share_right\n";
-  for (const eval::MethodResult& result : report.results) {
-    if (!result.reliability || result.within_m != report.within_m) continue;
-    for (const eval::ReliabilityBin& bin : result.reliability->bins) {
-      absl::StrAppendFormat(&csv, "%s,%g,%g,%d,%.6f,%.6f\n", result.name, bin.low, bin.high,
-                            bin.num_queries, bin.mean_confidence, bin.share_right);
-    }
-  }
-  return csv;
-}
-
 std::string TexRow(const std::vector<std::string>& cells) {
   std::string row;
   for (std::size_t i = 0; i < cells.size(); ++i) {
@@ -91,17 +78,17 @@ std::string ResultsTex(const EvalReport& report) {
 
 std::vector<ReportFile> PaperFiles(const EvalReport& report) {
   std::vector<ReportFile> files = {{"figures/curves.csv", CurvesCsv(report)},
-                                   {"figures/reliability.csv", ReliabilityCsv(report)},
                                    {"tables.tex", ResultsTex(report)}};
-  const auto add = [&files](const std::string& front, const std::vector<EvalFigure>& figures) {
+  const auto add = [&files](const std::vector<EvalFigure>& figures) {
     for (const EvalFigure& figure : figures) {
-      files.push_back({absl::StrCat("figures/", FileNameOf(front + figure.title), ".svg"),
-                       absl::StrCat(figure.svg, "\n")});
+      const std::string path = absl::StrCat("figures/", FileNameOf(figure.title));
+      files.push_back({path + ".svg", absl::StrCat(figure.svg, "\n")});
+      files.push_back({path + ".csv", figure.csv});
     }
   };
-  add("", DrawCurves(report));
+  add(DrawCurves(report));
   for (const eval::MethodResult& result : report.results) {
-    if (result.within_m == report.within_m) add("", DrawMatches(report, result));
+    if (result.within_m == report.within_m) add(DrawMatches(report, result));
   }
   return files;
 }

@@ -47,6 +47,15 @@ TEST(Figures, ReportsGoIntoPapersAndAreCompared) {
   report("a", {"--method", "auto"});
   EXPECT_NE(ReadFile(dir.File("a/figures/precision-over-recall.svg")).find("</svg>"),
             std::string::npos);
+  EXPECT_EQ(ReadFile(dir.File("a/figures/precision-over-recall.pdf")).rfind("%PDF-", 0), 0U);
+  EXPECT_EQ(ReadFile(dir.File("a/figures/precision-over-recall.csv")).rfind("series,part,", 0), 0U);
+  for (const auto& entry : std::filesystem::directory_iterator(dir.File("a/figures"))) {
+    const std::filesystem::path front = entry.path().parent_path() / entry.path().stem();
+    if (front.filename() == "curves") continue;
+    for (const char* of : {".svg", ".pdf", ".csv"}) {
+      EXPECT_GT(std::filesystem::file_size(front.string() + of), 20U) << front << of;
+    }
+  }
   EXPECT_NE(ReadFile(dir.File("a/tables.tex")).find("\\begin{tabular}"), std::string::npos);
   EXPECT_EQ(ReadFile(dir.File("a/figures/curves.csv")).rfind("method,within_m", 0), 0U);
   EXPECT_NE(ReadFile(dir.File("a/report.html")).find("Made by scanloc"), std::string::npos);

@@ -107,4 +107,11 @@ struct BarChart {
 [[nodiscard]] std::string Draw(const HeatMap& chart);
 [[nodiscard]] std::string Draw(const BarChart& chart);
 
+/// What each shows, a row a point or a cell, under the titles of the axes: series with a name, as
+/// far as they are drawn.
+[[nodiscard]] std::string AsCsv(const LineChart& chart);
+[[nodiscard]] std::string AsCsv(const SpaceChart& chart);
+[[nodiscard]] std::string AsCsv(const HeatMap& chart);
+[[nodiscard]] std::string AsCsv(const BarChart& chart);
+
 }  // namespace scanloc::report

@@ -13,9 +13,9 @@ struct ReportFile {
   std::string text;
 };
 
-/// What a paper takes from an evaluation: every chart as `figures/NAME.svg`, the numbers of the
-/// curves as `figures/curves.csv` and those of the reliabilities as `figures/reliability.csv`, and
-/// the table of results as `tables.tex` (booktabs).
+/// What a paper takes from an evaluation: every chart as `figures/NAME.svg` and what it shows
+/// as `figures/NAME.csv`; the whole curves with their thresholds, of all limits, as
+/// `figures/curves.csv`; the table of results as `tables.tex` (booktabs).
 [[nodiscard]] std::vector<ReportFile> PaperFiles(const EvalReport& report);
 
 }  // namespace scanloc::report
