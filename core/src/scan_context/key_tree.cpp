@@ -17,7 +17,7 @@ constexpr std::size_t kNumLanes = KeyBatches::kNumLanes;
 constexpr float kRounding = 1e-6F;
 
 /// So many candidates are looked at together at least.
-constexpr std::size_t kLeastPatience = 64;
+constexpr std::size_t kLeastPatience = 16;
 
 /// Keys that say where axes and ranges lie; more say no more.
 constexpr std::size_t kMaxSample = 50'000;
@@ -177,7 +177,7 @@ void KeyTree::Search(std::span<const std::int32_t> key_cm, const KeyEffort& effo
       .keys = {quantized(key_cm)},
       .rounding = kRounding * (static_cast<float>(axes_.NormOf(key_cm)) + greatest_norm_),
       .max_compared = effort.max_compared,
-      .patience = 2 * (is_exact ? std::max(kLeastPatience, 2 * nearest.k()) : effort.max_compared),
+      .patience = is_exact ? std::max(kLeastPatience, 4 * nearest.k()) : 2 * effort.max_compared,
       .nearest = nearest};
   if (has_flips_ && nearest.takes_augmented()) {
     // A key is as far from a reversed one as the reversed key from that.

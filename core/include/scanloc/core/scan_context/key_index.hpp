@@ -23,7 +23,7 @@ struct KeyEffort {
   /// Keys that are looked at roughly, those of the nearest parts of the index first.
   std::size_t max_scanned = kAll;
   /// Of these, the nearest by their leading components, which are compared in full.
-  std::size_t max_compared = kAll;
+  std::size_t max_compared = kAll;  ///< at least 1
 };
 
 /// What is worth it to find k of so many places, if what is found is chosen from by other means:
