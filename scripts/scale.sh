@@ -1,9 +1,10 @@
 #!/usr/bin/env bash
 # How a map's cost grows with its places (docs/benchmarks.md, "As a map grows"): makes maps of a made
-# road, measures each in a process of its own, and deletes them. Needs 10 kB of disk a place.
+# road, measures each in a process of its own, and deletes them. Needs 14 kB of disk a place.
 #   scripts/scale.sh [BUILD_DIR] [PLACES ...]
 # The last is then served, 1,000 places are appended to it meanwhile, and the server reloads it.
-#   KEYS=N ...    measures retrieval alone with so many places (default: 10,000,000)
+#   KEYS='N ...'  measures retrieval alone with so many places (default: 100,000, 1 M and 10 M)
+#   CHART=FILE    draws it all, too
 #   MERGE=N ...   makes the last of N drives that are merged; their files need as much disk again,
 #                 in SCANLOC_SCALE_PARTS_DIR (default: where the maps are)
 set -euo pipefail
@@ -57,7 +58,8 @@ for count in "${places[@]}"; do
   rm -f "$map"
   make_map "$count"
   cat "$map" >/dev/null  # a warm page cache
-  "$build/bench/scale_bench" "$map" | if [[ -z "$last" ]]; then cat; else tail -n 1; fi
+  "$build/bench/scale_bench" "$map" | if [[ -z "$last" ]]; then cat; else tail -n 1; fi |
+    tee -a "$folder/maps.csv"
   last=$count
 done
 
@@ -78,4 +80,10 @@ wait "$server" || true
 server=''
 
 echo "# retrieval alone, keys like those of the last map" >&2
-"$build/bench/scale_bench" "$map" --keys "${KEYS:-10000000}"
+last=''
+for count in ${KEYS:-100000 1000000 10000000}; do
+  "$build/bench/scale_bench" "$map" --keys "$count" --num-queries 50 |
+    if [[ -z "$last" ]]; then cat; else tail -n 1; fi | tee -a "$folder/keys.csv"
+  last=$count
+done
+[[ -z "${CHART:-}" ]] || "$build/bench/scale_chart" "$folder/maps.csv" "$folder/keys.csv" >"$CHART"
