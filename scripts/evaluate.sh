@@ -14,7 +14,7 @@ trap 'rm -rf "$work"' EXIT
 # shellcheck source=scripts/eval_sets.sh
 source scripts/eval_sets.sh
 
-methods=auto,a-pc,a-pc:10,a-cc,a-cc:10,pc,cc,m2dp
+methods=auto,a-pc,a-pc:10,a-cc,a-cc:10,pc,cc,m2dp,segmatch
 declare -A results # of a set of queries: files with commas between
 sets=()            # in order
 
