@@ -73,6 +73,16 @@ TEST(ChunkCache, ReadsWhatIsDamagedOnce) {
   EXPECT_EQ(num_reads, 1);
 }
 
+TEST(ChunkCache, ReadsAChunkOnceHoweverLargeItIs) {
+  int num_reads = 0;
+  ChunkCache cache([&](std::uint32_t number) -> absl::StatusOr<FileBytes> {
+    ++num_reads;
+    return Bytes(number);
+  });
+  for (int i = 0; i < 3; ++i) EXPECT_TRUE(cache.Get(1, 1 << 30).ok());
+  EXPECT_EQ(num_reads, 1);
+}
+
 TEST(ChunkCache, EndsWithWhatIsReadAhead) {
   std::atomic<int> num_begun = 0;
   std::atomic<int> num_ended = 0;

@@ -31,7 +31,8 @@ ChunkCache::Entries ChunkCache::TakeOutOldest() {
   Entries taken;
   std::uint64_t num_bytes = 0;
   for (const Entry& entry : entries_) num_bytes += entry.num_bytes;
-  while (entries_.size() > kMostChunks || (num_bytes > kMostBytes && !entries_.empty())) {
+  // The newest stays, however large: its messages are asked for one by one.
+  while (entries_.size() > kMostChunks || (num_bytes > kMostBytes && entries_.size() > 1)) {
     num_bytes -= entries_.back().num_bytes;
     taken.push_back(std::move(entries_.back()));
     entries_.pop_back();
