@@ -20,12 +20,13 @@
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
+#include "front/listen_sockets.hpp"
 
 namespace scanloc::server {
 namespace {
 
-constexpr std::size_t kMaxRequestBytes = 16'384;
-constexpr int kBacklog = 64;
+constexpr std::size_t kMaxHttpRequestBytes = 16'384;
+constexpr int kMaxTakenAtOnce = 64;
 /// How often it is looked at who takes too long.
 constexpr int kLookInterval_ms = 100;
 
@@ -36,36 +37,6 @@ std::string Response(const char* status, const std::string& body) {
                       body.size(), "\r\nConnection: close\r\n\r\n", body);
 }
 
-absl::Status CannotListen(const std::string& address, const char* why) {
-  return absl::UnavailableError(
-      absl::StrCat("cannot serve metrics on ", address, ": ", why,
-                   "; is the host one of this machine's, and is the port free and allowed?"));
-}
-
-/// A listening socket; -1 and errno if there cannot be one.
-int OpenListening(const addrinfo& at) {
-  const int descriptor =
-      socket(at.ai_family, at.ai_socktype | SOCK_NONBLOCK | SOCK_CLOEXEC, at.ai_protocol);
-  if (descriptor < 0) return -1;
-  const int yes = 1;
-  setsockopt(descriptor, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
-  if (bind(descriptor, at.ai_addr, at.ai_addrlen) == 0 && listen(descriptor, kBacklog) == 0) {
-    return descriptor;
-  }
-  const int why = errno;
-  close(descriptor);
-  errno = why;
-  return -1;
-}
-
-int PortOf(int listening) {
-  sockaddr_storage bound = {};
-  socklen_t size = sizeof bound;
-  if (getsockname(listening, reinterpret_cast<sockaddr*>(&bound), &size) != 0) return 0;
-  return ntohs(bound.ss_family == AF_INET6 ? reinterpret_cast<sockaddr_in6&>(bound).sin6_port
-                                           : reinterpret_cast<sockaddr_in&>(bound).sin_port);
-}
-
 }  // namespace
 
 MetricsEndpoint::Socket::~Socket() {
@@ -74,27 +45,18 @@ MetricsEndpoint::Socket::~Socket() {
 
 absl::StatusOr<std::unique_ptr<MetricsEndpoint>> MetricsEndpoint::Listen(const std::string& address,
                                                                          const Metrics& metrics) {
-  const std::size_t colon = address.rfind(':');
-  std::string host = address.substr(0, colon);
-  if (host.size() > 2 && host.front() == '[' && host.back() == ']') {
-    host = host.substr(1, host.size() - 2);
-  }
-  addrinfo hints = {};
-  hints.ai_socktype = SOCK_STREAM;
-  hints.ai_flags = AI_PASSIVE | AI_NUMERICSERV;
-  addrinfo* found = nullptr;
-  if (const int error =
-          getaddrinfo(host.c_str(), address.substr(colon + 1).c_str(), &hints, &found);
-      error != 0) {
-    return CannotListen(address, gai_strerror(error));
-  }
-  const std::unique_ptr<addrinfo, void (*)(addrinfo*)> addresses(found, freeaddrinfo);
-  const int listening = OpenListening(*addresses);
-  if (listening < 0) return CannotListen(address, std::strerror(errno));
+  const auto cannot = [&](absl::string_view why) {
+    return absl::UnavailableError(
+        absl::StrCat("cannot serve metrics on ", address, ": ", why,
+                     "; is the host one of this machine's, and is the port free and allowed?"));
+  };
+  const absl::StatusOr<ListenSockets> listening = ListenAt(address);
+  if (!listening.ok()) return cannot(listening.status().message());
   auto endpoint = std::unique_ptr<MetricsEndpoint>(
-      new MetricsEndpoint(metrics, listening, eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)));
-  if (endpoint->stop_.get() < 0) return CannotListen(address, std::strerror(errno));
-  endpoint->address_ = absl::StrCat(address.substr(0, colon), ":", PortOf(listening));
+      new MetricsEndpoint(metrics, eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)));
+  for (const int socket : listening->sockets) endpoint->listening_.emplace_back(socket);
+  if (endpoint->stop_.get() < 0) return cannot(std::strerror(errno));
+  endpoint->address_ = absl::StrCat(address.substr(0, address.rfind(':')), ":", listening->port);
   endpoint->thread_ = std::thread([raw = endpoint.get()] { raw->Run(); });
   return endpoint;
 }
@@ -113,7 +75,8 @@ void MetricsEndpoint::Run() {
   while (true) {
     // Who cannot be let in would else wake the thread again at once.
     const short wanted_of_new = std::exchange(is_short_of_descriptors_, false) ? 0 : POLLIN;
-    watched.assign({{stop_.get(), POLLIN, 0}, {listening_.get(), wanted_of_new, 0}});
+    watched.assign({{stop_.get(), POLLIN, 0}});
+    for (const Socket& socket : listening_) watched.push_back({socket.get(), wanted_of_new, 0});
     for (const Client& client : clients_) {
       const short wanted = client.answer.empty() ? POLLIN : POLLOUT;
       watched.push_back({client.socket.get(), wanted, 0});
@@ -122,7 +85,7 @@ void MetricsEndpoint::Run() {
          clients_.empty() && wanted_of_new != 0 ? -1 : kLookInterval_ms);
     if (watched[0].revents != 0) return;
     const auto now = Clock::now();
-    std::size_t i = 2;
+    std::size_t i = 1 + listening_.size();
     for (Client& client : clients_) {
       const bool is_ready = watched[i++].revents != 0;
       if (is_ready && client.answer.empty()) Read(client);
@@ -131,14 +94,15 @@ void MetricsEndpoint::Run() {
       if (now - client.came > patience) client.is_over = true;
     }
     clients_.remove_if([](const Client& client) { return client.is_over; });
-    if (watched[1].revents != 0) TakeClients();
+    for (i = 0; i < listening_.size(); ++i) {
+      if (watched[1 + i].revents != 0) TakeClients(watched[1 + i].fd);
+    }
   }
 }
 
-void MetricsEndpoint::TakeClients() {
-  for (int i = 0; i < kBacklog; ++i) {
-    const int descriptor =
-        accept4(listening_.get(), nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC);
+void MetricsEndpoint::TakeClients(int listening) {
+  for (int i = 0; i < kMaxTakenAtOnce; ++i) {
+    const int descriptor = accept4(listening, nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC);
     if (descriptor < 0) {
       is_short_of_descriptors_ = errno == EMFILE || errno == ENFILE;
       // Room is made as where places are short.
@@ -161,7 +125,7 @@ void MetricsEndpoint::Read(Client& client) const {
   client.request.append(piece.data(), static_cast<std::size_t>(num_read));
   if (absl::StrContains(client.request, "\r\n\r\n")) {
     client.answer = AnswerTo(client.request);
-  } else if (client.request.size() > kMaxRequestBytes) {
+  } else if (client.request.size() > kMaxHttpRequestBytes) {
     client.answer = Response("431 Request Header Fields Too Large", "");
   }
 }

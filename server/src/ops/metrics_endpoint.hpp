@@ -57,18 +57,17 @@ class MetricsEndpoint {
     bool is_over = false;
   };
 
-  MetricsEndpoint(const Metrics& metrics, int listening, int stop)
-      : metrics_(metrics), listening_(listening), stop_(stop) {}
+  MetricsEndpoint(const Metrics& metrics, int stop) : metrics_(metrics), stop_(stop) {}
 
   void Run();
-  void TakeClients();
+  void TakeClients(int listening);
   void Read(Client& client) const;
   static void Write(Client& client);
   [[nodiscard]] std::string AnswerTo(const std::string& request) const;
 
   const Metrics& metrics_;
-  const Socket listening_;
-  const Socket stop_;  // an eventfd
+  std::list<Socket> listening_;  // set before the thread runs
+  const Socket stop_;            // an eventfd
   std::string address_;
   bool is_short_of_descriptors_ = false;  // of the thread
   std::list<Client> clients_;             // of the thread; who came first is first
