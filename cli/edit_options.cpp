@@ -83,7 +83,7 @@ StatusOrEdit Renamed(const std::string& text) {
   return mapdb::RenameSession{text.substr(0, at), text.substr(at + 1)};
 }
 
-StatusOrEdit Thinned(const std::string& text) {
+StatusOrEdit ParseThinned(const std::string& text) {
   double spacing_m = 0.0;
   if (!absl::SimpleAtod(text, &spacing_m) || !(spacing_m > 0.0)) {
     return absl::InvalidArgumentError(absl::StrCat("\"", text, "\" is no distance above 0 [m]"));
@@ -138,7 +138,7 @@ void EditOptions::Declare(CLI::App& app) {
   Add(app, "--crop-floor", &InRegion<mapdb::Crop, &FloorRegion>, "Z0,Z1",
       "Keep the places whose sensor stood so high, map frame [m]");
   Add(app, "--cut-floor", &InRegion<mapdb::Cut, &FloorRegion>, "Z0,Z1", "Leave those out");
-  Add(app, "--thin", &Thinned, "METRES",
+  Add(app, "--thin", &ParseThinned, "METRES",
       "Leave places out that have one built later within so much");
   Add(app, "--transform", &Moved, "X,Y,Z,ROLL,PITCH,YAW",
       "Move the map into another frame: T_new_old [m, deg]");

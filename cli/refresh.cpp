@@ -26,7 +26,7 @@
 namespace scanloc::cli {
 namespace {
 
-constexpr std::size_t kMaxAsked = 200;
+constexpr std::size_t kMaxScansAsked = 200;
 
 /// A map of the new places, beside the one to be made; gone at the end. One of a process that was
 /// killed, and had the same number, is in nobody's way.
@@ -111,7 +111,7 @@ absl::StatusOr<std::string> RefreshCommand::Recall(const std::string& path,
   const auto localizer = Localizer::Create(std::make_shared<const Map>(*std::move(map)));
   if (!localizer.ok()) return localizer.status();
   const mapdb::ScanLoader load_scan = LoaderOf(changes.frames, drive_.mount());
-  const std::size_t num_asked = std::min(changes.frames.size(), kMaxAsked);
+  const std::size_t num_asked = std::min(changes.frames.size(), kMaxScansAsked);
   std::size_t num_right = 0;
   std::size_t num_false = 0;
   for (std::size_t k = 0; k < num_asked; ++k) {

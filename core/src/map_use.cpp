@@ -10,7 +10,7 @@ namespace {
 
 constexpr double kNumRecent = 8.0;
 
-absl::Status CheckCount(const char* name, std::int64_t count) {
+absl::Status CheckUseCount(const char* name, std::int64_t count) {
   if (count >= 0) return absl::OkStatus();
   return absl::InvalidArgumentError(absl::StrCat(name, " is ", count, "; it is never negative"));
 }
@@ -32,7 +32,7 @@ absl::Status Validate(const PlaceUse& use) {
                                     {"num_refused", use.num_refused},
                                     {"last_found_ns", use.last_found_ns},
                                     {"last_refused_ns", use.last_refused_ns}}) {
-    if (auto status = CheckCount(name, count); !status.ok()) return status;
+    if (auto status = CheckUseCount(name, count); !status.ok()) return status;
   }
   for (const auto& [name, share] : {std::pair{"confidence", use.confidence},
                                     {"disagreement", use.disagreement},
@@ -51,10 +51,10 @@ absl::Status Validate(const MapUse& use) {
                                     {"num_not_recognized", use.num_not_recognized},
                                     {"num_insufficient", use.num_insufficient},
                                     {"num_refused_nowhere", use.num_refused_nowhere}}) {
-    if (auto status = CheckCount(name, count); !status.ok()) return status;
+    if (auto status = CheckUseCount(name, count); !status.ok()) return status;
   }
   for (const auto& [place, of_place] : use.places) {
-    if (auto status = CheckCount("place", place); !status.ok()) return status;
+    if (auto status = CheckUseCount("place", place); !status.ok()) return status;
     if (auto status = Validate(of_place); !status.ok()) return status;
   }
   return absl::OkStatus();

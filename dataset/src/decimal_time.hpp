@@ -6,6 +6,8 @@
 
 namespace scanloc::dataset {
 
+inline constexpr std::int64_t kNanosecondsPerS = 1'000'000'000;
+
 /// What the numbers of a file of stamps count.
 enum class TimeUnit { kSeconds, kMilliseconds, kMicroseconds, kNanoseconds };
 

@@ -22,8 +22,6 @@ namespace fs = std::filesystem;
 
 constexpr std::int64_t kNsPerMs = 1'000'000;
 
-absl::Status Bad(std::string_view reason) { return absl::InvalidArgumentError(ToAbsl(reason)); }
-
 // KITTI's calib.txt, beside the folder of the scans.
 std::string FindKittiCalib(const std::vector<ScanFile>& scans) {
   std::error_code error;
@@ -42,10 +40,11 @@ absl::StatusOr<Trajectory> ReadPoses(const DriveOptions& options,
   if (!trajectory.ok() || !options.calib_file.empty() || options.T_body_sensor) return trajectory;
   if (trajectory->format == PoseFormat::kMatrix && options.format == PoseFormat::kAuto &&
       absl::EndsWithIgnoreCase(scans.front().name, ".npy")) {
-    return Bad(absl::StrCat(options.poses_file,
-                            ": 4x4 matrices beside .npy scans are NAVER LABS's, poses of the "
-                            "vehicle, but there is no calibration.json in the folders above; give "
-                            "it as --calib"));
+    return Invalid(
+        absl::StrCat(options.poses_file,
+                     ": 4x4 matrices beside .npy scans are NAVER LABS's, poses of the "
+                     "vehicle, but there is no calibration.json in the folders above; give "
+                     "it as --calib"));
   }
   if (!MovesLikeACamera(*trajectory)) return trajectory;
   const std::string calib =
@@ -81,8 +80,8 @@ absl::StatusOr<std::vector<std::int64_t>> StampsOfScans(const std::vector<ScanFi
   if (!times_file.empty()) {
     absl::StatusOr<std::vector<std::int64_t>> stamps_ns = ReadTimes(times_file);
     if (stamps_ns.ok() && stamps_ns->size() != scans.size()) {
-      return Bad(absl::StrCat(times_file, ": holds ", stamps_ns->size(), " times, but ",
-                              options.scans_dir, " holds ", scans.size(), " scans"));
+      return Invalid(absl::StrCat(times_file, ": holds ", stamps_ns->size(), " times, but ",
+                                  options.scans_dir, " holds ", scans.size(), " scans"));
     }
     return stamps_ns;
   }
@@ -103,20 +102,21 @@ Frame MakeFrame(const ScanFile& scan, const Pose& T_map_sensor, std::int64_t sta
 absl::Status CheckTimesRise(const std::vector<std::int64_t>& stamps_ns, const std::string& file) {
   const auto fall = std::adjacent_find(stamps_ns.begin(), stamps_ns.end(), std::greater<>());
   if (fall == stamps_ns.end()) return absl::OkStatus();
-  return Bad(absl::StrCat(file, ": time ", fall - stamps_ns.begin() + 2, ", ", fall[1],
-                          " ns, is earlier than the one before it, ", fall[0],
-                          " ns, but scans are paired with poses in their order; sort the rows, or "
-                          "give the scans their own times with --times"));
+  return Invalid(
+      absl::StrCat(file, ": time ", fall - stamps_ns.begin() + 2, ", ", fall[1],
+                   " ns, is earlier than the one before it, ", fall[0],
+                   " ns, but scans are paired with poses in their order; sort the rows, or "
+                   "give the scans their own times with --times"));
 }
 
 absl::StatusOr<Drive> PairByIndex(const DriveOptions& options, const std::vector<ScanFile>& scans,
                                   const std::vector<std::int64_t>& scan_stamps_ns,
                                   const Trajectory& trajectory) {
   if (scans.size() != trajectory.T_map_sensor.size()) {
-    return Bad(absl::StrCat(options.scans_dir, " holds ", scans.size(), " scans, but ",
-                            options.poses_file, " holds ", trajectory.T_map_sensor.size(),
-                            " poses; each scan needs the one in the row of its place in name "
-                            "order"));
+    return Invalid(absl::StrCat(options.scans_dir, " holds ", scans.size(), " scans, but ",
+                                options.poses_file, " holds ", trajectory.T_map_sensor.size(),
+                                " poses; each scan needs the one in the row of its place in name "
+                                "order"));
   }
   for (const absl::Status& status :
        {CheckTimesRise(trajectory.stamps_ns, options.poses_file),
@@ -185,7 +185,7 @@ absl::StatusOr<Drive> PairByStamp(const DriveOptions& options, const std::vector
     drive.frames.push_back(MakeFrame(scans[i], trajectory.T_map_sensor[*pose], scan_stamps_ns[i]));
   }
   if (drive.frames.empty()) {
-    return Bad(absl::StrCat(
+    return Invalid(absl::StrCat(
         "none of the ", scans.size(), " scans of ", options.scans_dir, " lies within ",
         kMaxStampGap_ns, " ns of a pose of ", options.poses_file, "; the first scan's stamp is ",
         scan_stamps_ns.front(), " ns, the first pose's ", trajectory.stamps_ns.front(), " ns"));
@@ -201,8 +201,8 @@ absl::StatusOr<Drive> PairByNumber(const DriveOptions& options, const std::vecto
   std::map<std::int64_t, std::size_t> poses;
   for (std::size_t i = 0; i < trajectory.frame_numbers.size(); ++i) {
     if (!poses.emplace(trajectory.frame_numbers[i], i).second) {
-      return Bad(absl::StrCat(options.poses_file, ": frame ", trajectory.frame_numbers[i],
-                              " is there twice"));
+      return Invalid(absl::StrCat(options.poses_file, ": frame ", trajectory.frame_numbers[i],
+                                  " is there twice"));
     }
   }
   Drive drive;
@@ -216,9 +216,9 @@ absl::StatusOr<Drive> PairByNumber(const DriveOptions& options, const std::vecto
                                      scan_stamps_ns.empty() ? 0 : scan_stamps_ns[i]));
   }
   if (drive.frames.empty()) {
-    return Bad(absl::StrCat("none of the numbers of the scans of ", options.scans_dir,
-                            " is that of a frame of ", options.poses_file, "; the first are ",
-                            numbers.front(), " and ", trajectory.frame_numbers.front()));
+    return Invalid(absl::StrCat("none of the numbers of the scans of ", options.scans_dir,
+                                " is that of a frame of ", options.poses_file, "; the first are ",
+                                numbers.front(), " and ", trajectory.frame_numbers.front()));
   }
   return drive;
 }
@@ -238,8 +238,8 @@ absl::StatusOr<Drive> Pair(const DriveOptions& options, const std::vector<ScanFi
 }  // namespace
 
 absl::StatusOr<Drive> OpenDrive(const DriveOptions& options) {
-  if (options.scans_dir.empty()) return Bad("no folder of scans is given");
-  if (options.poses_file.empty()) return Bad("no file of poses is given");
+  if (options.scans_dir.empty()) return Invalid("no folder of scans is given");
+  if (options.poses_file.empty()) return Invalid("no file of poses is given");
   const absl::StatusOr<std::vector<ScanFile>> scans = ListScans(options.scans_dir);
   if (!scans.ok()) return scans.status();
   const absl::StatusOr<Trajectory> trajectory = ReadPoses(options, *scans);
@@ -252,7 +252,7 @@ absl::StatusOr<Drive> OpenDrive(const DriveOptions& options) {
       StampsOfScans(*scans, options, trajectory->format, order);
   if (!scan_stamps_ns.ok()) return scan_stamps_ns.status();
   if (!order.doubt.empty() && order.stamps_ns.empty()) {
-    return Bad(
+    return Invalid(
         absl::StrCat(options.scans_dir, ": the order of the scans is not plain: ", order.doubt));
   }
   if (!order.note.empty() && *scan_stamps_ns == order.stamps_ns) notes.push_back(order.note);

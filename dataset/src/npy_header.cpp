@@ -11,9 +11,9 @@
 namespace scanloc::dataset {
 namespace {
 
-constexpr std::string_view kMagic = "\x93NUMPY";
+constexpr std::string_view kNpyMagic = "\x93NUMPY";
 constexpr std::uint64_t kMaxHeaderBytes = 64 << 10;
-constexpr std::string_view kBlanks = " \t\n";
+constexpr std::string_view kHeaderBlanks = " \t\n";
 
 struct ValueType {
   std::string_view descr;
@@ -51,7 +51,7 @@ class HeaderParser {
     if (!has_descr_ || !has_order_ || !has_shape_) {
       return BadNpy("its header lacks one of descr, fortran_order and shape");
     }
-    if (rest_.find_first_not_of(kBlanks) != std::string_view::npos) return Unreadable();
+    if (rest_.find_first_not_of(kHeaderBlanks) != std::string_view::npos) return Unreadable();
     return header_;
   }
 
@@ -61,7 +61,7 @@ class HeaderParser {
   }
 
   void SkipBlanks() {
-    rest_.remove_prefix(std::min(rest_.find_first_not_of(kBlanks), rest_.size()));
+    rest_.remove_prefix(std::min(rest_.find_first_not_of(kHeaderBlanks), rest_.size()));
   }
 
   bool Take(char c) {
@@ -86,7 +86,7 @@ class HeaderParser {
     SkipBlanks();
     const std::string_view token = rest_.substr(0, rest_.find_first_of(ends));
     rest_.remove_prefix(token.size());
-    return token.substr(0, token.find_last_not_of(kBlanks) + 1);
+    return token.substr(0, token.find_last_not_of(kHeaderBlanks) + 1);
   }
 
   absl::Status ParseValue(std::string_view key) {
@@ -159,8 +159,9 @@ std::uint64_t LittleEndian(std::string_view bytes) {
 // The header's text; the values follow it in `bytes`.
 absl::StatusOr<std::string_view> TakeHeader(std::string_view& bytes) {
   constexpr std::size_t kVersionBytes = 2;
-  if (bytes.substr(0, kMagic.size()) != kMagic) return BadNpy("it does not begin as a NumPy array");
-  bytes.remove_prefix(kMagic.size());
+  if (bytes.substr(0, kNpyMagic.size()) != kNpyMagic)
+    return BadNpy("it does not begin as a NumPy array");
+  bytes.remove_prefix(kNpyMagic.size());
   if (bytes.size() < kVersionBytes) return BadNpy("truncated in its version");
   const auto version = static_cast<unsigned char>(bytes[0]);
   if (version < 1 || version > 3) {

@@ -24,7 +24,7 @@ struct RawHeader {
   bool has_data = false;
 };
 
-absl::Status Bad(std::string_view reason) {
+absl::Status BadPcd(std::string_view reason) {
   return absl::InvalidArgumentError(absl::StrCat("PCD header: ", ToAbsl(reason)));
 }
 
@@ -34,11 +34,11 @@ bool ParseNumber(std::string_view token, Int& value) {
 }
 
 absl::Status ParseFields(const Tokens& tokens, PcdHeader& header) {
-  if (tokens.size() < 2) return Bad("FIELDS names no field");
+  if (tokens.size() < 2) return BadPcd("FIELDS names no field");
   if (tokens.size() - 1 > kMaxFields) {
-    return Bad(absl::StrCat("has ", tokens.size() - 1, " fields; at most ", kMaxFields));
+    return BadPcd(absl::StrCat("has ", tokens.size() - 1, " fields; at most ", kMaxFields));
   }
-  if (!header.fields.empty()) return Bad("FIELDS is given twice");
+  if (!header.fields.empty()) return BadPcd("FIELDS is given twice");
   for (std::size_t i = 1; i < tokens.size(); ++i) {
     header.fields.push_back({.name = std::string(tokens[i])});
   }
@@ -49,8 +49,8 @@ absl::Status ParseFields(const Tokens& tokens, PcdHeader& header) {
 absl::Status ParsePerField(const Tokens& tokens, PcdHeader& header) {
   const std::string_view key = tokens[0];
   if (tokens.size() - 1 != header.fields.size()) {
-    return Bad(absl::StrCat(ToAbsl(key), " has ", tokens.size() - 1, " values for ",
-                            header.fields.size(), " fields"));
+    return BadPcd(absl::StrCat(ToAbsl(key), " has ", tokens.size() - 1, " values for ",
+                               header.fields.size(), " fields"));
   }
   for (std::size_t i = 0; i < header.fields.size(); ++i) {
     PcdField& field = header.fields[i];
@@ -66,8 +66,8 @@ absl::Status ParsePerField(const Tokens& tokens, PcdHeader& header) {
       ok = ParseNumber(token, field.count) && field.count <= kMaxRecordBytes;
     }
     if (!ok) {
-      return Bad(absl::StrCat(ToAbsl(key), " ", Quote(token), " of field ", Quote(field.name),
-                              " is not known"));
+      return BadPcd(absl::StrCat(ToAbsl(key), " ", Quote(token), " of field ", Quote(field.name),
+                                 " is not known"));
     }
   }
   return absl::OkStatus();
@@ -76,7 +76,7 @@ absl::Status ParsePerField(const Tokens& tokens, PcdHeader& header) {
 absl::Status ParseCount(const Tokens& tokens, std::optional<std::uint64_t>& count) {
   std::uint64_t value = 0;
   if (tokens.size() != 2 || !ParseNumber(tokens[1], value)) {
-    return Bad(absl::StrCat(ToAbsl(tokens[0]), " is not one whole number"));
+    return BadPcd(absl::StrCat(ToAbsl(tokens[0]), " is not one whole number"));
   }
   count = value;
   return absl::OkStatus();
@@ -84,18 +84,18 @@ absl::Status ParseCount(const Tokens& tokens, std::optional<std::uint64_t>& coun
 
 absl::Status ParseData(const Tokens& tokens, PcdHeader& header) {
   using Data = PcdHeader::Data;
-  constexpr std::array<std::pair<std::string_view, Data>, 3> kKinds = {
+  constexpr std::array<std::pair<std::string_view, Data>, 3> kDataKinds = {
       {{"ascii", Data::kAscii},
        {"binary", Data::kBinary},
        {"binary_compressed", Data::kBinaryCompressed}}};
-  for (const auto& [name, data] : kKinds) {
+  for (const auto& [name, data] : kDataKinds) {
     if (tokens.size() == 2 && tokens[1] == name) {
       header.data = data;
       return absl::OkStatus();
     }
   }
-  return Bad(absl::StrCat("DATA ", tokens.size() > 1 ? Quote(tokens[1]) : "",
-                          " is not ascii, binary or binary_compressed"));
+  return BadPcd(absl::StrCat("DATA ", tokens.size() > 1 ? Quote(tokens[1]) : "",
+                             " is not ascii, binary or binary_compressed"));
 }
 
 absl::Status ParseLine(const Tokens& tokens, PcdHeader& header, RawHeader& raw) {
@@ -110,7 +110,7 @@ absl::Status ParseLine(const Tokens& tokens, PcdHeader& header, RawHeader& raw) 
     raw.has_data = true;
     return ParseData(tokens, header);
   }
-  return Bad(absl::StrCat("line begins with ", Quote(key), ", which no PCD file knows"));
+  return BadPcd(absl::StrCat("line begins with ", Quote(key), ", which no PCD file knows"));
 }
 
 // POINTS rules where WIDTH or HEIGHT is 0 or absent: files of some tools have points nevertheless.
@@ -118,23 +118,23 @@ absl::Status SetNumPoints(const RawHeader& raw, PcdHeader& header) {
   const std::uint64_t width = raw.width.value_or(0);
   const std::uint64_t height = raw.height.value_or(0);
   if (!raw.points && (!raw.width || !raw.height)) {
-    return Bad("has neither POINTS nor WIDTH and HEIGHT");
+    return BadPcd("has neither POINTS nor WIDTH and HEIGHT");
   }
   // Checked before they are multiplied.
   for (const std::uint64_t count : {width, height, raw.points.value_or(0)}) {
     if (count > limits::kMaxPointsPerScan) {
-      return Bad(absl::StrCat("announces ", count, " points; a scan has at most ",
-                              limits::kMaxPointsPerScan));
+      return BadPcd(absl::StrCat("announces ", count, " points; a scan has at most ",
+                                 limits::kMaxPointsPerScan));
     }
   }
   const std::uint64_t num_points = raw.points.value_or(width * height);
   if (width != 0 && height != 0 && width * height != num_points) {
-    return Bad(
+    return BadPcd(
         absl::StrCat("WIDTH ", width, " x HEIGHT ", height, " differs from POINTS ", num_points));
   }
   if (num_points > limits::kMaxPointsPerScan) {
-    return Bad(absl::StrCat("announces ", num_points, " points; a scan has at most ",
-                            limits::kMaxPointsPerScan));
+    return BadPcd(absl::StrCat("announces ", num_points, " points; a scan has at most ",
+                               limits::kMaxPointsPerScan));
   }
   header.num_points = num_points;
   return absl::OkStatus();
@@ -147,13 +147,13 @@ absl::Status LayOutFields(PcdHeader& header) {
     header.record_bytes += static_cast<std::size_t>(field.size) * field.count;
     header.num_columns += field.count;
     if (header.record_bytes > kMaxRecordBytes) {
-      return Bad(absl::StrCat("a point has more than ", kMaxRecordBytes, " bytes"));
+      return BadPcd(absl::StrCat("a point has more than ", kMaxRecordBytes, " bytes"));
     }
   }
   if (header.num_points * header.record_bytes >
       static_cast<std::uint64_t>(limits::kMaxScanFileBytes)) {
-    return Bad(absl::StrCat(header.num_points, " points of ", header.record_bytes,
-                            " bytes are more than ", limits::kMaxScanFileBytes, " bytes"));
+    return BadPcd(absl::StrCat(header.num_points, " points of ", header.record_bytes,
+                               " bytes are more than ", limits::kMaxScanFileBytes, " bytes"));
   }
   return absl::OkStatus();
 }
@@ -163,13 +163,13 @@ absl::Status CheckCoordinates(const PcdHeader& header) {
     const auto is_it = [name](const PcdField& field) { return field.name == name; };
     const auto num = std::count_if(header.fields.begin(), header.fields.end(), is_it);
     if (num != 1) {
-      return Bad(absl::StrCat("has ", num, " fields named ", ToAbsl(name), "; one is needed"));
+      return BadPcd(absl::StrCat("has ", num, " fields named ", ToAbsl(name), "; one is needed"));
     }
     const auto field = std::find_if(header.fields.begin(), header.fields.end(), is_it);
     if (field->type != 'F' || field->count != 1 || (field->size != 4 && field->size != 8)) {
-      return Bad(absl::StrCat("field ", ToAbsl(name), " has TYPE ", std::string(1, field->type),
-                              " SIZE ", field->size, " COUNT ", field->count,
-                              "; TYPE F, SIZE 4 or 8 and COUNT 1 are read"));
+      return BadPcd(absl::StrCat("field ", ToAbsl(name), " has TYPE ", std::string(1, field->type),
+                                 " SIZE ", field->size, " COUNT ", field->count,
+                                 "; TYPE F, SIZE 4 or 8 and COUNT 1 are read"));
     }
   }
   return absl::OkStatus();
@@ -185,7 +185,7 @@ absl::StatusOr<PcdHeader> ParsePcdHeader(std::string_view bytes) {
   while (!raw.has_data) {
     const std::optional<std::string_view> line = lines.Next();
     if (!line || lines.line_number() > kMaxHeaderLines) {
-      return Bad("has no DATA line: truncated or not a PCD file");
+      return BadPcd("has no DATA line: truncated or not a PCD file");
     }
     SplitAtBlanks(*line, tokens);
     if (tokens.empty() || tokens[0][0] == '#') continue;

@@ -18,7 +18,7 @@ namespace {
 
 using Tokens = std::vector<std::string_view>;
 
-constexpr std::size_t kMaxHeaderLines = 1000;
+constexpr std::size_t kMaxPlyHeaderLines = 1000;
 constexpr std::size_t kMaxProperties = 256;
 
 struct Property {
@@ -36,19 +36,19 @@ struct PlyHeader {
   std::vector<Property> properties;  ///< of a vertex
 };
 
-absl::Status Bad(std::string_view reason) {
+absl::Status BadPly(std::string_view reason) {
   return absl::InvalidArgumentError(absl::StrCat("PLY header: ", ToAbsl(reason)));
 }
 
 absl::Status ParseFormat(const Tokens& tokens, PlyHeader& header) {
   using Format = PlyHeader::Format;
-  if (header.format != Format::kNone) return Bad("format is given twice");
+  if (header.format != Format::kNone) return BadPly("format is given twice");
   const std::string_view name = tokens.size() == 3 ? tokens[1] : std::string_view();
   if (name == "ascii") header.format = Format::kAscii;
   if (name == "binary_little_endian") header.format = Format::kLittleEndian;
   if (name == "binary_big_endian") header.format = Format::kBigEndian;
   if (header.format == Format::kNone || tokens[2] != "1.0") {
-    return Bad("format is not ascii, binary_little_endian or binary_big_endian 1.0");
+    return BadPly("format is not ascii, binary_little_endian or binary_big_endian 1.0");
   }
   return absl::OkStatus();
 }
@@ -56,50 +56,52 @@ absl::Status ParseFormat(const Tokens& tokens, PlyHeader& header) {
 absl::Status ParseElement(const Tokens& tokens, PlyHeader& header) {
   std::uint64_t count = 0;
   if (tokens.size() != 3 || !absl::SimpleAtoi(ToAbsl(tokens[2]), &count)) {
-    return Bad("element line is not \"element NAME COUNT\"");
+    return BadPly("element line is not \"element NAME COUNT\"");
   }
   if (header.num_elements++ > 0) {
     return tokens[1] == "vertex"
-               ? Bad("vertex must be the first element, and the only one so named")
+               ? BadPly("vertex must be the first element, and the only one so named")
                : absl::OkStatus();
   }
   if (tokens[1] != "vertex") {
-    return Bad(absl::StrCat("the first element is ", Quote(tokens[1]), "; it must be vertex"));
+    return BadPly(absl::StrCat("the first element is ", Quote(tokens[1]), "; it must be vertex"));
   }
   if (count > limits::kMaxPointsPerScan) {
-    return Bad(absl::StrCat("announces ", count, " points; a scan has at most ",
-                            limits::kMaxPointsPerScan));
+    return BadPly(absl::StrCat("announces ", count, " points; a scan has at most ",
+                               limits::kMaxPointsPerScan));
   }
   header.num_vertices = count;
   return absl::OkStatus();
 }
 
 absl::Status ParseProperty(const Tokens& tokens, PlyHeader& header) {
-  struct Type {
+  struct NamedType {
     std::string_view name, alias;
     std::size_t size_bytes;
     bool is_float;
   };
-  constexpr std::array<Type, 8> kTypes = {{{"char", "int8", 1, false},
-                                           {"uchar", "uint8", 1, false},
-                                           {"short", "int16", 2, false},
-                                           {"ushort", "uint16", 2, false},
-                                           {"int", "int32", 4, false},
-                                           {"uint", "uint32", 4, false},
-                                           {"float", "float32", 4, true},
-                                           {"double", "float64", 8, true}}};
-  if (header.num_elements == 0) return Bad("property before any element");
+  constexpr std::array<NamedType, 8> kNamedTypes = {{{"char", "int8", 1, false},
+                                                     {"uchar", "uint8", 1, false},
+                                                     {"short", "int16", 2, false},
+                                                     {"ushort", "uint16", 2, false},
+                                                     {"int", "int32", 4, false},
+                                                     {"uint", "uint32", 4, false},
+                                                     {"float", "float32", 4, true},
+                                                     {"double", "float64", 8, true}}};
+  if (header.num_elements == 0) return BadPly("property before any element");
   if (header.num_elements > 1) return absl::OkStatus();
   if (tokens.size() != 3) {
-    return Bad("a vertex property is not \"property TYPE NAME\"; lists are not read");
+    return BadPly("a vertex property is not \"property TYPE NAME\"; lists are not read");
   }
   if (header.properties.size() == kMaxProperties) {
-    return Bad(absl::StrCat("a vertex has more than ", kMaxProperties, " properties"));
+    return BadPly(absl::StrCat("a vertex has more than ", kMaxProperties, " properties"));
   }
-  const auto* const type = std::find_if(kTypes.begin(), kTypes.end(), [&](const Type& candidate) {
-    return tokens[1] == candidate.name || tokens[1] == candidate.alias;
-  });
-  if (type == kTypes.end()) return Bad(absl::StrCat("type ", Quote(tokens[1]), " is not known"));
+  const auto* const type =
+      std::find_if(kNamedTypes.begin(), kNamedTypes.end(), [&](const NamedType& candidate) {
+        return tokens[1] == candidate.name || tokens[1] == candidate.alias;
+      });
+  if (type == kNamedTypes.end())
+    return BadPly(absl::StrCat("type ", Quote(tokens[1]), " is not known"));
   header.properties.push_back(
       {.name = tokens[2], .size_bytes = type->size_bytes, .is_float = type->is_float});
   return absl::OkStatus();
@@ -109,7 +111,7 @@ absl::StatusOr<PlyHeader> ParseHeader(LineReader& lines) {
   PlyHeader header;
   Tokens tokens;
   SplitAtBlanks(lines.Next().value_or(""), tokens);
-  if (tokens != Tokens{"ply"}) return Bad("does not begin with a line \"ply\": not a PLY file");
+  if (tokens != Tokens{"ply"}) return BadPly("does not begin with a line \"ply\": not a PLY file");
   while (const std::optional<std::string_view> line = lines.Next()) {
     SplitAtBlanks(*line, tokens);
     const std::string_view key = tokens.empty() ? std::string_view("comment") : tokens[0];
@@ -122,18 +124,18 @@ absl::StatusOr<PlyHeader> ParseHeader(LineReader& lines) {
     } else if (key == "property") {
       status = ParseProperty(tokens, header);
     } else if (key != "comment" && key != "obj_info") {
-      status = Bad(absl::StrCat("line begins with ", Quote(key), ", which no PLY file knows"));
+      status = BadPly(absl::StrCat("line begins with ", Quote(key), ", which no PLY file knows"));
     }
     if (!status.ok()) return status;
-    if (lines.line_number() > kMaxHeaderLines) break;
+    if (lines.line_number() > kMaxPlyHeaderLines) break;
   }
-  return Bad("has no end_header line: truncated or not a PLY file");
+  return BadPly("has no end_header line: truncated or not a PLY file");
 }
 
 // The index of each coordinate among the properties of a vertex.
 absl::StatusOr<std::array<std::size_t, 3>> FindCoordinates(const PlyHeader& header) {
-  if (header.format == PlyHeader::Format::kNone) return Bad("has no format line");
-  if (header.num_elements == 0) return Bad("has no vertex element");
+  if (header.format == PlyHeader::Format::kNone) return BadPly("has no format line");
+  if (header.num_elements == 0) return BadPly("has no vertex element");
   constexpr std::array<std::string_view, 3> kNames = {"x", "y", "z"};
   std::array<std::size_t, 3> xyz{};
   for (std::size_t i = 0; i < 3; ++i) {
@@ -141,8 +143,8 @@ absl::StatusOr<std::array<std::size_t, 3>> FindCoordinates(const PlyHeader& head
     const auto& all = header.properties;
     const auto property = std::find_if(all.begin(), all.end(), is_it);
     if (std::count_if(all.begin(), all.end(), is_it) != 1 || !property->is_float) {
-      return Bad(absl::StrCat("a vertex needs one property ", ToAbsl(kNames[i]),
-                              " of type float or double"));
+      return BadPly(absl::StrCat("a vertex needs one property ", ToAbsl(kNames[i]),
+                                 " of type float or double"));
     }
     xyz[i] = static_cast<std::size_t>(property - all.begin());
   }

@@ -15,17 +15,17 @@ struct FormatInfo {
   std::string_view name;
   std::size_t num_values;  ///< in a row
 };
-constexpr std::array<FormatInfo, 9> kFormats = {{{PoseFormat::kAuto, "auto", 0},
-                                                 {PoseFormat::kKitti, "kitti", 12},
-                                                 {PoseFormat::kTum, "tum", 8},
-                                                 {PoseFormat::kMulran, "mulran", 13},
-                                                 {PoseFormat::kNclt, "nclt", 7},
-                                                 {PoseFormat::kOxford, "oxford", 15},
-                                                 {PoseFormat::kNaver, "naver", 0},
-                                                 {PoseFormat::kMatrix, "matrix", 0},
-                                                 {PoseFormat::kKitti360, "kitti360", 0}}};
+constexpr std::array<FormatInfo, 9> kPoseFormats = {{{PoseFormat::kAuto, "auto", 0},
+                                                     {PoseFormat::kKitti, "kitti", 12},
+                                                     {PoseFormat::kTum, "tum", 8},
+                                                     {PoseFormat::kMulran, "mulran", 13},
+                                                     {PoseFormat::kNclt, "nclt", 7},
+                                                     {PoseFormat::kOxford, "oxford", 15},
+                                                     {PoseFormat::kNaver, "naver", 0},
+                                                     {PoseFormat::kMatrix, "matrix", 0},
+                                                     {PoseFormat::kKitti360, "kitti360", 0}}};
 
-const FormatInfo& Info(PoseFormat format) { return kFormats[static_cast<std::size_t>(format)]; }
+const FormatInfo& Info(PoseFormat format) { return kPoseFormats[static_cast<std::size_t>(format)]; }
 
 absl::Status CannotTell(const TextRow& row, std::string_view why) {
   return BadText(absl::StrCat("cannot tell the format of the poses: the first row has ",
@@ -83,7 +83,7 @@ bool IsHeadline(const Tokens& row) {
 }
 
 absl::StatusOr<PoseFormat> ParsePoseFormat(std::string_view name) {
-  for (const FormatInfo& info : kFormats) {
+  for (const FormatInfo& info : kPoseFormats) {
     if (info.name == name) return info.format;
   }
   return BadText(

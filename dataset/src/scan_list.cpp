@@ -28,15 +28,13 @@ namespace fs = std::filesystem;
 constexpr std::array<std::string_view, 6> kInnerFolders = {
     "velodyne", "Scans", "Ouster", "sensor_data/Ouster", "lidars", "train/lidars"};
 
-absl::Status Bad(std::string_view reason) { return absl::InvalidArgumentError(ToAbsl(reason)); }
-
 absl::StatusOr<std::vector<ScanFile>> ListFolder(const fs::path& folder) {
   std::error_code error;
   if (!fs::exists(folder, error)) {
     return absl::NotFoundError(absl::StrCat(folder.string(), ": no such folder"));
   }
   if (!fs::is_directory(folder, error)) {
-    return Bad(absl::StrCat(folder.string(), ": is not a folder"));
+    return Invalid(absl::StrCat(folder.string(), ": is not a folder"));
   }
   std::vector<ScanFile> scans;
   fs::directory_iterator entry(folder, error);
@@ -83,8 +81,9 @@ absl::StatusOr<std::vector<ScanFile>> ListOxford(const fs::path& left, const fs:
     pairs.push_back(std::move(scan));
   }
   if (!pairs.empty()) return pairs;
-  return Bad(absl::StrCat("no scan of ", left.string(), " has one of ", right.string(), " within ",
-                          kMaxPartnerGap_ns, " ns; their names give the time in microseconds"));
+  return Invalid(absl::StrCat("no scan of ", left.string(), " has one of ", right.string(),
+                              " within ", kMaxPartnerGap_ns,
+                              " ns; their names give the time in microseconds"));
 }
 
 absl::StatusOr<std::vector<ScanFile>> ListNclt(const fs::path& folder) {
@@ -141,7 +140,7 @@ absl::StatusOr<std::vector<ScanFile>> ListScans(const std::string& scans_dir) {
     scans = ListFolder(folder);
     if (!scans.ok() || !scans->empty()) return scans;
   }
-  return Bad(absl::StrCat(scans_dir, ": holds no scan (.bin, .npy, .pcd or .ply)"));
+  return Invalid(absl::StrCat(scans_dir, ": holds no scan (.bin, .npy, .pcd or .ply)"));
 }
 
 }  // namespace scanloc::dataset

@@ -6,6 +6,7 @@
 #include <string_view>
 #include <vector>
 
+#include "absl/status/status.h"
 #include "absl/strings/string_view.h"
 
 namespace scanloc::dataset {
@@ -37,6 +38,10 @@ void SplitAtBlanks(std::string_view line, std::vector<std::string_view>& tokens)
 
 /// The same text for absl, whose string_view is a type of its own in Debian 12.
 inline absl::string_view ToAbsl(std::string_view text) { return {text.data(), text.size()}; }
+
+inline absl::Status Invalid(std::string_view reason) {
+  return absl::InvalidArgumentError(ToAbsl(reason));
+}
 
 /// A token of untrusted text for a message: at most 40 bytes, quoted, unprintable bytes as "?".
 [[nodiscard]] std::string Quote(std::string_view token);

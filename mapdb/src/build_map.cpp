@@ -11,7 +11,6 @@
 namespace scanloc::mapdb {
 namespace {
 
-constexpr int kMaxThreads = 256;
 constexpr std::size_t kWindowPerThread = 4;
 
 // What became of one scan.

@@ -13,7 +13,6 @@
 namespace scanloc::mapdb {
 namespace {
 
-constexpr int kMaxThreads = 256;
 /// A file of up to so many bytes is read as a whole: its trials then read nothing twice.
 constexpr std::int64_t kWholeBytes = std::int64_t{64} << 20;
 

@@ -29,7 +29,7 @@ absl::Status CheckHasSession(const Places& places, const std::string& name) {
                                           "'; there are: ", Printable(absl::StrJoin(names, ", "))));
 }
 
-absl::Status CheckName(const std::string& name) {
+absl::Status CheckSessionName(const std::string& name) {
   if (!name.empty() && name.size() <= limits::kMaxNameBytes) return absl::OkStatus();
   return absl::InvalidArgumentError(absl::StrCat(
       "a session's name has 1 to ", limits::kMaxNameBytes, " bytes, not ", name.size()));
@@ -166,7 +166,7 @@ class Editor {
 
   absl::Status Apply(const RenameSession& edit) {
     if (absl::Status s = CheckHasSession(places_, edit.from); !s.ok()) return s;
-    if (absl::Status s = CheckName(edit.to); !s.ok()) return s;
+    if (absl::Status s = CheckSessionName(edit.to); !s.ok()) return s;
     if (edit.to != edit.from && CheckHasSession(places_, edit.to).ok()) {
       return absl::AlreadyExistsError(absl::StrCat("there is a session '", Printable(edit.to),
                                                    "' already; choose another name"));
@@ -178,7 +178,7 @@ class Editor {
   }
 
   absl::Status Apply(const MergeSessions& edit) {
-    if (absl::Status s = CheckName(edit.name); !s.ok()) return s;
+    if (absl::Status s = CheckSessionName(edit.name); !s.ok()) return s;
     for (EditedPlace& place : places_) place.session = edit.name;
     return absl::OkStatus();
   }

@@ -22,7 +22,7 @@ constexpr std::string_view kJournalSuffix = "-journal";
 constexpr std::string_view kJournalMagic("\xd9\xd5\x05\xf9\x20\xa1\x63\xd7", 8);
 constexpr std::size_t kRecordsOffset = 8;
 constexpr std::size_t kPagesOffset = 16;
-constexpr std::size_t kFrontBytes = 20;
+constexpr std::size_t kJournalFrontBytes = 20;
 
 class Descriptor {
  public:
@@ -135,7 +135,7 @@ JournalState LookAtJournal(const std::string& journal) {
   if (file.get() < 0) return errno == ENOENT ? JournalState::kNone : JournalState::kNoFile;
   struct stat info = {};
   if (fstat(file.get(), &info) != 0 || !S_ISREG(info.st_mode)) return JournalState::kNoFile;
-  std::array<char, kFrontBytes> front = {};
+  std::array<char, kJournalFrontBytes> front = {};
   if (!ReadAt(file.get(), 0, front)) return JournalState::kIdle;
   const std::string_view bytes(front.data(), front.size());
   constexpr std::string_view kZero("\0\0\0\0", 4);

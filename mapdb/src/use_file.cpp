@@ -22,7 +22,7 @@
 namespace scanloc::mapdb {
 namespace {
 
-constexpr absl::string_view kMagic = "scanloc-map-health ";
+constexpr absl::string_view kUseFileMagic = "scanloc-map-health ";
 constexpr int kVersion = 1;
 constexpr std::size_t kMaxContentIdBytes = 128;
 /// Each line has less; there is at most one for each of a map's places, beside these.
@@ -125,7 +125,7 @@ absl::StatusOr<std::string> ReadAll(int fd, std::int64_t max_bytes, const std::s
 std::string UseFileOf(const std::string& map_path) { return absl::StrCat(map_path, ".health"); }
 
 std::string EncodeUse(const MapUse& use) {
-  std::string text = absl::StrCat(kMagic, kVersion, "\n", use.content_id, "\n");
+  std::string text = absl::StrCat(kUseFileMagic, kVersion, "\n", use.content_id, "\n");
   absl::StrAppend(&text, use.since_ns, " ", use.until_ns, " ", use.num_localized, " ",
                   use.num_ambiguous, " ", use.num_not_recognized, " ", use.num_insufficient, " ",
                   use.num_refused_nowhere, "\n");
@@ -141,7 +141,7 @@ std::string EncodeUse(const MapUse& use) {
 
 absl::StatusOr<MapUse> DecodeUse(const std::string& text) {
   std::vector<absl::string_view> lines = absl::StrSplit(text, '\n');
-  if (!absl::ConsumePrefix(&lines.front(), kMagic)) {
+  if (!absl::ConsumePrefix(&lines.front(), kUseFileMagic)) {
     return absl::InvalidArgumentError("it does not tell how a map fared");
   }
   int version = 0;

@@ -101,7 +101,7 @@ absl::StatusOr<SeenAnswer> SeenFromProto(const v1::SeenAnswer& message) {
   absl::Status status = CheckLength("request_id", message.request_id(), limits::kMaxNameBytes);
   status.Update(CheckLength("client", message.client(), kMaxReasonBytes));
   if (!status.ok()) return status;
-  auto reply = FromProto(message.answer());
+  auto reply = proto::FromProto(message.answer());
   if (!reply.ok()) return reply.status();
   SeenAnswer seen{.number = message.number(),
                   .answered_ns = message.answered_ns(),

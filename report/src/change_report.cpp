@@ -15,8 +15,6 @@ namespace {
 
 using Side = std::vector<ReportedChange>;
 
-constexpr double kPictureWidth_px = 1100.0;
-
 std::size_t Count(const Side& side, const std::string& change) {
   return static_cast<std::size_t>(std::count_if(
       side.begin(), side.end(), [&](const ReportedChange& one) { return one.change == change; }));

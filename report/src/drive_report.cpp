@@ -1,11 +1,11 @@
 #include "scanloc/report/drive_report.hpp"
 
 #include <algorithm>
-#include <numbers>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "deviations.hpp"
 #include "page.hpp"
 #include "plan_axes.hpp"
 #include "scanloc/core/printable.hpp"
@@ -18,9 +18,7 @@ namespace {
 
 using Style = ChartSeries::Style;
 
-constexpr double kPictureWidth_px = 1100.0;
 constexpr std::size_t kMaxLoopsInPage = 200;
-constexpr double kDegPerRad = 180.0 / std::numbers::pi;
 
 std::string FromText(const ReportedLoop& loop) { return loop.from.empty() ? "map" : loop.from; }
 

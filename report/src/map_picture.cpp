@@ -15,7 +15,6 @@ namespace {
 using Eigen::Vector2d;
 using Style = ChartSeries::Style;
 
-constexpr double kPictureWidth_px = 1100.0;
 constexpr double kMark_px = 9.0;
 constexpr const char* kMapColor = "#a9b8c6";
 constexpr const char* kWrongColor = colors::kVermilion;

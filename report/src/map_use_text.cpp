@@ -26,21 +26,21 @@ std::string DayText(std::int64_t since_1970_ns) {
                           absl::UTCTimeZone());
 }
 
-using Row = std::pair<std::int32_t, PlaceUse>;
+using UsedPlace = std::pair<std::int32_t, PlaceUse>;
 
-std::vector<Row> InTrouble(const MapUse& use) {
-  std::vector<Row> rows;
+std::vector<UsedPlace> InTrouble(const MapUse& use) {
+  std::vector<UsedPlace> rows;
   for (const auto& [place, of_place] : use.places) {
     const bool is_known = of_place.num_found + of_place.num_refused >= kMinSeen;
     if (is_known && TroubleOf(of_place) >= kMinTrouble) rows.emplace_back(place, of_place);
   }
-  std::stable_sort(rows.begin(), rows.end(), [](const Row& a, const Row& b) {
+  std::stable_sort(rows.begin(), rows.end(), [](const UsedPlace& a, const UsedPlace& b) {
     return TroubleOf(a.second) > TroubleOf(b.second);
   });
   return rows;
 }
 
-std::string RowText(const Row& row, std::span<const Place> places) {
+std::string RowText(const UsedPlace& row, std::span<const Place> places) {
   const auto& [place, use] = row;
   const auto index = static_cast<std::size_t>(place);
   Eigen::Vector3d at = Eigen::Vector3d::Zero();
@@ -91,7 +91,7 @@ std::string MapUseAsText(const MapUse& use, std::span<const Place> places) {
       DayText(use.since_ns), DayText(use.until_ns), use.num_localized, use.num_ambiguous,
       use.num_not_recognized, use.num_insufficient, num_found, places.size(),
       use.num_refused_nowhere);
-  const std::vector<Row> rows = InTrouble(use);
+  const std::vector<UsedPlace> rows = InTrouble(use);
   if (rows.empty()) return text + "  no place ages, as far as was seen\n";
   absl::StrAppendFormat(&text, "  %d places age, worst first:\n", rows.size());
   absl::StrAppendFormat(&text, "  %8s %10s %10s %7s %8s %6s %9s %7s  %s\n", "place", "x", "y",

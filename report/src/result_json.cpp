@@ -1,5 +1,4 @@
 #include <cstddef>
-#include <numbers>
 #include <optional>
 
 #include "deviations.hpp"
@@ -9,8 +8,6 @@
 
 namespace scanloc::report {
 namespace {
-
-constexpr double kDegPerRad = 180.0 / std::numbers::pi;
 
 Json Optional(const std::optional<double>& value) {
   return value.has_value() ? Json(*value) : Json(nullptr);

@@ -44,9 +44,6 @@ int NumThreads(const ServerOptions& options) {
   return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
 }
 
-/// A request that is there so soon counts for nothing while it is received.
-constexpr std::chrono::milliseconds kReceivedAtOnce(250);
-
 /// How long a request may take to arrive once the server drains, and an answer to be taken in.
 constexpr std::chrono::seconds kDrainGrace(1);
 
@@ -88,13 +85,13 @@ struct Server::State {
         admission(*access, metrics, server_options.max_rate_per_s, server_options.log_requests),
         receiving(
             {.max_idle = MaxReceiving(server_options),
-             .grace = kReceivedAtOnce,
+             .grace = IdleCalls::kReceivedAtOnce,
              .timeout = std::chrono::duration<double>(server_options.receive_s),
              .full = "the server receives as many requests as its memory allows; try again later",
              .expired = absl::StrCat("the request did not arrive within ", server_options.receive_s,
                                      " s")}),
         sending({.max_idle = kMaxSending,
-                 .grace = kReceivedAtOnce,
+                 .grace = IdleCalls::kReceivedAtOnce,
                  .timeout = std::chrono::duration<double>(server_options.receive_s),
                  .full = "as many answers as may are not taken in",
                  .expired = "the answer was not taken in"}),

@@ -15,7 +15,7 @@
 namespace scanloc::server {
 namespace {
 
-constexpr int kMaxThreads = 1024;
+constexpr int kMaxServerThreads = 1024;
 constexpr int kMaxInflight = 100'000;
 constexpr int kMaxStreams = 1'000'000;
 constexpr int kMinMessageBytes = 1 << 10;
@@ -25,7 +25,7 @@ constexpr double kMaxMemoryBytes = 1e15;
 constexpr double kMinReceive_s = 0.01;
 constexpr double kMaxStreamIdle_s = 86'400.0;
 /// Of one point on the wire: x y z.
-constexpr std::int64_t kPointBytes = 12;
+constexpr std::int64_t kWirePointBytes = 12;
 /// Descriptors of the largest shape fit, whatever the scans that are allowed.
 constexpr std::int64_t kOtherMessageBytes = 3 << 20;
 constexpr double kMaxRate_per_s = 1e6;
@@ -143,7 +143,7 @@ absl::StatusOr<MapSource> ParseMapSource(const std::string& text) {
 
 int LargestMessageBytes(const ServerOptions& options) {
   return static_cast<int>(std::min<std::int64_t>(
-      options.max_message_bytes, kPointBytes * options.max_points + kOtherMessageBytes));
+      options.max_message_bytes, kWirePointBytes * options.max_points + kOtherMessageBytes));
 }
 
 absl::Status Validate(const ServerOptions& options) {
@@ -153,7 +153,7 @@ absl::Status Validate(const ServerOptions& options) {
   if (options.admin && options.token_file.empty()) {
     status.Update(absl::InvalidArgumentError("admin needs a token file that says who may"));
   }
-  status.Update(CheckRange("num_threads", options.num_threads, 0, kMaxThreads));
+  status.Update(CheckRange("num_threads", options.num_threads, 0, kMaxServerThreads));
   status.Update(CheckRange("max_inflight", options.max_inflight, 1, kMaxInflight));
   status.Update(CheckRange("max_wait_s", options.max_wait_s, 0.001, kMaxDrain_s));
   status.Update(CheckRange("max_streams", options.max_streams, 0, kMaxStreams));

@@ -1,5 +1,5 @@
 // Writes the golden map file of the current schema version, once, when the version is released:
-//   build/dev/bin/make_golden_map tests/data/golden_map_v1.scanloc
+//   build/release/bin/make_golden_map tests/data/golden_map_v1.scanloc
 #include <iostream>
 
 #include "support/golden_map.hpp"

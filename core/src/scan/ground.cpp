@@ -10,7 +10,6 @@
 namespace scanloc {
 namespace {
 
-constexpr double kMaxHeight_m = 100.0;
 /// A robot seldom leans by more unless its sensor is mounted so.
 constexpr double kPlainTilt_rad = 15.0 * std::numbers::pi / 180.0;
 /// Of a plain ground. Measured: at most 0.16 on a campus with slopes; 0.23 and more where the plane
@@ -109,8 +108,8 @@ std::optional<GroundPlane> FindGround(const PointCloud& voxels, const GroundPara
                                       double sensor_height_m) {
   const GroundPlane upright{.height_m = sensor_height_m};
   const std::optional<GroundPlane> lowest = FitLowest(voxels, params);
-  const bool is_fit =
-      lowest && !Leans(*lowest, params.max_tilt_rad) && std::abs(lowest->height_m) < kMaxHeight_m;
+  const bool is_fit = lowest && !Leans(*lowest, params.max_tilt_rad) &&
+                      std::abs(lowest->height_m) < kMaxSensorHeight_m;
   const double share_below = is_fit ? ShareBelow(voxels, *lowest, params) : 1.0;
   if (is_fit && !Leans(*lowest, kPlainTilt_rad) && share_below <= kMaxShareBelow) return lowest;
   if (const auto found = SearchGround(voxels, params, sensor_height_m)) {

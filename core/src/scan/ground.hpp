@@ -8,6 +8,9 @@
 
 namespace scanloc {
 
+/// The most that a sensor stands above its ground.
+inline constexpr double kMaxSensorHeight_m = 100.0;
+
 /// The ground that a scan was taken on, however its sensor is mounted.
 ///
 /// First the plane through the lowest points of cells is tried, which is right for a sensor that

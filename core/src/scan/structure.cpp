@@ -14,7 +14,6 @@ namespace {
 /// Rounded to a float.
 constexpr double kMaxRoll_rad = std::numbers::pi + 1e-6;
 constexpr double kMaxPitch_rad = std::numbers::pi / 2.0 + 1e-6;
-constexpr double kMaxHeight_m = 100.0;
 
 /// The cell of a coordinate within ±reach_m; the sum may round up to the end of the last.
 std::size_t CellOf(float coordinate_m, float reach_m, float cell_m, int num_cells) {
@@ -49,10 +48,10 @@ Eigen::Isometry3d ContextFromSensor(const Ground& ground) {
 absl::Status Validate(const Structure& structure, double reach_m) {
   const auto within = [](double value, double bound) { return std::abs(value) <= bound; };
   if (!within(structure.roll_rad, kMaxRoll_rad) || !within(structure.pitch_rad, kMaxPitch_rad) ||
-      !within(structure.height_m, kMaxHeight_m)) {
+      !within(structure.height_m, kMaxSensorHeight_m)) {
     return absl::InvalidArgumentError(absl::StrFormat(
         "ground at roll %g rad, pitch %g rad, %g m below; at most ±π, ±π/2 and ±%g m are allowed",
-        structure.roll_rad, structure.pitch_rad, structure.height_m, kMaxHeight_m));
+        structure.roll_rad, structure.pitch_rad, structure.height_m, kMaxSensorHeight_m));
   }
   if (structure.posts.size() > Structure::kMaxPosts) {
     return absl::InvalidArgumentError(absl::StrFormat(

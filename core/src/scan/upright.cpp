@@ -15,7 +15,7 @@ namespace {
 
 constexpr int kNumDraws = 500;
 constexpr int kNumTries = 60;  // for a point that is neither too near nor too far
-constexpr double kMaxShareBelow = 0.2;
+constexpr double kMaxShareBelowUpright = 0.2;
 /// Fewer are no ground.
 constexpr int kMinOn = 30;
 /// How far the sensor's height above the ground may be from what is stated.
@@ -96,18 +96,18 @@ class Draws {
   std::mt19937_64 random_{1};
 };
 
-struct Candidate {
+struct GroundCandidate {
   Eigen::Vector3f normal;
   float height_m;
   int num_on;
 };
 
 /// Planes that a robot with such a sensor may stand on.
-std::vector<Candidate> DrawGrounds(const Points& points, const Points& near, const Lengths& lengths,
-                                   double sensor_height_m) {
+std::vector<GroundCandidate> DrawGrounds(const Points& points, const Points& near,
+                                         const Lengths& lengths, double sensor_height_m) {
   const double slack_m = std::max(kHeightSlack_m, kHeightShare * sensor_height_m);
   const float least_area_m2 = lengths.least_apart_m * lengths.least_apart_m;
-  std::vector<Candidate> candidates;
+  std::vector<GroundCandidate> candidates;
   Draws draws(near, lengths);
   for (int i = 0; i < kNumDraws; ++i) {
     const Eigen::Vector3f first = draws.Any();
@@ -125,7 +125,8 @@ std::vector<Candidate> DrawGrounds(const Points& points, const Points& near, con
     }
     if (std::abs(height_m - sensor_height_m) > slack_m) continue;
     const Counts counts = CountAround(points, normal, height_m, kOn_m, kBelow_m);
-    if (counts.num_on < kMinOn || counts.num_below > kMaxShareBelow * counts.num_on) continue;
+    if (counts.num_on < kMinOn || counts.num_below > kMaxShareBelowUpright * counts.num_on)
+      continue;
     candidates.push_back({normal, height_m, counts.num_on});
   }
   return candidates;
@@ -152,14 +153,15 @@ std::optional<GroundPlane> SearchGround(const PointCloud& voxels, const GroundPa
   const Points points(voxels, lengths.reach_m);
   const Points near(voxels, lengths.near_m);
   if (near.size() < static_cast<std::size_t>(kMinOn)) return std::nullopt;
-  const std::vector<Candidate> candidates = DrawGrounds(points, near, lengths, sensor_height_m);
-  const auto best =
-      std::max_element(candidates.begin(), candidates.end(),
-                       [](const Candidate& a, const Candidate& b) { return a.num_on < b.num_on; });
+  const std::vector<GroundCandidate> candidates =
+      DrawGrounds(points, near, lengths, sensor_height_m);
+  const auto best = std::max_element(
+      candidates.begin(), candidates.end(),
+      [](const GroundCandidate& a, const GroundCandidate& b) { return a.num_on < b.num_on; });
   if (best == candidates.end()) return std::nullopt;
   const auto cosine = static_cast<float>(std::cos(kOtherWay_rad));
   const bool has_rival =
-      std::any_of(candidates.begin(), candidates.end(), [&](const Candidate& other) {
+      std::any_of(candidates.begin(), candidates.end(), [&](const GroundCandidate& other) {
         return other.normal.dot(best->normal) < cosine && other.num_on > kRivalShare * best->num_on;
       });
   if (has_rival) return std::nullopt;

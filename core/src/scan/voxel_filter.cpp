@@ -20,8 +20,8 @@ constexpr int kAxisBits = 20;
 constexpr std::uint64_t kNoVoxel = ~std::uint64_t{0};  // of empty slots and of skipped points
 constexpr std::size_t kFirstSlots = std::size_t{1} << 14;
 
-constexpr std::size_t kBlock = 512;
-using Keys = std::array<std::uint64_t, kBlock>;
+constexpr std::size_t kBlockPoints = 512;
+using VoxelKeys = std::array<std::uint64_t, kBlockPoints>;
 
 /// x, y, z and the number of points.
 using Float4 = float __attribute__((vector_size(16)));
@@ -34,7 +34,7 @@ struct Run {
   std::uint64_t key;
   std::size_t end;  // one behind the last of its points
 };
-using Runs = std::array<Run, kBlock>;
+using Runs = std::array<Run, kBlockPoints>;
 
 constexpr std::uint32_t kMagnitudeMask = 0x7FFFFFFFU;
 constexpr std::uint32_t kLimitBits = std::bit_cast<std::uint32_t>(limits::kMaxCoordinate_m);
@@ -47,7 +47,7 @@ inline std::uint64_t AxisIndex(std::uint32_t bits, float per_voxel) {
 // Integers throughout, so that the compiler may use SIMD: as bits, NaN and infinity are greater
 // than every finite magnitude. What is beyond the limit is computed as the origin, then marked.
 SCANLOC_SIMD void MakeKeys(const Point* __restrict points, std::size_t num_points, float per_voxel,
-                           Keys& __restrict keys) {
+                           VoxelKeys& __restrict keys) {
   for (std::size_t i = 0; i < num_points; ++i) {
     const auto x = std::bit_cast<std::uint32_t>(points[i].x);
     const auto y = std::bit_cast<std::uint32_t>(points[i].y);
@@ -66,7 +66,7 @@ SCANLOC_SIMD void MakeKeys(const Point* __restrict points, std::size_t num_point
 /// asked. No branch: where a run ends cannot be predicted. Requires num_points > 0, and a float
 /// behind the last point that may be read.
 SCANLOC_SIMD std::size_t JoinRuns(const Point* __restrict points, std::size_t num_points,
-                                  const Keys& __restrict keys, Runs& __restrict runs) {
+                                  const VoxelKeys& __restrict keys, Runs& __restrict runs) {
   constexpr Int4 kXyz = {-1, -1, -1, 0};
   constexpr Float4 kOnePoint = {0.0F, 0.0F, 0.0F, 1.0F};
   Run* run = runs.data();
@@ -145,11 +145,12 @@ void VoxelFilter::Grow() {
 
 const PointCloud& VoxelFilter::Apply(PointView scan, ScanCounts* counts) {
   ScanCounts found{.num_points = scan.size()};
-  Keys keys;
+  VoxelKeys keys;
   Runs runs;
-  std::array<Point, kBlock + 1> last_points;  // copied, as JoinRuns looks behind the last point
-  for (std::size_t begin = 0; begin < scan.size(); begin += kBlock) {
-    PointView points = scan.subspan(begin, std::min(kBlock, scan.size() - begin));
+  std::array<Point, kBlockPoints + 1>
+      last_points;  // copied, as JoinRuns looks behind the last point
+  for (std::size_t begin = 0; begin < scan.size(); begin += kBlockPoints) {
+    PointView points = scan.subspan(begin, std::min(kBlockPoints, scan.size() - begin));
     if (begin + points.size() == scan.size()) {
       std::copy(points.begin(), points.end(), last_points.begin());
       points = PointView(last_points).first(points.size());

@@ -49,17 +49,17 @@ inline Products Multiply(const std::uint16_t* query, const std::uint16_t* place,
 
 /// The map columns that some query column lies on, [first, last), and how many places to the left
 /// that query column is, in up to two runs (a circular shift wraps round once).
-struct Run {
+struct ColumnRun {
   int first = 0;
   int last = 0;
   int query_offset = 0;  // query column = map column + query_offset
 };
 
-struct Runs {
-  Run runs[2];
+struct ColumnRuns {
+  ColumnRun runs[2];
 };
 
-Runs ShiftedRuns(int num_cols, int shift, ShiftMode mode) {
+ColumnRuns ShiftedRuns(int num_cols, int shift, ShiftMode mode) {
   if (mode == ShiftMode::kBounded) {
     return {{{std::max(0, shift), std::min(num_cols, num_cols + shift), -shift}, {}}};
   }
@@ -73,7 +73,7 @@ struct ColumnSum {
   int num_columns = 0;
 };
 
-SCANLOC_SIMD void AddRun(const ContextView& query, const ContextView& place, const Run& run,
+SCANLOC_SIMD void AddRun(const ContextView& query, const ContextView& place, const ColumnRun& run,
                          ColumnSum& total) {
   const int num_rows = place.num_rows;
   for (int j = run.first; j < run.last; ++j) {
@@ -144,11 +144,11 @@ AlignOptions AlignOptionsOf(const Params& params, DescriptorKind kind) {
 double ShiftedDistance(const ContextView& query, const ContextView& place, int shift,
                        ShiftMode mode) {
   ColumnSum total;
-  const Runs shifted = ShiftedRuns(place.num_cols, shift, mode);
-  for (const Run& run : shifted.runs) AddRun(query, place, run, total);
+  const ColumnRuns shifted = ShiftedRuns(place.num_cols, shift, mode);
+  for (const ColumnRun& run : shifted.runs) AddRun(query, place, run, total);
   if (mode == ShiftMode::kBounded) {
     // Map columns outside the run face nothing.
-    const Run& run = shifted.runs[0];
+    const ColumnRun& run = shifted.runs[0];
     for (int j = 0; j < place.num_cols; ++j) {
       if ((j < run.first || j >= run.last) && place.aligning_cm[j] != 0) {
         ++total.num_columns;

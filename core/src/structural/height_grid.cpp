@@ -10,7 +10,6 @@
 namespace scanloc {
 namespace {
 
-constexpr std::size_t kBlock = PlanarPoints::kBlock;
 constexpr std::uint32_t kAllHeights = (1U << static_cast<unsigned>(Post::kNumHeights)) - 1U;
 // Around the grid: no post's neighbours lie outside, and what is beyond falls on empty cells.
 constexpr int kMargin = 3;
@@ -24,7 +23,7 @@ struct View {
   float sensor_height, lowest_slope, highest_slope;
 };
 
-struct Seen {
+struct MetCounts {
   int num_heights = 0;
   int num_met = 0;
 };
@@ -44,15 +43,15 @@ inline std::uint32_t Lowest(float num_heights) {
   return (1U << static_cast<std::uint32_t>(static_cast<std::int32_t>(bounded))) - 1U;
 }
 
-SCANLOC_SIMD Seen CountMet(const View& given, const PlanarPoints& points) {
+SCANLOC_SIMD MetCounts CountMet(const View& given, const PlanarPoints& points) {
   const View view = given;
   const float* __restrict x_m = points.x_m().data();
   const float* __restrict y_m = points.y_m().data();
   const std::uint32_t* __restrict heights = points.heights().data();
-  int num_heights[kBlock] = {};
-  int num_met[kBlock] = {};
-  for (std::size_t begin = 0; begin < points.x_m().size(); begin += kBlock) {
-    for (std::size_t lane = 0; lane < kBlock; ++lane) {
+  int num_heights[PlanarPoints::kBlock] = {};
+  int num_met[PlanarPoints::kBlock] = {};
+  for (std::size_t begin = 0; begin < points.x_m().size(); begin += PlanarPoints::kBlock) {
+    for (std::size_t lane = 0; lane < PlanarPoints::kBlock; ++lane) {
       const float given_x = x_m[begin + lane];
       const float given_y = y_m[begin + lane];
       const float x = view.cosine * given_x - view.sine * given_y + view.x_m;
@@ -76,8 +75,8 @@ SCANLOC_SIMD Seen CountMet(const View& given, const PlanarPoints& points) {
       num_met[lane] += CountBits(here & there);
     }
   }
-  Seen seen;
-  for (std::size_t lane = 0; lane < kBlock; ++lane) {
+  MetCounts seen;
+  for (std::size_t lane = 0; lane < PlanarPoints::kBlock; ++lane) {
     seen.num_heights += num_heights[lane];
     seen.num_met += num_met[lane];
   }
@@ -139,7 +138,7 @@ double HeightGrid::Overlap(const PlanarPoints& points, const PlanarPose& T_grid_
     endless.fill(1e30F);
     return endless;
   }();
-  const Seen seen = CountMet(
+  const MetCounts seen = CountMet(
       {.cells = cells_.data(),
        .reach_squared_m = horizon == nullptr ? kEndless.data() : horizon->reach_squared_m().data(),
        .side = side_,

@@ -14,7 +14,6 @@
 namespace scanloc {
 namespace {
 
-constexpr std::size_t kBlock = PlanarPoints::kBlock;
 constexpr bool kIsLittleEndian = std::endian::native == std::endian::little;
 
 /// A field and where points lie in it under a pose; lengths in cells.
@@ -39,8 +38,8 @@ struct Placed {
 };
 
 /// The four cells around a point and how far it lies between them; distances in the field's unit.
-struct Sample {
-  Sample(const Placed& field, float turned_u, float turned_v) {
+struct FieldSample {
+  FieldSample(const Placed& field, float turned_u, float turned_v) {
     // The outermost cells are at the cut-off: what lies beyond may as well lie on them.
     const float u = std::min(std::max(turned_u + field.origin_u, 0.0F), field.last);
     const float v = std::min(std::max(turned_v + field.origin_v, 0.0F), field.last);
@@ -98,16 +97,16 @@ using Sums = std::array<float, kNumSums>;
 SCANLOC_SIMD void AddUp(const Placed& placed, float width_m, const float* __restrict x_m,
                         const float* __restrict y_m, std::size_t num_points, Sums& sums) {
   const Placed field = placed;
-  float lanes[kNumSums][kBlock] = {};
+  float lanes[kNumSums][PlanarPoints::kBlock] = {};
   const float inverse_width = 1.0F / width_m;
   const float slope_unit = field.unit_m * field.cells_per_m;
-  for (std::size_t begin = 0; begin < num_points; begin += kBlock) {
-    for (std::size_t lane = 0; lane < kBlock; ++lane) {
+  for (std::size_t begin = 0; begin < num_points; begin += PlanarPoints::kBlock) {
+    for (std::size_t lane = 0; lane < PlanarPoints::kBlock; ++lane) {
       const float x = x_m[begin + lane];
       const float y = y_m[begin + lane];
       const float turned_u = field.cosine * x - field.sine * y;
       const float turned_v = field.sine * x + field.cosine * y;
-      const Sample sample(field, turned_u, turned_v);
+      const FieldSample sample(field, turned_u, turned_v);
       const float distance = sample.distance() * field.unit_m;
       const float gradient_x = sample.slope_u() * slope_unit;
       const float gradient_y = sample.slope_v() * slope_unit;
@@ -131,7 +130,7 @@ SCANLOC_SIMD void AddUp(const Placed& placed, float width_m, const float* __rest
   }
   for (std::size_t i = 0; i < kNumSums; ++i) {
     sums[i] = 0.0F;
-    for (std::size_t lane = 0; lane < kBlock; ++lane) sums[i] += lanes[i][lane];
+    for (std::size_t lane = 0; lane < PlanarPoints::kBlock; ++lane) sums[i] += lanes[i][lane];
   }
 }
 
@@ -167,7 +166,7 @@ inline float ExpOfMinus(float x) {
 
 /// exp(-½ (distance / overlap_m)²) of a point.
 inline float OverlapAt(const Placed& field, float turned_u, float turned_v, float precision) {
-  const float distance = Sample(field, turned_u, turned_v).distance();
+  const float distance = FieldSample(field, turned_u, turned_v).distance();
   return ExpOfMinus(precision * distance * distance);
 }
 
@@ -181,9 +180,9 @@ float PrecisionOf(const Placed& field, double overlap_m) {
 SCANLOC_SIMD float SumOverlap(const Placed& placed, float precision, const float* __restrict x_m,
                               const float* __restrict y_m, std::size_t num_points) {
   const Placed field = placed;
-  float lanes[kBlock] = {};
-  for (std::size_t begin = 0; begin < num_points; begin += kBlock) {
-    for (std::size_t lane = 0; lane < kBlock; ++lane) {
+  float lanes[PlanarPoints::kBlock] = {};
+  for (std::size_t begin = 0; begin < num_points; begin += PlanarPoints::kBlock) {
+    for (std::size_t lane = 0; lane < PlanarPoints::kBlock; ++lane) {
       const float x = x_m[begin + lane];
       const float y = y_m[begin + lane];
       lanes[lane] += OverlapAt(field, field.cosine * x - field.sine * y,
@@ -209,10 +208,10 @@ SCANLOC_SIMD InSight SumOverlapWithin(const Placed& placed, const float* __restr
   const float from_middle_u = field.origin_u - middle;
   const float from_middle_v = field.origin_v - middle;
   const float cell_squared_m = field.cell_m * field.cell_m;
-  float lanes[kBlock] = {};
-  int counts[kBlock] = {};
-  for (std::size_t begin = 0; begin < num_points; begin += kBlock) {
-    for (std::size_t lane = 0; lane < kBlock; ++lane) {
+  float lanes[PlanarPoints::kBlock] = {};
+  int counts[PlanarPoints::kBlock] = {};
+  for (std::size_t begin = 0; begin < num_points; begin += PlanarPoints::kBlock) {
+    for (std::size_t lane = 0; lane < PlanarPoints::kBlock; ++lane) {
       const float x = x_m[begin + lane];
       const float y = y_m[begin + lane];
       const float turned_u = field.cosine * x - field.sine * y;
@@ -226,7 +225,7 @@ SCANLOC_SIMD InSight SumOverlapWithin(const Placed& placed, const float* __restr
     }
   }
   InSight sum;
-  for (std::size_t lane = 0; lane < kBlock; ++lane) {
+  for (std::size_t lane = 0; lane < PlanarPoints::kBlock; ++lane) {
     sum.overlap += lanes[lane];
     sum.num_points += counts[lane];
   }

@@ -10,6 +10,7 @@
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_join.h"
 #include "bag/bag_topics.hpp"
+#include "decimal_time.hpp"
 #include "file_bytes.hpp"
 #include "scanloc/dataset/bag.hpp"
 #include "scanloc/dataset/deskew.hpp"
@@ -24,8 +25,6 @@ namespace {
 constexpr std::string_view kTfPrefix = "tf:";
 constexpr double kSPerNs = 1e-9;
 constexpr std::int64_t kMaxStamp_ns = 9'000'000'000'000'000'000;  // room to add a sweep
-
-absl::Status Bad(std::string_view reason) { return absl::InvalidArgumentError(ToAbsl(reason)); }
 
 // A cloud of the bag, not read but for its header.
 struct CloudHead {
@@ -86,10 +85,11 @@ absl::Status BagScans::ChoosePoses(const BagDriveOptions& options, bool needs_po
   if (absl::StartsWith(options.poses_from, ToAbsl(kTfPrefix))) {
     parent_ = options.poses_from.substr(kTfPrefix.size());
     if (!parent_.empty() && parent_.front() == '/') parent_.erase(0, 1);
-    if (parent_.empty()) return Bad("--poses-from tf: needs the name of a frame, such as tf:map");
-    if (transforms.empty()) return Bad("the bag has no transforms, which tf: needs");
+    if (parent_.empty())
+      return Invalid("--poses-from tf: needs the name of a frame, such as tf:map");
+    if (transforms.empty()) return Invalid("the bag has no transforms, which tf: needs");
     if (!options.calib_file.empty()) {
-      return Bad("--calib is for a topic of poses; by TF the mount is that of the transforms");
+      return Invalid("--calib is for a topic of poses; by TF the mount is that of the transforms");
     }
     transform_topics_ = transforms;
     return absl::OkStatus();
@@ -100,7 +100,7 @@ absl::Status BagScans::ChoosePoses(const BagDriveOptions& options, bool needs_po
   const auto topic = ChooseTopic(*bag_, options.poses_from, usable, "poses", "--poses-from");
   if (!topic.ok()) {
     if (transforms.empty()) return topic.status();
-    return Bad(absl::StrCat(topic.status().message(), "; tf:FRAME takes poses from TF"));
+    return Invalid(absl::StrCat(topic.status().message(), "; tf:FRAME takes poses from TF"));
   }
   pose_topic_ = *topic;
   for (const BagTopic* of_tf : transforms) {
@@ -114,13 +114,13 @@ absl::Status BagScans::AddCloud(const BagMessage& message) {
   if (!head.ok()) return head.status();
   if (clouds_.empty()) sensor_frame_ = head->frame;
   if (head->frame != sensor_frame_) {
-    return Bad(absl::StrCat("clouds of frame ", Quote(head->frame), " and of ",
-                            Quote(sensor_frame_), " are on one topic; one sensor is needed"));
+    return Invalid(absl::StrCat("clouds of frame ", Quote(head->frame), " and of ",
+                                Quote(sensor_frame_), " are on one topic; one sensor is needed"));
   }
   num_unstamped_ += head->stamp_ns == 0 ? 1 : 0;
   const std::int64_t stamp_ns = head->stamp_ns == 0 ? message.log_time_ns : head->stamp_ns;
   if (stamp_ns < 0 || stamp_ns > kMaxStamp_ns) {
-    return Bad(absl::StrCat("its stamp, ", stamp_ns, " ns, is none"));
+    return Invalid(absl::StrCat("its stamp, ", stamp_ns, " ns, is none"));
   }
   clouds_.push_back({message.id, stamp_ns});
   return absl::OkStatus();
@@ -140,9 +140,9 @@ absl::Status BagScans::AddPoses(const BagMessage& message) {
       child_ = pose.child;
     }
     if (pose.parent != parent_ || pose.child != child_) {
-      return Bad(absl::StrCat("its poses are of ", Quote(pose.child), " in ", Quote(pose.parent),
-                              " and of ", Quote(child_), " in ", Quote(parent_),
-                              "; one body in one frame is needed"));
+      return Invalid(absl::StrCat("its poses are of ", Quote(pose.child), " in ",
+                                  Quote(pose.parent), " and of ", Quote(child_), " in ",
+                                  Quote(parent_), "; one body in one frame is needed"));
     }
     topic_track_.Add(pose.stamp_ns == 0 ? message.log_time_ns : pose.stamp_ns, pose.T_parent_child);
   }
@@ -206,7 +206,7 @@ absl::Status BagScans::Connect(const BagDriveOptions& options) {
     const std::optional<Pose> T_body_sensor =
         of_sensor.ok() ? of_sensor->At(0) : std::optional<Pose>();
     if (!T_body_sensor) {
-      return Bad(absl::StrCat(
+      return Invalid(absl::StrCat(
           "the poses of ", Quote(pose_topic_->name), " are of ", Quote(child_), ", the clouds of ",
           Quote(cloud_topic_->name), " in ", Quote(sensor_frame_), ": ",
           of_sensor.ok() ? "no static transforms connect them" : of_sensor.status().message(),
@@ -264,10 +264,10 @@ absl::StatusOr<Scan> BagScans::Read(std::size_t index) const {
 }
 
 ScanFile BagScans::FileOf(std::size_t index, std::shared_ptr<const BagScans> self) const {
-  constexpr std::int64_t kNsPerS = 1'000'000'000;
   const std::int64_t stamp_ns = clouds_[index].stamp_ns;
   return {.path = paths_,
-          .name = absl::StrFormat("%d.%09d", stamp_ns / kNsPerS, std::abs(stamp_ns % kNsPerS)),
+          .name = absl::StrFormat("%d.%09d", stamp_ns / kNanosecondsPerS,
+                                  std::abs(stamp_ns % kNanosecondsPerS)),
           .store = std::move(self),
           .index = index};
 }
@@ -319,7 +319,7 @@ absl::StatusOr<Drive> OpenBagDrive(const BagDriveOptions& options) {
   }
   if (drive.frames.empty()) {
     const auto span = scans->PoseSpan();
-    return Bad(
+    return Invalid(
         absl::StrCat(absl::StrJoin(options.paths, ", "), ": none of the ", scans->clouds().size(),
                      " clouds has a pose: their stamps are ",
                      SpanText(scans->clouds().front().stamp_ns, scans->clouds().back().stamp_ns),

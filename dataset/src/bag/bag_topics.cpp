@@ -12,8 +12,6 @@
 namespace scanloc::dataset {
 namespace {
 
-absl::Status Bad(std::string_view reason) { return absl::InvalidArgumentError(ToAbsl(reason)); }
-
 std::string Listed(const std::vector<const BagTopic*>& topics) {
   if (topics.empty()) return "none";
   return absl::StrJoin(topics, ", ", [](std::string* out, const BagTopic* topic) {
@@ -48,22 +46,22 @@ absl::StatusOr<const BagTopic*> ChooseTopic(const Bag& bag, const std::string& n
   if (name.empty()) {
     if (usable.size() == 1) return usable[0];
     if (usable.empty()) {
-      return Bad(absl::StrCat("the bag has no topic of ", ToAbsl(what), "; it has ",
-                              Listed(TopicsOf(bag, [](const BagTopic&) { return true; }))));
+      return Invalid(absl::StrCat("the bag has no topic of ", ToAbsl(what), "; it has ",
+                                  Listed(TopicsOf(bag, [](const BagTopic&) { return true; }))));
     }
-    return Bad(absl::StrCat("the bag has several topics of ", ToAbsl(what), "; choose one by ",
-                            ToAbsl(option), ": ", Listed(usable)));
+    return Invalid(absl::StrCat("the bag has several topics of ", ToAbsl(what), "; choose one by ",
+                                ToAbsl(option), ": ", Listed(usable)));
   }
   const BagTopic* topic = bag.FindTopic(name);
   if (topic != nullptr && std::find(usable.begin(), usable.end(), topic) != usable.end()) {
     return topic;
   }
-  return Bad(absl::StrCat("topic ", Quote(name),
-                          topic == nullptr
-                              ? " is not in the bag"
-                              : absl::StrCat(" is of type ", Printable(topic->type), " and holds ",
-                                             topic->num_messages, " messages"),
-                          "; of ", ToAbsl(what), " there are: ", Listed(usable)));
+  return Invalid(absl::StrCat("topic ", Quote(name),
+                              topic == nullptr
+                                  ? " is not in the bag"
+                                  : absl::StrCat(" is of type ", Printable(topic->type),
+                                                 " and holds ", topic->num_messages, " messages"),
+                              "; of ", ToAbsl(what), " there are: ", Listed(usable)));
 }
 
 }  // namespace scanloc::dataset

@@ -10,6 +10,9 @@
 
 namespace scanloc::dataset {
 
+/// What a zstd frame begins with.
+inline constexpr std::string_view kZstdMagic = "\x28\xB5\x2F\xFD";
+
 enum class Compression { kNone, kZstd, kLz4, kBz2 };
 
 /// "" and "none", "zstd", "lz4" and "bz2".

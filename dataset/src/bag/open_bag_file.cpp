@@ -12,6 +12,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "bag/bag_file.hpp"
+#include "bag/decompress.hpp"
 #include "bag/random_file.hpp"
 #include "text.hpp"
 
@@ -24,7 +25,6 @@ struct Kind {
 };
 constexpr std::array<Kind, 3> kKinds = {
     {{"\x89MCAP", &OpenMcap}, {"#ROSBAG V", &OpenRos1Bag}, {"SQLite format 3", &OpenRos2Database}}};
-constexpr std::string_view kZstdMagic = "\x28\xB5\x2F\xFD";
 
 /// A file that is gone when its holder is; who has it open by then can still read it.
 class TemporaryFile {

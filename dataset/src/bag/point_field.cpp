@@ -15,7 +15,7 @@ constexpr std::array<std::string_view, 5> kTimeNames = {"t", "time", "timestamp"
                                                         "offset_time"};
 
 template <typename Number>
-double Load(const char* bytes, bool big_endian) {
+double LoadAs(const char* bytes, bool big_endian) {
   return static_cast<double>(
       LoadNumber<Number>(bytes, big_endian ? std::endian::big : std::endian::little));
 }
@@ -28,14 +28,14 @@ struct Type {
 };
 // By number, as sensor_msgs/PointField has them.
 constexpr std::array<Type, 9> kTypes = {{{0, nullptr},
-                                         {1, &Load<std::int8_t>},
-                                         {1, &Load<std::uint8_t>},
-                                         {2, &Load<std::int16_t>},
-                                         {2, &Load<std::uint16_t>},
-                                         {4, &Load<std::int32_t>},
-                                         {4, &Load<std::uint32_t>},
-                                         {4, &Load<float>},
-                                         {8, &Load<double>}}};
+                                         {1, &LoadAs<std::int8_t>},
+                                         {1, &LoadAs<std::uint8_t>},
+                                         {2, &LoadAs<std::int16_t>},
+                                         {2, &LoadAs<std::uint16_t>},
+                                         {4, &LoadAs<std::int32_t>},
+                                         {4, &LoadAs<std::uint32_t>},
+                                         {4, &LoadAs<float>},
+                                         {8, &LoadAs<double>}}};
 
 }  // namespace
 
@@ -63,7 +63,7 @@ void AppendTimes(const PointField& field, const BinaryLayout& xyz, std::size_t n
   const std::size_t step = xyz.xyz[0].stride_bytes;
   std::array<Loader, 3> load_xyz{};
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    load_xyz[axis] = xyz.xyz[axis].type == NumberType::kFloat64 ? &Load<double> : &Load<float>;
+    load_xyz[axis] = xyz.xyz[axis].type == NumberType::kFloat64 ? &LoadAs<double> : &LoadAs<float>;
   }
   values.reserve(values.size() + num_points);
   for (std::size_t i = 0; i < num_points; ++i) {

@@ -6,15 +6,15 @@
 #include "absl/strings/str_cat.h"
 #include "bag/chunked_file.hpp"
 #include "bag/little_endian.hpp"
+#include "decimal_time.hpp"
 #include "text.hpp"
 
 namespace scanloc::dataset {
 namespace {
 
-constexpr std::string_view kMagic = "#ROSBAG V2.0\n";
-constexpr std::int64_t kNsPerS = 1'000'000'000;
+constexpr std::string_view kRos1Magic = "#ROSBAG V2.0\n";
 // Heads and connections are texts; longer ones are none.
-constexpr std::uint32_t kMaxTextBytes = 16 << 20;
+constexpr std::uint32_t kMaxHeadBytes = 16 << 20;
 
 enum Op : unsigned char {
   kMessageData = 0x02,
@@ -25,7 +25,7 @@ enum Op : unsigned char {
 
 std::int64_t StampOf(LittleEndian& content) {
   const std::int64_t seconds = content.Read<std::uint32_t>();
-  return seconds * kNsPerS + content.Read<std::uint32_t>();
+  return seconds * kNanosecondsPerS + content.Read<std::uint32_t>();
 }
 
 // The value of a field of a head, which is a list of "name=value".
@@ -83,7 +83,7 @@ absl::StatusOr<std::optional<Ros1Bag::FileRecord>> Ros1Bag::ReadRecordAt(std::ui
   if (size - at < 8) return std::nullopt;
   const absl::StatusOr<std::uint32_t> num_head = length_at(at);
   if (!num_head.ok()) return num_head.status();
-  if (*num_head > std::min<std::uint64_t>(size - at - 8, kMaxTextBytes)) return std::nullopt;
+  if (*num_head > std::min<std::uint64_t>(size - at - 8, kMaxHeadBytes)) return std::nullopt;
   absl::StatusOr<std::string> head = file().ReadText(at + 4, *num_head);
   if (!head.ok()) return head.status();
   const std::uint64_t data_at = at + 8 + *num_head;
@@ -144,7 +144,7 @@ absl::Status Ros1Bag::ReadRecord(const FileRecord& record) {
     return absl::OkStatus();
   }
   if (op != kConnection && op != kIndexData) return absl::OkStatus();
-  if (op == kConnection && record.num_data > kMaxTextBytes) return absl::OkStatus();
+  if (op == kConnection && record.num_data > kMaxHeadBytes) return absl::OkStatus();
   const absl::StatusOr<std::string> data = file().ReadText(record.data_at, record.num_data);
   if (!data.ok()) return data.status();
   if (op == kConnection) {
@@ -166,7 +166,7 @@ absl::Status Ros1Bag::Index() {
   std::string cut_off;
   std::optional<std::uint32_t> num_chunks_told;
   std::uint32_t num_chunks = 0;
-  for (std::uint64_t at = kMagic.size(); at < file().size();) {
+  for (std::uint64_t at = kRos1Magic.size(); at < file().size();) {
     const absl::StatusOr<std::optional<FileRecord>> read = ReadRecordAt(at);
     if (!read.ok()) return read.status();
     if (!read->has_value() || (*read)->num_data > file().size() - (*read)->data_at) {
@@ -174,7 +174,7 @@ absl::Status Ros1Bag::Index() {
     }
     if (!read->has_value()) break;
     const FileRecord& record = **read;
-    if (at == kMagic.size()) {
+    if (at == kRos1Magic.size()) {
       // Where the index at the end begins: 0 in a bag that was not closed.
       const auto index_at = NumberField<std::uint64_t>(record.head, "index_pos");
       if (index_at.value_or(0) == 0) cut_off = "was not closed and may be cut off";
@@ -229,7 +229,7 @@ std::optional<ChunkedFile::Record> Ros1Bag::RecordAt(std::string_view records,
 
 absl::StatusOr<std::unique_ptr<BagFile>> OpenRos1Bag(const std::string& path) {
   return OpenChunked<Ros1Bag>(
-      path, kMagic,
+      path, kRos1Magic,
       "is a bag of ROS 1, but not of version 2.0; `rosbag fix` makes that of "
       "an older one, for a newer one ask for a newer scanloc");
 }

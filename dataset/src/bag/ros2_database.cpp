@@ -133,7 +133,6 @@ absl::Status Ros2Database::Index() {
 }
 
 absl::StatusOr<MessageBytes> Ros2Database::Read(const MessageRef& message) const {
-  constexpr std::string_view kZstdMagic = "\x28\xB5\x2F\xFD";
   const std::lock_guard lock(mutex_);
   const absl::StatusOr<Statement> row = Prepare("SELECT data FROM messages WHERE rowid = ?");
   if (!row.ok()) return row.status();

@@ -9,6 +9,7 @@
 #include "absl/strings/str_cat.h"
 #include "bag/point_field.hpp"
 #include "bag/wire_reader.hpp"
+#include "decimal_time.hpp"
 #include "scan_decoders.hpp"
 #include "scanloc/core/limits.hpp"
 #include "text.hpp"
@@ -16,11 +17,7 @@
 namespace scanloc::dataset {
 namespace {
 
-constexpr std::int64_t kNsPerS = 1'000'000'000;
-
 absl::Status NotWhole() { return absl::InvalidArgumentError("the message is not whole"); }
-
-absl::Status Bad(std::string_view reason) { return absl::InvalidArgumentError(ToAbsl(reason)); }
 
 std::string FrameName(std::string_view name) {
   if (!name.empty() && name.front() == '/') name.remove_prefix(1);
@@ -32,7 +29,7 @@ MessageHead ReadHead(WireReader& reader) {
   if (reader.is_ros1()) (void)reader.Read<std::uint32_t>();  // sequence
   const std::int64_t seconds = reader.is_ros1() ? std::int64_t{reader.Read<std::uint32_t>()}
                                                 : std::int64_t{reader.Read<std::int32_t>()};
-  head.stamp_ns = seconds * kNsPerS + reader.Read<std::uint32_t>();
+  head.stamp_ns = seconds * kNanosecondsPerS + reader.Read<std::uint32_t>();
   head.frame = FrameName(reader.ReadString());
   return head;
 }
@@ -59,24 +56,24 @@ struct CloudLayout {
 absl::Status CheckLayout(const CloudLayout& layout, std::size_t num_bytes) {
   const std::uint64_t num_points = std::uint64_t{layout.width} * layout.height;
   if (num_points > limits::kMaxPointsPerScan) {
-    return Bad(absl::StrCat("the cloud announces ", layout.width, " x ", layout.height,
-                            " points; a scan has at most ", limits::kMaxPointsPerScan));
+    return Invalid(absl::StrCat("the cloud announces ", layout.width, " x ", layout.height,
+                                " points; a scan has at most ", limits::kMaxPointsPerScan));
   }
   if (num_points == 0) return absl::OkStatus();
   const std::uint64_t row_bytes = std::uint64_t{layout.width} * layout.point_step;
   // Some drivers leave row_step at 0 in clouds of one row.
   const std::uint64_t row_step = layout.height > 1 ? layout.row_step : row_bytes;
   if (row_step < row_bytes || row_step * (layout.height - 1) + row_bytes > num_bytes) {
-    return Bad(absl::StrCat("the cloud announces ", layout.height, " rows of ", layout.width,
-                            " points of ", layout.point_step, " bytes, ", layout.row_step,
-                            " bytes a row, but holds ", num_bytes, " bytes"));
+    return Invalid(absl::StrCat("the cloud announces ", layout.height, " rows of ", layout.width,
+                                " points of ", layout.point_step, " bytes, ", layout.row_step,
+                                " bytes a row, but holds ", num_bytes, " bytes"));
   }
   for (const PointField& field : layout.fields) {
     if (field.size_bytes() == 0 ||
         std::uint64_t{field.offset} + field.size_bytes() > layout.point_step) {
-      return Bad(absl::StrCat("field ", Quote(field.name), " of the cloud has the type ",
-                              static_cast<int>(field.type), " at ", field.offset, " of the ",
-                              layout.point_step, " bytes of a point"));
+      return Invalid(absl::StrCat("field ", Quote(field.name), " of the cloud has the type ",
+                                  static_cast<int>(field.type), " at ", field.offset, " of the ",
+                                  layout.point_step, " bytes of a point"));
     }
   }
   return absl::OkStatus();
@@ -89,7 +86,8 @@ absl::StatusOr<CloudLayout> ReadLayout(WireReader& reader) {
   layout.width = reader.Read<std::uint32_t>();
   const auto num_fields = reader.Read<std::uint32_t>();
   if (num_fields > kMaxFields) {
-    return Bad(absl::StrCat("the cloud announces ", num_fields, " fields; at most ", kMaxFields));
+    return Invalid(
+        absl::StrCat("the cloud announces ", num_fields, " fields; at most ", kMaxFields));
   }
   for (std::uint32_t i = 0; i < num_fields && reader.ok(); ++i) {
     PointField field;
@@ -115,7 +113,7 @@ absl::StatusOr<BinaryLayout> FindCoordinates(const CloudLayout& layout) {
         std::find_if(layout.fields.begin(), layout.fields.end(),
                      [&](const PointField& candidate) { return candidate.name == kNames[axis]; });
     if (field == layout.fields.end() || !field->is_float()) {
-      return Bad(
+      return Invalid(
           absl::StrCat("the cloud has no field ", ToAbsl(kNames[axis]), " of FLOAT32 or FLOAT64"));
     }
     found.xyz[axis] = {field->offset, layout.point_step, FloatOf(field->size_bytes())};

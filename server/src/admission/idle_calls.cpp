@@ -10,7 +10,7 @@
 namespace scanloc::server {
 namespace {
 
-constexpr double kRetry_s = 1.0;
+constexpr double kRetryWhenFull_s = 1.0;
 constexpr std::size_t kMaxFresh = 4096;
 /// Waiters are looked at this many times within the time that they have.
 constexpr int kLooksPerTimeout = 8;
@@ -79,7 +79,8 @@ void IdleCalls::Settle(IdleCall& call) {
 
 absl::Status IdleCalls::MakeRoomFor(const std::string& client, Evicted& evicted) {
   if (static_cast<int>(settled_.size()) < options_.max_idle) return absl::OkStatus();
-  absl::Status full = proto::WithRetryAfter(absl::ResourceExhaustedError(options_.full), kRetry_s);
+  absl::Status full =
+      proto::WithRetryAfter(absl::ResourceExhaustedError(options_.full), kRetryWhenFull_s);
   const auto own = num_by_client_.find(client);
   const int num_own = own == num_by_client_.end() ? 0 : own->second;
   const auto most =

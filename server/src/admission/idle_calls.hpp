@@ -46,6 +46,9 @@ class IdleCall {
 /// on with it alone. Thread-safe.
 class IdleCalls {
  public:
+  /// A request that is there so soon counts for nothing while it is received.
+  static constexpr std::chrono::milliseconds kReceivedAtOnce{250};
+
   struct Options {
     int max_idle = 0;
     /// What waits less long than this is not counted: most requests are there at once, and need not

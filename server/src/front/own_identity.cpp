@@ -10,7 +10,7 @@
 namespace scanloc::server {
 namespace {
 
-constexpr const char* kName = "scanlocd's own probe";
+constexpr const char* kProbeName = "scanlocd's own probe";
 
 std::string TextOf(BIO& memory) {
   char* text = nullptr;
@@ -25,7 +25,7 @@ bool Fill(X509& certificate, EVP_PKEY* key) {
          ASN1_TIME_set_string(X509_getm_notBefore(&certificate), "19700101000000Z") == 1 &&
          ASN1_TIME_set_string(X509_getm_notAfter(&certificate), "99991231235959Z") == 1 &&
          X509_NAME_add_entry_by_txt(name, "CN", MBSTRING_ASC,
-                                    reinterpret_cast<const unsigned char*>(kName), -1, -1,
+                                    reinterpret_cast<const unsigned char*>(kProbeName), -1, -1,
                                     0) == 1 &&
          X509_set_issuer_name(&certificate, name) == 1 && X509_set_pubkey(&certificate, key) == 1 &&
          X509_sign(&certificate, key, EVP_sha256()) != 0;

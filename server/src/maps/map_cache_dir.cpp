@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "maps/map_sources.hpp"
 #include "scanloc/catalogue/store.hpp"
 #include "scanloc/catalogue/version_file.hpp"
 
@@ -19,7 +20,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr char kEnding[] = ".scanloc";
 constexpr char kPart[] = ".part";
 /// How a map fares in use, beside it.
 constexpr char kHealth[] = ".health";
@@ -126,7 +126,7 @@ void MapCacheDir::RemoveAllBut(const std::vector<catalogue::Version>& versions) 
     fs::path map = path;
     if (map.extension() == kOld) map.replace_extension();
     if (map.extension() == kHealth) map.replace_extension();
-    if (map.extension() == kEnding && !kept.contains(map.filename().string())) {
+    if (map.extension() == kMapEnding && !kept.contains(map.filename().string())) {
       fs::remove(path, ignored);
     }
   });

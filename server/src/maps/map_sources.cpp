@@ -9,11 +9,7 @@
 #include "absl/strings/str_cat.h"
 
 namespace scanloc::server {
-namespace {
-
-constexpr char kEnding[] = ".scanloc";
-
-}  // namespace
+namespace {}  // namespace
 
 MapSources::MapSources(std::vector<MapSource> configured, std::string folder)
     : configured_(std::move(configured)), folder_(std::move(folder)) {}
@@ -29,7 +25,7 @@ absl::StatusOr<std::vector<MapSource>> MapSources::List() const {
     const std::string name = path.stem().string();
     const bool is_known = std::any_of(configured_.begin(), configured_.end(),
                                       [&](const MapSource& map) { return map.name == name; });
-    if (path.extension() == kEnding && CheckMapName(name).ok() && !is_known) {
+    if (path.extension() == kMapEnding && CheckMapName(name).ok() && !is_known) {
       found.push_back({.name = name, .path = path.string()});
     }
   }
@@ -49,7 +45,7 @@ absl::StatusOr<MapSource> MapSources::Find(const std::string& name) const {
   }
   // A name has no '/', so that nothing outside the folder can be meant.
   if (!folder_.empty() && CheckMapName(name).ok()) {
-    const std::filesystem::path path = std::filesystem::path(folder_) / (name + kEnding);
+    const std::filesystem::path path = std::filesystem::path(folder_) / (name + kMapEnding);
     std::error_code error;
     if (std::filesystem::exists(path, error)) return MapSource{.name = name, .path = path.string()};
   }

@@ -8,6 +8,9 @@
 
 namespace scanloc::server {
 
+/// Of the files of a folder of maps.
+inline constexpr char kMapEnding[] = ".scanloc";
+
 /// Which file each name stands for: the maps that were configured, and the files *.scanloc of one
 /// folder, named as they are without the ending. A configured name goes before a file's.
 /// Immutable.

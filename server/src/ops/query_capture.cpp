@@ -19,8 +19,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kMaxWaiting = 8;
-constexpr const char* kEnding = ".query";
+constexpr std::size_t kMaxUnwritten = 8;
+constexpr const char* kQueryEnding = ".query";
 constexpr const char* kUnfinished = ".query.part";
 constexpr std::size_t kMaxIdBytesInName = 64;
 
@@ -89,7 +89,7 @@ void QueryCapture::Adopt() {
     std::error_code ignored;  // gone meanwhile, or a folder: not ours
     if (name.ends_with(kUnfinished)) {
       fs::remove(entry.path(), ignored);
-    } else if (name.ends_with(kEnding) && entry.is_regular_file(ignored)) {
+    } else if (name.ends_with(kQueryEnding) && entry.is_regular_file(ignored)) {
       const auto num_bytes = static_cast<std::int64_t>(entry.file_size(ignored));
       files_.push_back({entry.path(), CostOf(entry.path(), num_bytes)});
     }
@@ -104,7 +104,7 @@ void QueryCapture::Keep(v1::CapturedQuery query) {
   bool is_taken = false;
   {
     const std::lock_guard lock(mutex_);
-    if (waiting_.size() < kMaxWaiting) {
+    if (waiting_.size() < kMaxUnwritten) {
       waiting_.push_back(std::move(query));
       is_taken = true;
     }
@@ -149,7 +149,7 @@ absl::Status QueryCapture::Write(const v1::CapturedQuery& query) {
   RemoveOldest();
   const std::string name = FileName(query, num_written_++);
   const fs::path unfinished = folder_ / (name + kUnfinished);
-  const fs::path path = folder_ / (name + kEnding);
+  const fs::path path = folder_ / (name + kQueryEnding);
   std::error_code error;
   {
     std::ofstream file(unfinished, std::ios::binary | std::ios::trunc);

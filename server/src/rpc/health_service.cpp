@@ -31,8 +31,6 @@ absl::Status Unknown(const std::string& service) {
                    Printable(std::string(name.substr(0, limits::kMaxNameBytes))), "\" here"));
 }
 
-/// A request that is there so soon counts for nothing while it is received.
-constexpr std::chrono::milliseconds kReceivedAtOnce(250);
 /// How long one may take to arrive once the server drains.
 constexpr std::chrono::seconds kReceiveGrace(1);
 
@@ -167,7 +165,7 @@ class HealthService::Watcher final : public Reactor,
 HealthService::HealthService(IdleCalls& sending, std::chrono::duration<double> receive)
     : receiving_(
           {.max_idle = kMaxReceiving,
-           .grace = kReceivedAtOnce,
+           .grace = IdleCalls::kReceivedAtOnce,
            .timeout = receive,
            .full = "as many health checks as may be are on their way; try again later",
            .expired = absl::StrCat("the request did not arrive within ", receive.count(), " s")}),

@@ -19,10 +19,10 @@ using grpc::reflection::v1::ServerReflectionResponse;
 namespace {
 
 /// Tools ask and go.
-constexpr std::chrono::seconds kMaxSilence(60);
-constexpr std::size_t kMaxRequestBytes = 4096;
+constexpr std::chrono::seconds kMaxReflectionSilence(60);
+constexpr std::size_t kMaxAskedBytes = 4096;
 
-constexpr const char* kName = "grpc.reflection.v1.ServerReflection";
+constexpr const char* kReflectionName = "grpc.reflection.v1.ServerReflection";
 constexpr const char* kOldName = "grpc.reflection.v1alpha.ServerReflection";
 
 void AddFiles(const FileDescriptor& file, std::set<const FileDescriptor*>& added,
@@ -95,7 +95,7 @@ class ReflectionService::Stream final : public Reactor,
   }
 
   [[nodiscard]] absl::Status CheckSize() const {
-    if (request_.Length() <= kMaxRequestBytes) return absl::OkStatus();
+    if (request_.Length() <= kMaxAskedBytes) return absl::OkStatus();
     return absl::InvalidArgumentError("the request is too long for one");
   }
 
@@ -122,7 +122,7 @@ class ReflectionService::Stream final : public Reactor,
 ReflectionService::ReflectionService(std::vector<std::string> services)
     : services_(std::move(services)),
       streams_({.max_idle = kMaxStreams,
-                .timeout = kMaxSilence,
+                .timeout = kMaxReflectionSilence,
                 .full = "as many reflection streams as the server takes are open; try again later",
                 .expired = "the client was silent for too long"}) {
   const auto open = [this](grpc::CallbackServerContext* context) {
@@ -147,14 +147,15 @@ ServerReflectionResponse ReflectionService::Answer(const ServerReflectionRequest
       break;
     case ServerReflectionRequest::kFileContainingSymbol: {
       const std::string& symbol = request.file_containing_symbol();
-      TellFile(pool.FindFileContainingSymbol(symbol == kOldName ? kName : symbol), response);
+      TellFile(pool.FindFileContainingSymbol(symbol == kOldName ? kReflectionName : symbol),
+               response);
       break;
     }
     case ServerReflectionRequest::kListServices:
       for (const std::string& name : services_) {
         response.mutable_list_services_response()->add_service()->set_name(name);
       }
-      response.mutable_list_services_response()->add_service()->set_name(kName);
+      response.mutable_list_services_response()->add_service()->set_name(kReflectionName);
       response.mutable_list_services_response()->add_service()->set_name(kOldName);
       break;
     case ServerReflectionRequest::kFileContainingExtension:

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <numeric>
 #include <vector>
 
@@ -13,8 +14,6 @@
 
 namespace scanloc::sim {
 namespace {
-
-constexpr double kPi = 3.14159265358979323846;
 
 /// What a column of beams must know to pass over a solid.
 struct Candidate {
@@ -48,7 +47,8 @@ class Turn {
       elevations_.push_back(CosSin(Radians(options.min_elevation_deg) + i * step));
     }
     for (int i = 0; i < options.num_azimuths; ++i) {
-      const double azimuth = (i + 0.5) * (2.0 * kPi / options.num_azimuths) - kPi;
+      const double azimuth =
+          (i + 0.5) * (2.0 * std::numbers::pi / options.num_azimuths) - std::numbers::pi;
       if (std::abs(azimuth) > 0.5 * Radians(options.fov_deg)) continue;
       azimuths_.push_back(CosSin(azimuth));
       first_azimuth_ = std::min(first_azimuth_, i);
@@ -99,7 +99,7 @@ void Turn::MeasureHeadings() {
   const double steepest_deg =
       std::max(std::abs(options_.min_elevation_deg), std::abs(options_.max_elevation_deg));
   if (tilt_rad + Radians(steepest_deg) > Radians(88.0)) {
-    slack_rad_ = kPi;  // a beam of an azimuth may have any heading
+    slack_rad_ = std::numbers::pi;  // a beam of an azimuth may have any heading
     return;
   }
   heading_rad_ = std::atan2(rotation_(1, 0), rotation_(0, 0));
@@ -110,7 +110,7 @@ void Turn::MeasureHeadings() {
     for (const int ray : {0, num_rays() - 1}) {
       const Eigen::Vector3d d = InMap(Direction(i, ray));
       const double turned =
-          std::remainder(std::atan2(d.y(), d.x()) - heading_rad_ - azimuth, 2.0 * kPi);
+          std::remainder(std::atan2(d.y(), d.x()) - heading_rad_ - azimuth, 2.0 * std::numbers::pi);
       slack_rad_ = std::max(slack_rad_, std::abs(turned));
     }
   }
@@ -120,10 +120,10 @@ void Turn::MeasureHeadings() {
 template <typename Visitor>
 void Turn::VisitAzimuths(const SeenSolid& seen, Visitor&& visit) const {
   const int full_turn = options_.num_azimuths;
-  const double step = 2.0 * kPi / full_turn;
+  const double step = 2.0 * std::numbers::pi / full_turn;
   const double half = seen.half_extent_rad + slack_rad_;
   // In steps from azimuth 0 of the full turn, which points backwards.
-  const double center = (seen.azimuth_rad - heading_rad_ + kPi) / step - 0.5;
+  const double center = (seen.azimuth_rad - heading_rad_ + std::numbers::pi) / step - 0.5;
   auto first = static_cast<std::int64_t>(std::ceil(center - half / step));
   auto last = static_cast<std::int64_t>(std::floor(center + half / step));
   last = std::min(last, first + full_turn - 1);

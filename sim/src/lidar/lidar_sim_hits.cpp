@@ -2,13 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "random.hpp"
 
 namespace scanloc::sim {
 namespace {
-
-constexpr double kPi = 3.14159265358979323846;
 
 /// A part of a beam, by range.
 struct Interval {
@@ -75,13 +74,13 @@ SeenSolid See(const Solid& solid, std::size_t index, const Eigen::Vector3d& sens
     seen.far_m = distance + radius;
     seen.half_extent_rad =
         seen.near_m > 0.0 ? std::atan2(radius, std::sqrt(distance * distance - radius * radius))
-                          : kPi;
+                          : std::numbers::pi;
     return seen;
   }
   const Eigen::Vector2d half(solid.half_length_m, solid.half_width_m);
   seen.near_m = (seen.offset.cwiseAbs() - half).cwiseMax(0.0).norm();
   seen.far_m = (seen.offset.cwiseAbs() + half).norm();
-  seen.half_extent_rad = seen.near_m > 0.0 ? 0.0 : kPi;
+  seen.half_extent_rad = seen.near_m > 0.0 ? 0.0 : std::numbers::pi;
   if (seen.near_m > 0.0) {
     const Eigen::Vector2d center = -seen.offset;
     for (const double x : {-half.x(), half.x()}) {

@@ -8,7 +8,7 @@
 namespace scanloc::sim {
 namespace {
 
-constexpr double kCell_m = 16.0;
+constexpr double kSiteCell_m = 16.0;
 
 double HalfWidth(const Solid& solid) {
   return solid.shape == SolidShape::kBox ? solid.half_width_m : solid.half_length_m;
@@ -44,7 +44,7 @@ template <typename Visitor>
 void Site::VisitAround(const Solid& solid, double reach_m, Visitor&& visit) {
   const Eigen::Vector2d half(HalfExtent(solid, Eigen::Vector2d::UnitX()) + reach_m,
                              HalfExtent(solid, Eigen::Vector2d::UnitY()) + reach_m);
-  VisitCells(solid.center - half, solid.center + half, kCell_m, visit);
+  VisitCells(solid.center - half, solid.center + half, kSiteCell_m, visit);
 }
 
 void Site::KeepFree(const Path& path, double radius_m) { KeepFree(path, radius_m, 0.0); }
@@ -53,7 +53,7 @@ void Site::KeepFree(const Path& path, double radius_m, double left_m) {
   max_disc_m_ = std::max(max_disc_m_, radius_m);
   for (double s = 0.0; s <= path.length_m(); s += 1.0) {
     const Eigen::Vector2d center = path.At(s) + LeftOf(path.Tangent(s)) * left_m;
-    discs_[CellKey(center, kCell_m)].push_back({center, radius_m});
+    discs_[CellKey(center, kSiteCell_m)].push_back({center, radius_m});
   }
 }
 

@@ -10,6 +10,9 @@
 
 namespace scanloc {
 
+/// The most that may be asked for.
+inline constexpr int kMaxThreads = 256;
+
 /// Threads for a number of them as given on the command line: 0 is one a processor.
 [[nodiscard]] std::size_t NumThreads(int asked);
 
