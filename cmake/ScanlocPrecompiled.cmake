@@ -39,6 +39,8 @@ scanloc_declare_precompiled(cli DEPS CLI11::CLI11 HEADERS <CLI/CLI.hpp> OPTIONS 
 set(grpc_headers <grpcpp/grpcpp.h> <scanloc/v1/localization.grpc.pb.h>)
 scanloc_declare_precompiled(grpc DEPS scanloc::wire HEADERS ${grpc_headers})
 if(SCANLOC_BUILD_TESTS)
+  set(test_headers <gtest/gtest.h> <gmock/gmock.h>)
+  scanloc_declare_precompiled(tests DEPS GTest::gmock HEADERS ${test_headers} OPTIONS -O1 -pthread)
   scanloc_declare_precompiled(grpc_tests DEPS scanloc::wire GTest::gmock
-    HEADERS <gtest/gtest.h> <gmock/gmock.h> ${grpc_headers})
+    HEADERS ${test_headers} ${grpc_headers} OPTIONS -O1 -pthread)
 endif()

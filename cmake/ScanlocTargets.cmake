@@ -59,10 +59,24 @@ function(scanloc_add_installed module)
   endif()
 endfunction()
 
-# scanloc_add_library(core [INSTALLED] SOURCES a.cpp PUBLIC_DEPS x PRIVATE_DEPS y [PRECOMPILED grpc])
+# scanloc_combine(scanloc_cli NOT main.cpp): with SCANLOC_UNITY_BUILD several sources of a target are
+# compiled as one, so that headers are read and templates made once for all of them. Names in their
+# anonymous namespaces must differ; the sources after NOT stay alone.
+function(scanloc_combine target)
+  cmake_parse_arguments(ARG "" "" "NOT" ${ARGN})
+  if(NOT SCANLOC_UNITY_BUILD)
+    return()
+  endif()
+  set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 8)
+  target_compile_options(${target} PRIVATE -Wno-subobject-linkage)  # each is a source, not a header
+  set_source_files_properties(${ARG_NOT} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
+endfunction()
+
+# scanloc_add_library(core [INSTALLED] SOURCES a.cpp PUBLIC_DEPS x PRIVATE_DEPS y [PRECOMPILED grpc]
+#   [NOT_COMBINED b.cpp])
 # declares scanloc_core, known as scanloc::core, with its public headers in include/.
 function(scanloc_add_library module)
-  cmake_parse_arguments(ARG "INSTALLED" "PRECOMPILED" "SOURCES;PUBLIC_DEPS;PRIVATE_DEPS" ${ARGN})
+  cmake_parse_arguments(ARG "INSTALLED" "PRECOMPILED" "SOURCES;PUBLIC_DEPS;PRIVATE_DEPS;NOT_COMBINED" ${ARGN})
   if(NOT ARG_PRECOMPILED)
     set(ARG_PRECOMPILED common)
   endif()
@@ -81,6 +95,7 @@ function(scanloc_add_library module)
   target_link_libraries(${target} PUBLIC ${ARG_PUBLIC_DEPS}
     PRIVATE ${ARG_PRIVATE_DEPS} $<BUILD_INTERFACE:scanloc_warnings>)
   scanloc_precompile(${target} ${ARG_PRECOMPILED})
+  scanloc_combine(${target} NOT ${ARG_NOT_COMBINED})
 endfunction()
 
 # scanloc_add_program(scanlocd SOURCES main.cpp DEPS scanloc::server)
@@ -107,9 +122,10 @@ function(scanloc_add_test name)
   target_link_libraries(${name} PRIVATE ${ARG_DEPS} scanloc_test_support scanloc_warnings
     GTest::gtest GTest::gmock
     GTest::gtest_main)
-  if(ARG_PRECOMPILED)
-    scanloc_precompile(${name} ${ARG_PRECOMPILED})
+  if(NOT ARG_PRECOMPILED)
+    set(ARG_PRECOMPILED tests)
   endif()
+  scanloc_precompile(${name} ${ARG_PRECOMPILED})
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY "${CMAKE_BINARY_DIR}/tests")
   # Sanitizers get their options from the test preset, so that no test may run while building.
   set(discovery POST_BUILD)

@@ -1,10 +1,11 @@
 #!/usr/bin/env bash
 # Sets the machine up, builds and runs all tests, or the test programs that are named.
-#   scripts/test.sh [PRESET [PROGRAM ...]]      dev (default), release, asan or tsan
+#   scripts/test.sh [PRESET [PROGRAM ...]]      release (default: what the demo has built), dev, asan
+#                                               or tsan
 set -euo pipefail
 cd "$(dirname "$0")/.."
 . scripts/common.sh
-preset=${1:-dev}
+preset=${1:-release}
 programs=("${@:2}")
 
 scripts/setup.sh
