@@ -48,9 +48,11 @@ void Dump(const std::string& kind, const std::string& map_drive, const std::stri
         is_within &&
         !MissOf(DifferenceOf(spots.front().T_map_query, frame.T_map_sensor, search.up())).any();
     std::cout << absl::StrFormat(
-        "%s,%d,%.4f,%.4f,%.4f,%.4f,%.4f,%.4f,%d\n", kind, is_right, support.score,
+        "%s,%d,%.4f,%.4f,%.4f,%.4f,%.4f,%.4f,%.4f,%.4f,%d\n", kind, is_right, support.score,
         spots.front().hypothesis.score, spots.size() < 2 ? 0.0 : spots[1].hypothesis.score,
-        support.sharpness, support.over_mirror, support.contradicted, support.num_posts);
+        support.sharpness, support.over_mirror, support.contradicted,
+        params.automatic.evidence.inliers_share > 0.0 ? support.inliers : -1.0,
+        support.over_mirror_exactly, support.num_posts);
   }
 }
 
@@ -60,7 +62,8 @@ void Dump(const std::string& kind, const std::string& map_drive, const std::stri
 int main(int argc, char** argv) {
   if (argc != 2) scanloc::bench::Fail("one argument: the file of sets");
   std::ifstream sets(argv[1]);
-  std::cout << "kind,right,score,best,rival,sharpness,over_mirror,contradicted,num_posts\n";
+  std::cout << "kind,right,score,best,rival,sharpness,over_mirror,contradicted,inliers,"
+               "over_mirror_exactly,num_posts\n";
   for (std::string line; std::getline(sets, line);) {
     std::istringstream words(line);
     std::string kind, map_drive, query_drive, where;

@@ -14,12 +14,14 @@ import csv
 
 import numpy as np
 
-FEATURES = ("1", "score", "sharpness", "over_mirror", "contradicted", "1/sqrt(num_posts)")
-MAX_SHARPNESS, MAX_OVER_MIRROR = 0.2, 0.3  # as in EvidenceParams
+FEATURES = ("1", "score", "sharpness", "over_mirror", "contradicted", "1/sqrt(num_posts)", "inliers")
+# As in EvidenceParams.
+MAX_SHARPNESS, MAX_OVER_MIRROR, MAX_INLIERS = 0.2, 0.3, 0.5
+LEAST_INLIERS, BEYOND_INLIERS = 0.3, 40.0
 EQUAL_SCORES, EQUAL_OF_ALIKE = 0.02, 1.0
 LOCALIZED = 0.8
 # Pace of the descent along each feature: they vary over ranges of different widths.
-PACE = np.array([1.0, 1.0, 5.0, 3.0, 3.0, 5.0])
+PACE = np.array([1.0, 1.0, 5.0, 3.0, 3.0, 5.0, 2.0])
 
 
 def rivalry(better, score, chance, options):
@@ -39,10 +41,14 @@ def read(options):
     features = np.stack([np.ones(len(rows)), column("score"),
                          np.minimum(column("sharpness"), MAX_SHARPNESS),
                          np.minimum(column("over_mirror"), MAX_OVER_MIRROR),
-                         column("contradicted"), chance], 1)
-    score = column("score")
+                         column("contradicted"), chance,
+                         np.clip(column("inliers"), 0.0, MAX_INLIERS)], 1)
     share = 1.0 / (1.0 + np.exp(-rivalry(column("best"), column("rival"), chance, options)))
-    genuine = rivalry(score, score - column("over_mirror"), chance, options)
+    best = column("best")
+    genuine = rivalry(best, best - column("over_mirror_exactly"), chance, options)
+    # -1: they were not looked at.
+    exactly = BEYOND_INLIERS * np.maximum(column("inliers") - LEAST_INLIERS, 0.0)
+    genuine = np.where(column("inliers") < 0.0, genuine, np.minimum(genuine, exactly))
     return features, share, genuine, column("right"), np.array([row["kind"] for row in rows])
 
 
@@ -52,7 +58,7 @@ def confidence(features, share, genuine, b):
 
 def fit(features, share, genuine, right, weight, steps=4000):
     """Greatest likelihood of logistic(min(features · b, genuine)) · share, by Adam."""
-    b = np.array([-12.0, 15.0, 20.0, 20.0, -6.0, -10.0])
+    b = np.array([-12.0, 15.0, 20.0, 20.0, -6.0, -10.0, 0.0])
     mean, square = np.zeros_like(b), np.zeros_like(b)
     for step in range(1, steps + 1):
         supported = 1.0 / (1.0 + np.exp(-features @ b))

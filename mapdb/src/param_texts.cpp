@@ -89,7 +89,13 @@ int VersionOf(std::string_view name) {
                                                          {"auto.track.standing_m", 7},
                                                          {"auto.track.fade_m", 7},
                                                          {"auto.evidence.explaining_score", 8},
-                                                         {"auto.verify.heights_share", 8}};
+                                                         {"auto.verify.heights_share", 8},
+                                                         {"auto.evidence.inlier_m", 9},
+                                                         {"auto.evidence.inliers_share", 9},
+                                                         {"auto.evidence.inliers", 9},
+                                                         {"auto.evidence.max_inliers", 9},
+                                                         {"auto.evidence.least_inliers", 9},
+                                                         {"auto.evidence.beyond_inliers", 9}};
   for (const auto& [later, version] : kLater) {
     if (later == name) return version;
   }
@@ -115,6 +121,9 @@ absl::StatusOr<Params> DecodeParams(const ParamTexts& texts, int schema_version)
   }
   if (schema_version < schema::kHeightsVersion) {
     text_of.try_emplace("auto.verify.heights_share", FieldText(0.0));
+  }
+  if (schema_version < schema::kInliersVersion) {
+    text_of.try_emplace("auto.evidence.inliers_share", FieldText(0.0));
   }
   if (schema_version < schema::kVersion) {
     double scale = AutoParams{}.scale;

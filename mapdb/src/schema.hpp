@@ -7,8 +7,8 @@
 namespace scanloc::mapdb::schema {
 
 inline constexpr std::uint32_t kApplicationId = 0x534C4F43;  // "SLOC"; persisted, never change
-inline constexpr int kVersion = 8;                           ///< of the files that this code writes
-inline constexpr int kCompatibleVersion = 8;  ///< oldest version whose readers can read these files
+inline constexpr int kVersion = 9;                           ///< of the files that this code writes
+inline constexpr int kCompatibleVersion = 9;  ///< oldest version whose readers can read these files
 
 struct Table {
   const char* name;
@@ -87,6 +87,7 @@ inline constexpr std::array<Table, 11> kTables = {{
 inline constexpr int kKeysVersion = 5;      ///< the first whose files have the table `keys`
 inline constexpr int kBearingsVersion = 6;  ///< the first whose files have the table `bearings`
 inline constexpr int kHeightsVersion = 8;   ///< the first whose posts have heights
+inline constexpr int kInliersVersion = 9;   ///< the first that asks how exactly posts lie on others
 
 // Keys of meta.
 inline constexpr const char* kVersionKey = "version";

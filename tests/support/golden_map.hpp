@@ -44,6 +44,7 @@ inline Params GoldenParams(int version) {
   params.structure.enabled = version >= 2;
   if (version < 3) {
     params.automatic.verify.heights_share = 0.0;
+    params.automatic.evidence.inliers_share = 0.0;
     return params;
   }
   VisitAutoFields(params.automatic, [](const char*, auto& field, auto least, auto most) {
@@ -53,6 +54,15 @@ inline Params GoldenParams(int version) {
   params.automatic.ground.reach_m = 20.5;
   // What later versions brought.
   const AutoParams usual = AutoParamsAtScale(params.automatic.scale);
+  if (version < 9) {
+    EvidenceParams& evidence = params.automatic.evidence;
+    evidence.inlier_m = usual.evidence.inlier_m;
+    evidence.inliers_share = 0.0;
+    evidence.inliers = usual.evidence.inliers;
+    evidence.max_inliers = usual.evidence.max_inliers;
+    evidence.least_inliers = usual.evidence.least_inliers;
+    evidence.beyond_inliers = usual.evidence.beyond_inliers;
+  }
   if (version < 8) {
     params.automatic.verify.heights_share = 0.0;
     params.automatic.evidence.explaining_score = usual.evidence.explaining_score;
@@ -114,15 +124,15 @@ inline PlaceDescriptor GoldenDescriptor(int seed, int version) {
 /// Makes a map of two sessions: `morning` of 3 scans, the second one empty, and an unfinished
 /// `evening` of which 1 of 2 scans is done. Gives its content id.
 inline absl::Status MakeGoldenMap(const std::string& path) {
-  auto morning = mapdb::MapBuilder::Create(path, GoldenParams(8), GoldenPlan("morning", 3));
+  auto morning = mapdb::MapBuilder::Create(path, GoldenParams(9), GoldenPlan("morning", 3));
   if (!morning.ok()) return morning.status();
-  if (absl::Status status = morning->Add(GoldenDescriptor(0, 8)); !status.ok()) return status;
+  if (absl::Status status = morning->Add(GoldenDescriptor(0, 9)); !status.ok()) return status;
   if (absl::Status status = morning->Skip(mapdb::SkipReason::kEmpty); !status.ok()) return status;
-  if (absl::Status status = morning->Add(GoldenDescriptor(1, 8)); !status.ok()) return status;
+  if (absl::Status status = morning->Add(GoldenDescriptor(1, 9)); !status.ok()) return status;
   if (absl::Status status = morning->Finish().status(); !status.ok()) return status;
   auto evening = mapdb::MapBuilder::Append(path, GoldenPlan("evening", 2));
   if (!evening.ok()) return evening.status();
-  if (absl::Status status = evening->Add(GoldenDescriptor(2, 8)); !status.ok()) return status;
+  if (absl::Status status = evening->Add(GoldenDescriptor(2, 9)); !status.ok()) return status;
   return evening->Commit();
 }
 

@@ -107,6 +107,7 @@ absl::StatusOr<std::vector<Spot>> AutoSearch::Find(const ScanDescriptor& query,
   add(VerifyRivals(match, structure, payload,
                    *std::max_element(verified.begin(), verified.end(), worse), control));
   std::vector<Spot> spots = Distinct(structure, std::move(verified));
+  CountInliers(match, structures, spots);
   const int num_seen = std::max(options.num_supported, options.num_measured);
   for (std::size_t i = 0; i < spots.size() && static_cast<int>(i) < num_seen; ++i) {
     const Hypothesis& hypothesis = spots[i].hypothesis;
@@ -120,6 +121,24 @@ absl::StatusOr<std::vector<Spot>> AutoSearch::Find(const ScanDescriptor& query,
   times.verify_ns = control.Now_ns() - start_ns;
   if (!payload.status().ok()) return payload.status();
   return spots;
+}
+
+void AutoSearch::CountInliers(const QueryMatch& match, PlaceStructures& places,
+                              std::vector<Spot>& spots) const {
+  const EvidenceParams& params = match.params().evidence;
+  if (params.inliers_share <= 0.0) return;
+  const double least = spots.front().hypothesis.score - match.params().verify.hopeless_by;
+  for (Spot& spot : spots) {
+    Hypothesis& hypothesis = spot.hypothesis;
+    const double inliers = hypothesis.score < least
+                               ? 0.0
+                               : match.InlierRatio(match.LinesOf(places.Of(hypothesis.place)),
+                                                   hypothesis.T_place_query);
+    hypothesis.score = WithInliers(hypothesis.score, inliers, params);
+  }
+  std::stable_sort(spots.begin(), spots.end(), [](const Spot& a, const Spot& b) {
+    return a.hypothesis.score > b.hypothesis.score;
+  });
 }
 
 std::vector<Spot> AutoSearch::Distinct(const Structure& query,

@@ -119,6 +119,10 @@ class AutoSearch {
                                                         PlaceStructures& places,
                                                         const Options& options,
                                                         const SearchControl& control) const;
+  /// Weighs in how exactly the query's posts lie on a spot's; with a hopeless score it has none.
+  /// Sorts anew, best first.
+  void CountInliers(const QueryMatch& match, PlaceStructures& places,
+                    std::vector<Spot>& spots) const;
   /// The verified hypotheses that are of distinct poses, best first.
   [[nodiscard]] std::vector<Spot> Distinct(const Structure& query,
                                            std::vector<Hypothesis> verified) const;

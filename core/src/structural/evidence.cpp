@@ -47,9 +47,14 @@ double FallAround(const QueryMatch& match, double score, const PlanarPose& pose)
   return score - highest;
 }
 
-/// The score of the place's mirror image, laid on the query as well as it will.
-double MirrorScore(QueryMatch& match, const Structure& query, const Structure& place,
-                   const PlanarPose& pose) {
+struct Mirrored {
+  double score = 0.0;
+  double with_inliers = 0.0;
+};
+
+/// The scores of the place's mirror image, laid on the query as well as it will.
+Mirrored MirrorScore(QueryMatch& match, const Structure& query, const Structure& place,
+                     const PlanarPose& pose) {
   constexpr int kNumHeadings = 4;
   const double ring_m = match.params().shortlist.bearing_ring_m;
   Structure mirrored = place;
@@ -66,17 +71,25 @@ double MirrorScore(QueryMatch& match, const Structure& query, const Structure& p
   match.SetPlace(mirrored);
   const StageParams& stage = match.params().verify.at_once;
   const PlanarPoints coarse(mirrored.posts, static_cast<std::size_t>(stage.num_posts));
-  double best = 0.0;
+  const PostLines lines = match.LinesOf(mirrored);
+  Mirrored best;
+  const auto look_at = [&](const PlanarPose& mirrored_pose) {
+    const double score = match.ScoreFromAbove(mirrored_pose);
+    best.score = std::max(best.score, score);
+    best.with_inliers = std::max(
+        best.with_inliers,
+        WithInliers(score, match.InlierRatio(lines, mirrored_pose), match.params().evidence));
+  };
   double best_coarse = 0.0;
   std::vector<Hypothesis> laid;
   for (const PlanarPose& guess : guesses) {
-    best = std::max(best, match.ScoreFromAbove(guess));
+    look_at(guess);
     match.LayCoarsely(coarse, stage.steps, laid.emplace_back(Hypothesis{.T_place_query = guess}));
     best_coarse = std::max(best_coarse, laid.back().score);
   }
   for (const Hypothesis& hypothesis : laid) {
     if (hypothesis.score < best_coarse - match.params().verify.hopeless_by) continue;
-    best = std::max(best, match.ScoreFromAbove(match.Settle(hypothesis.T_place_query)));
+    look_at(match.Settle(hypothesis.T_place_query));
   }
   match.SetPlace(place);
   return best;
@@ -142,8 +155,12 @@ Support SupportOf(QueryMatch& match, const Structure& query, const Structure& pl
                   const PlanarPose& T_place_query) {
   Support support{.score = match.ScoreFromAbove(T_place_query), .num_posts = query.posts.size()};
   support.sharpness = FallAround(match, support.score, T_place_query);
-  support.over_mirror = support.score - MirrorScore(match, query, place, T_place_query);
   const EvidenceParams& params = match.params().evidence;
+  support.inliers = match.InlierRatio(match.LinesOf(place), T_place_query);
+  const Mirrored mirrored = MirrorScore(match, query, place, T_place_query);
+  support.over_mirror = support.score - mirrored.score;
+  support.over_mirror_exactly =
+      WithInliers(support.score, support.inliers, params) - mirrored.with_inliers;
   support.contradicted =
       FreeSpace(place.posts, params).Contradicted(query.posts, T_place_query) +
       FreeSpace(query.posts, params).Contradicted(place.posts, Inverse(T_place_query));
@@ -151,19 +168,25 @@ Support SupportOf(QueryMatch& match, const Structure& query, const Structure& pl
 }
 
 double SupportLogOdds(const Support& support, const EvidenceParams& params) {
-  return params.bias + params.score * support.score +
-         params.sharpness * std::min(support.sharpness, params.max_sharpness) +
-         params.over_mirror * std::min(support.over_mirror, params.max_over_mirror) +
-         params.contradicted * support.contradicted + params.chance * ChanceOf(support.num_posts);
+  const double log_odds =
+      params.bias + params.score * support.score +
+      params.sharpness * std::min(support.sharpness, params.max_sharpness) +
+      params.over_mirror * std::min(support.over_mirror, params.max_over_mirror) +
+      params.contradicted * support.contradicted + params.chance * ChanceOf(support.num_posts) +
+      params.inliers * std::min(support.inliers, params.max_inliers);
+  if (params.inliers_share <= 0.0) return log_odds;
+  return std::min(log_odds,
+                  params.beyond_inliers * std::max(0.0, support.inliers - params.least_inliers));
 }
 
 double GenuineLogOdds(const Support& support, const EvidenceParams& params) {
   const double over_beside =
       params.beside * std::max(0.0, support.sharpness - EqualByChance(support.num_posts, params));
-  return std::min({SupportLogOdds(support, params),
-                   RivalryLogOdds(support.score, support.score - support.over_mirror,
-                                  support.num_posts, params),
-                   over_beside});
+  const double better = WithInliers(support.score, support.inliers, params);
+  return std::min(
+      {SupportLogOdds(support, params),
+       RivalryLogOdds(better, better - support.over_mirror_exactly, support.num_posts, params),
+       over_beside});
 }
 
 double RivalryLogOdds(double better_score, double score, std::size_t num_posts,

@@ -22,12 +22,21 @@ struct Support {
   /// The score less that of the place's mirror image, laid as well as it will lie: a scene that is
   /// like this one in all that many scenes have in common, and that the scan was not taken at.
   double over_mirror = 0.0;
+  /// QueryMatch::InlierRatio, and by how much WithInliers falls when the place is mirrored.
+  double inliers = 0.0;
+  double over_mirror_exactly = 0.0;
   /// Share of the query's posts that stand where the place is seen through, and of the place's
   /// that stand where the query is; the sum of both.
   double contradicted = 0.0;
   /// Of the query. Of few posts a score is high, and higher than another, by chance.
   std::size_t num_posts = 0;
 };
+
+/// A score, and how exactly the posts lie on each other, as what rivals are weighed by.
+[[nodiscard]] inline double WithInliers(double score, double inliers,
+                                        const EvidenceParams& params) {
+  return score + params.inliers_share * (inliers - score);
+}
 
 /// Requires match.SetPlace(place). Leaves another place set.
 [[nodiscard]] Support SupportOf(QueryMatch& match, const Structure& query, const Structure& place,

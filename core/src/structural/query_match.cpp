@@ -17,6 +17,7 @@ QueryMatch::QueryMatch(const Structure& query, const AutoParams& params, double 
       sensor_height_m_(sensor_height_m),
       query_(query.posts),
       few_(query.posts, static_cast<std::size_t>(params.verify.fine.num_posts)),
+      lines_(LinesOf(query)),
       horizon_(query.posts, params.verify.horizon_margin_m),
       coarse_(FieldOf(params, params.verify.coarse_cell_m)),
       fine_(FieldOf(params, params.verify.fine_cell_m)),
@@ -31,6 +32,16 @@ QueryMatch::QueryMatch(const Structure& query, const AutoParams& params, double 
 
 bool QueryMatch::KnowsHeights(const Structure& structure) const {
   return std::abs(structure.height_m - sensor_height_m_) <= params_.posts.cell_m;
+}
+
+PostLines QueryMatch::LinesOf(const Structure& place) const {
+  const bool is_asked = params_.evidence.inliers_share > 0.0;
+  return {is_asked ? std::span<const Post>(place.posts) : std::span<const Post>(),
+          params_.posts.cell_m};
+}
+
+double QueryMatch::InlierRatio(const PostLines& place, const PlanarPose& T_place_query) const {
+  return lines_.InlierRatioOn(place, T_place_query, params_.evidence.inlier_m);
 }
 
 void QueryMatch::LayCoarsely(const PlanarPoints& place, const RegistrationParams& steps,

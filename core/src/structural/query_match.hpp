@@ -7,6 +7,7 @@
 #include "scanloc/core/structural/verify.hpp"
 #include "structural/height_grid.hpp"
 #include "structural/horizon.hpp"
+#include "structural/post_lines.hpp"
 
 namespace scanloc {
 
@@ -38,6 +39,11 @@ class QueryMatch {
   /// are to agree, and where the place's is not, they agree at least so well.
   [[nodiscard]] double Score(const PlanarPose& T_place_query) const;
 
+  /// PostLines::InlierRatioOn of the query, if EvidenceParams::inliers_share asks for it, else 0.
+  [[nodiscard]] double InlierRatio(const PostLines& place, const PlanarPose& T_place_query) const;
+  /// The lines of a place for that; none if it is not asked for.
+  [[nodiscard]] PostLines LinesOf(const Structure& place) const;
+
   /// What holds a pose where Settle has left it: Information, at the width of its last step.
   [[nodiscard]] Eigen::Matrix3d Information(const PlanarPose& T_place_query) const;
 
@@ -52,6 +58,7 @@ class QueryMatch {
   double sensor_height_m_;
   PlanarPoints query_;
   PlanarPoints few_;  // of these
+  PostLines lines_;
   Horizon horizon_;
   DistanceField coarse_;
   DistanceField fine_;

@@ -38,7 +38,11 @@ TEST(Shares, OfPosesThatBothExplainNearlyAllAreEqualForLonger) {
 }
 
 TEST(GenuineLogOdds, AreNoneOfAPoseThatSlides) {
-  Support wall{.score = 0.76, .sharpness = 0.2, .over_mirror = 0.6, .num_posts = 240};
+  Support wall{.score = 0.76,
+               .sharpness = 0.2,
+               .over_mirror = 0.6,
+               .over_mirror_exactly = 0.6,
+               .num_posts = 240};
   EXPECT_GT(Logistic(GenuineLogOdds(wall, {})), 0.95);
   wall.sharpness = 0.05;
   EXPECT_LT(Logistic(GenuineLogOdds(wall, {})), 0.6);
@@ -63,6 +67,29 @@ TEST(SupportLogOdds, GrowsWithWhatSpeaksForAPoseAndFallsWithWhatSpeaksAgainst) {
   other = support;
   other.num_posts = 30;
   EXPECT_LT(SupportLogOdds(other, {}), log_odds);
+}
+
+TEST(SupportLogOdds, AreNoneWhereIndoorsNothingFitsExactly) {
+  const EvidenceParams indoors = AutoParamsAtScale(0.35).evidence;
+  Support support{
+      .score = 0.9, .sharpness = 0.3, .over_mirror = 0.3, .inliers = 0.5, .num_posts = 300};
+  EXPECT_GT(SupportLogOdds(support, indoors), 4.0);
+  support.inliers = indoors.least_inliers;
+  EXPECT_LE(SupportLogOdds(support, indoors), 0.0);
+  EXPECT_GT(SupportLogOdds(support, {}), 4.0) << "outdoors they are not looked at";
+}
+
+TEST(GenuineLogOdds, ComeOfHowExactlyPostsLieOnTheMirrorImageIndoors) {
+  const EvidenceParams indoors = AutoParamsAtScale(0.35).evidence;
+  Support room{.score = 0.85,
+               .sharpness = 0.3,
+               .over_mirror = 0.05,
+               .inliers = 0.7,
+               .over_mirror_exactly = 0.05,
+               .num_posts = 400};
+  EXPECT_EQ(GenuineLogOdds(room, indoors), 0.0);
+  room.over_mirror_exactly = 0.15;
+  EXPECT_GT(GenuineLogOdds(room, indoors), 2.0);
 }
 
 TEST(SupportOf, IsSharpAmongPostsAndFlatBetweenTwoEndlessWalls) {

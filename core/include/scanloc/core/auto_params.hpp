@@ -125,7 +125,15 @@ struct EvidenceParams {
   double over_mirror = 17.8;
   double max_over_mirror = 0.3;  ///< likewise
   double contradicted = -4.2;
-  double chance = -7.2;          ///< times 1/√posts
+  double chance = -7.2;    ///< times 1/√posts
+  double inlier_m = 0.05;  ///< off another's line by less, a post lies exactly on it
+  /// Of the score that rivals are weighed by, what the share of such posts counts. 0: it is not
+  /// looked at; outdoors what a scan has in common with other places never fits that exactly.
+  double inliers_share = 0.0;
+  double inliers = 0.0;          ///< log-odds of that share
+  double max_inliers = 0.5;      ///< beyond, more says no more
+  double least_inliers = 0.3;    ///< with fewer nothing speaks for the pose, and ...
+  double beyond_inliers = 40.0;  ///< ... no more than this times what it has beyond
   double rival = 40.0;           ///< log-odds a score that is better by one
   double beside = 100.0;         ///< the same, against the pose itself 1 m or 10° off
   double equal_scores = 0.02;    ///< scores that differ by less, and by ...
@@ -272,6 +280,12 @@ void VisitAutoFields(P& params, Visitor&& visit) {
   visit("auto.evidence.max_over_mirror", params.evidence.max_over_mirror, 0.0, 1.0);
   visit("auto.evidence.contradicted", params.evidence.contradicted, -1000.0, 1000.0);
   visit("auto.evidence.chance", params.evidence.chance, -1000.0, 1000.0);
+  visit("auto.evidence.inlier_m", params.evidence.inlier_m, 0.001, 10.0);
+  visit("auto.evidence.inliers_share", params.evidence.inliers_share, 0.0, 1.0);
+  visit("auto.evidence.inliers", params.evidence.inliers, -1000.0, 1000.0);
+  visit("auto.evidence.max_inliers", params.evidence.max_inliers, 0.0, 1.0);
+  visit("auto.evidence.least_inliers", params.evidence.least_inliers, 0.0, 1.0);
+  visit("auto.evidence.beyond_inliers", params.evidence.beyond_inliers, 0.0, 1000.0);
   visit("auto.evidence.rival", params.evidence.rival, 0.0, 1000.0);
   visit("auto.evidence.beside", params.evidence.beside, 0.0, 1000.0);
   visit("auto.evidence.equal_scores", params.evidence.equal_scores, 0.0, 1.0);
