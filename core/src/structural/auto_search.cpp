@@ -12,6 +12,10 @@
 namespace scanloc {
 namespace {
 
+/// Indoors, by how much scores of two floors differ that may be alike: what is seen of each depends
+/// on where a place of the map happens to be, on stairs most of all.
+constexpr double kEqualFloors = 0.15;
+
 Pose PlanarTransform(const PlanarPose& pose, double z_m) {
   Pose transform = Pose::Identity();
   transform.translate(Eigen::Vector3d(pose.x_m, pose.y_m, z_m));
@@ -213,11 +217,20 @@ std::optional<Candidate> AutoSearch::CandidateAt(const Pose& T_map_query,
   return candidate;
 }
 
-std::vector<double> ConfidencesOf(const std::vector<Spot>& spots, const EvidenceParams& params) {
+std::vector<double> ConfidencesOf(const std::vector<Spot>& spots, const EvidenceParams& params,
+                                  const Eigen::Vector3d& up) {
   if (spots.empty()) return {};
+  const Spot& best = spots.front();
   std::vector<double> scores;
   scores.reserve(spots.size());
-  for (const Spot& spot : spots) scores.push_back(spot.hypothesis.score);
+  for (const Spot& spot : spots) {
+    double score = spot.hypothesis.score;
+    const PoseMiss miss = MissOf(DifferenceOf(best.T_map_query, spot.T_map_query, up));
+    if (params.inliers_share > 0.0 && miss.height && !miss.plane && !miss.heading) {
+      score = std::min(score + kEqualFloors, best.hypothesis.score);
+    }
+    scores.push_back(score);
+  }
   const Support& support = *spots.front().support;
   std::vector<double> confidences = Shares(scores, support.num_posts, params);
   const double supported = Logistic(GenuineLogOdds(support, params));

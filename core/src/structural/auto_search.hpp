@@ -151,7 +151,8 @@ class AutoSearch {
 /// How likely each spot is where the query was taken: that the best is not just alike, times each
 /// one's share among them. Requires the best one's support.
 [[nodiscard]] std::vector<double> ConfidencesOf(const std::vector<Spot>& spots,
-                                                const EvidenceParams& params);
+                                                const EvidenceParams& params,
+                                                const Eigen::Vector3d& up);
 
 /// How many posts stand in cells of their own: a post that is said twice counts once.
 [[nodiscard]] std::size_t CountDistinct(std::span<const Post> posts, double cell_m);

@@ -190,7 +190,7 @@ absl::StatusOr<Calibrator::Trial> Calibrator::Run(std::size_t i) const {
     return trial;
   }
   trial.found = spots.front().hypothesis.place;
-  trial.confidence = ConfidencesOf(spots, map.params.automatic.evidence).front();
+  trial.confidence = ConfidencesOf(spots, map.params.automatic.evidence, up).front();
   return trial;
 }
 

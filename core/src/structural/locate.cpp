@@ -72,7 +72,7 @@ absl::StatusOr<Answer> LocateByStructure(const Map& map, const AutoSearch& searc
     return answer;
   }
   for (const Spot& spot : spots) answer.spot_scores.push_back(spot.hypothesis.score);
-  const std::vector<double> confidences = ConfidencesOf(spots, params.evidence);
+  const std::vector<double> confidences = ConfidencesOf(spots, params.evidence, search.up());
   for (std::size_t i = 0; i < spots.size(); ++i) {
     if (static_cast<int>(answer.candidates.size()) >= query.max_answers) break;
     auto candidate = search.CandidateAt(spots[i].T_map_query, spots[i].covariance,

@@ -128,7 +128,7 @@ absl::StatusOr<Look> Tracker::LookAt(const ScanDescriptor& scan,
   const Support& best = *spots->front().support;
   look.genuine = std::clamp(GenuineLogOdds(best, evidence), -params.max_scan_log_odds,
                             params.max_scan_log_odds);
-  look.stands_alone = ConfidencesOf(*spots, evidence).front() >=
+  look.stands_alone = ConfidencesOf(*spots, evidence, auto_search.up()).front() >=
                       options_.query.min_confidence.value_or(of_map.search.min_confidence);
   const double best_score = spots->front().hypothesis.score;
   for (const Spot& spot : *spots) {

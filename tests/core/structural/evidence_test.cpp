@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "scanloc/core/scan/pose_difference.hpp"
+#include "structural/auto_search.hpp"
 #include "support/building.hpp"
 #include "support/post_world.hpp"
 
@@ -206,6 +207,26 @@ TEST(Evidence, OfFewPostsSaidOftenIsOfFewPosts) {
     query.structure.posts.insert(query.structure.posts.end(), two.begin(), two.end());
   }
   EXPECT_EQ(world.Ask(query).outcome, Outcome::kInsufficientScan);
+}
+
+TEST(ConfidencesOf, DoNotTellFloorsApartByASmallLead) {
+  const EvidenceParams indoors = AutoParamsAtScale(0.35).evidence;
+  const Support sure{.score = 0.9,
+                     .sharpness = 0.3,
+                     .over_mirror = 0.4,
+                     .inliers = 0.7,
+                     .over_mirror_exactly = 0.4,
+                     .num_posts = 400};
+  std::vector<Spot> spots(2);
+  spots[0].hypothesis.score = 0.75;
+  spots[0].support = sure;
+  spots[1].hypothesis.score = 0.62;
+  spots[1].T_map_query.translation().x() = 5.0;
+  EXPECT_GT(ConfidencesOf(spots, indoors, Eigen::Vector3d::UnitZ()).front(), 0.95);
+  spots[1].T_map_query.translation() = Eigen::Vector3d(0.3, 0.0, 3.6);
+  EXPECT_LT(ConfidencesOf(spots, indoors, Eigen::Vector3d::UnitZ()).front(), 0.55);
+  spots[1].hypothesis.score = 0.45;
+  EXPECT_GT(ConfidencesOf(spots, indoors, Eigen::Vector3d::UnitZ()).front(), 0.95);
 }
 
 }  // namespace
