@@ -71,25 +71,28 @@ Mirrored MirrorScore(QueryMatch& match, const Structure& query, const Structure&
   match.SetPlace(mirrored);
   const StageParams& stage = match.params().verify.at_once;
   const PlanarPoints coarse(mirrored.posts, static_cast<std::size_t>(stage.num_posts));
-  const PostLines lines = match.LinesOf(mirrored);
-  Mirrored best;
-  const auto look_at = [&](const PlanarPose& mirrored_pose) {
-    const double score = match.ScoreFromAbove(mirrored_pose);
-    best.score = std::max(best.score, score);
-    best.with_inliers = std::max(
-        best.with_inliers,
-        WithInliers(score, match.InlierRatio(lines, mirrored_pose), match.params().evidence));
-  };
   double best_coarse = 0.0;
   std::vector<Hypothesis> laid;
+  std::vector<Hypothesis> scored;
   for (const PlanarPose& guess : guesses) {
-    look_at(guess);
+    scored.push_back({.T_place_query = guess, .score = match.ScoreFromAbove(guess)});
     match.LayCoarsely(coarse, stage.steps, laid.emplace_back(Hypothesis{.T_place_query = guess}));
     best_coarse = std::max(best_coarse, laid.back().score);
   }
+  const double hopeless_by = match.params().verify.hopeless_by;
   for (const Hypothesis& hypothesis : laid) {
-    if (hypothesis.score < best_coarse - match.params().verify.hopeless_by) continue;
-    look_at(match.Settle(hypothesis.T_place_query));
+    if (hypothesis.score < best_coarse - hopeless_by) continue;
+    const PlanarPose settled = match.Settle(hypothesis.T_place_query);
+    scored.push_back({.T_place_query = settled, .score = match.ScoreFromAbove(settled)});
+  }
+  Mirrored best;
+  for (const Hypothesis& one : scored) best.score = std::max(best.score, one.score);
+  const PostLines lines = match.LinesOf(mirrored);
+  for (const Hypothesis& one : scored) {
+    if (one.score < best.score - hopeless_by) continue;
+    best.with_inliers = std::max(best.with_inliers,
+                                 WithInliers(one.score, match.InlierRatio(lines, one.T_place_query),
+                                             match.params().evidence));
   }
   match.SetPlace(place);
   return best;

@@ -36,23 +36,25 @@ struct Turned {
 }  // namespace
 
 template <typename Visitor>
-void PostLines::VisitNear(float x_m, float y_m, const Visitor& visit) const {
+void PostLines::VisitNear(float x_m, float y_m, float reach_m, const Visitor& visit) const {
   // As numbers that fit any distance: a pose may lie far off.
-  const float column = std::floor((x_m - least_x_m_) / grid_cell_m_);
-  const float row = std::floor((y_m - least_y_m_) / grid_cell_m_);
-  if (!(column >= -1.0F && column <= static_cast<float>(num_columns_)) ||
-      !(row >= -1.0F && row <= static_cast<float>(num_rows_))) {
+  const auto cell = [this](float from_m) { return std::floor(from_m / grid_cell_m_); };
+  const float left = cell(x_m - reach_m - least_x_m_);
+  const float right = cell(x_m + reach_m - least_x_m_);
+  const float low = cell(y_m - reach_m - least_y_m_);
+  const float high = cell(y_m + reach_m - least_y_m_);
+  if (!(right >= 0.0F && left < static_cast<float>(num_columns_)) ||
+      !(high >= 0.0F && low < static_cast<float>(num_rows_))) {
     return;
   }
-  const int first_column = std::max(static_cast<int>(column) - 1, 0);
-  const int last_column = std::min(static_cast<int>(column) + 1, num_columns_ - 1);
-  const int first_row = std::max(static_cast<int>(row) - 1, 0);
-  const int last_row = std::min(static_cast<int>(row) + 1, num_rows_ - 1);
-  for (int r = first_row; r <= last_row; ++r) {
-    const auto begin = static_cast<std::size_t>(r * num_columns_ + first_column);
-    const auto last = static_cast<std::size_t>(r * num_columns_ + last_column);
-    if (first_column > last_column) return;
-    for (std::uint32_t i = begins_[begin]; i < begins_[last + 1]; ++i) visit(lines_[i]);
+  const int first_column = static_cast<int>(std::max(left, 0.0F));
+  const int last_column = static_cast<int>(std::min(right, static_cast<float>(num_columns_ - 1)));
+  const int first_row = static_cast<int>(std::max(low, 0.0F));
+  const int last_row = static_cast<int>(std::min(high, static_cast<float>(num_rows_ - 1)));
+  for (int row = first_row; row <= last_row; ++row) {
+    const auto first = static_cast<std::size_t>(row * num_columns_ + first_column);
+    const auto last = static_cast<std::size_t>(row * num_columns_ + last_column);
+    for (std::uint32_t i = begins_[first]; i < begins_[last + 1]; ++i) visit(lines_[i]);
   }
 }
 
@@ -99,7 +101,7 @@ PostLines::Line PostLines::LineAt(const Line& post) const {
   const auto reach_m = static_cast<float>(kFitReach * cell_m_);
   int num = 0;
   double x = 0.0, y = 0.0, xx = 0.0, xy = 0.0, yy = 0.0;
-  VisitNear(post.x_m, post.y_m, [&](const Line& other) {
+  VisitNear(post.x_m, post.y_m, reach_m, [&](const Line& other) {
     const double dx = other.x_m - post.x_m;
     const double dy = other.y_m - post.y_m;
     if (dx * dx + dy * dy > reach_m * reach_m) return;
@@ -134,7 +136,7 @@ const PostLines::Line* PostLines::Nearest(float x_m, float y_m) const {
   const auto reach_m = static_cast<float>(kReach * cell_m_);
   const Line* nearest = nullptr;
   float least = reach_m * reach_m;
-  VisitNear(x_m, y_m, [&](const Line& line) {
+  VisitNear(x_m, y_m, reach_m, [&](const Line& line) {
     const float dx = line.x_m - x_m;
     const float dy = line.y_m - y_m;
     const float squared = dx * dx + dy * dy;
@@ -162,7 +164,8 @@ PlanarPose PostLines::Refined(const PostLines& on, PlanarPose T_on_these, double
       if (line == nullptr || !line->is_line()) continue;
       const double error_m = line->across_x * (x_m + turned.x_m - line->x_m) +
                              line->across_y * (y_m + turned.y_m - line->y_m);
-      const double weight = std::pow(1.0 + error_m * error_m / squared_width, -2);
+      const double less = 1.0 + error_m * error_m / squared_width;
+      const double weight = 1.0 / (less * less);
       const Eigen::Vector3d slope(line->across_x, line->across_y,
                                   line->across_y * x_m - line->across_x * y_m);
       hessian += weight * slope * slope.transpose();

@@ -35,9 +35,9 @@ class PostLines {
   };
 
   [[nodiscard]] Line LineAt(const Line& post) const;
-  /// Calls visit(line) for each of those in the cells about a point: all within a cell of it.
+  /// Calls visit(line) for each of those in the cells within reach of a point.
   template <typename Visitor>
-  void VisitNear(float x_m, float y_m, const Visitor& visit) const;
+  void VisitNear(float x_m, float y_m, float reach_m, const Visitor& visit) const;
   /// The line of the post nearest to a point, within reach; none: nullptr.
   [[nodiscard]] const Line* Nearest(float x_m, float y_m) const;
   /// Where these lie best on others, from a pose.
