@@ -49,8 +49,8 @@ void Dump(const std::string& kind, const std::string& map_drive, const std::stri
         !MissOf(DifferenceOf(spots.front().T_map_query, frame.T_map_sensor, search.up())).any();
     std::cout << absl::StrFormat(
         "%s,%d,%.4f,%.4f,%.4f,%.4f,%.4f,%.4f,%.4f,%.4f,%d\n", kind, is_right, support.score,
-        spots.front().hypothesis.score, spots.size() < 2 ? 0.0 : spots[1].hypothesis.score,
-        support.sharpness, support.over_mirror, support.contradicted,
+        spots.front().score, spots.size() < 2 ? 0.0 : spots[1].score, support.sharpness,
+        support.over_mirror, support.contradicted,
         params.automatic.evidence.inliers_share > 0.0 ? support.inliers : -1.0,
         support.over_mirror_exactly, support.num_posts);
   }

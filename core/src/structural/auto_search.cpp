@@ -111,7 +111,7 @@ absl::StatusOr<std::vector<Spot>> AutoSearch::Find(const ScanDescriptor& query,
   add(VerifyRivals(match, structure, payload,
                    *std::max_element(verified.begin(), verified.end(), worse), control));
   std::vector<Spot> spots = Distinct(structure, std::move(verified));
-  CountInliers(match, structures, spots);
+  ScoreWithInliers(match, structures, spots);
   const int num_seen = std::max(options.num_supported, options.num_measured);
   for (std::size_t i = 0; i < spots.size() && static_cast<int>(i) < num_seen; ++i) {
     const Hypothesis& hypothesis = spots[i].hypothesis;
@@ -127,22 +127,21 @@ absl::StatusOr<std::vector<Spot>> AutoSearch::Find(const ScanDescriptor& query,
   return spots;
 }
 
-void AutoSearch::CountInliers(const QueryMatch& match, PlaceStructures& places,
-                              std::vector<Spot>& spots) const {
+void AutoSearch::ScoreWithInliers(const QueryMatch& match, PlaceStructures& places,
+                                  std::vector<Spot>& spots) const {
   const EvidenceParams& params = match.params().evidence;
   if (params.inliers_share <= 0.0) return;
   const double least = spots.front().hypothesis.score - match.params().verify.hopeless_by;
   for (Spot& spot : spots) {
-    Hypothesis& hypothesis = spot.hypothesis;
+    const Hypothesis& hypothesis = spot.hypothesis;
     const double inliers = hypothesis.score < least
                                ? 0.0
                                : match.InlierRatio(match.LinesOf(places.Of(hypothesis.place)),
                                                    hypothesis.T_place_query);
-    hypothesis.score = WithInliers(hypothesis.score, inliers, params);
+    spot.score = WithInliers(hypothesis.score, inliers, params);
   }
-  std::stable_sort(spots.begin(), spots.end(), [](const Spot& a, const Spot& b) {
-    return a.hypothesis.score > b.hypothesis.score;
-  });
+  std::stable_sort(spots.begin(), spots.end(),
+                   [](const Spot& a, const Spot& b) { return a.score > b.score; });
 }
 
 std::vector<Spot> AutoSearch::Distinct(const Structure& query,
@@ -155,7 +154,7 @@ std::vector<Spot> AutoSearch::Distinct(const Structure& query,
     const bool is_known = std::any_of(spots.begin(), spots.end(), [&](const Spot& spot) {
       return !MissOf(DifferenceOf(spot.T_map_query, T_map_query, up_)).any();
     });
-    if (!is_known) spots.push_back({.hypothesis = hypothesis, .T_map_query = T_map_query});
+    if (!is_known) spots.push_back({hypothesis, hypothesis.score, T_map_query});
   }
   return spots;
 }
@@ -224,10 +223,10 @@ std::vector<double> ConfidencesOf(const std::vector<Spot>& spots, const Evidence
   std::vector<double> scores;
   scores.reserve(spots.size());
   for (const Spot& spot : spots) {
-    double score = spot.hypothesis.score;
+    double score = spot.score;
     const PoseMiss miss = MissOf(DifferenceOf(best.T_map_query, spot.T_map_query, up));
     if (params.inliers_share > 0.0 && miss.height && !miss.plane && !miss.heading) {
-      score = std::min(score + kEqualFloors, best.hypothesis.score);
+      score = std::min(score + kEqualFloors, best.score);
     }
     scores.push_back(score);
   }

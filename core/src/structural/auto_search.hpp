@@ -23,6 +23,7 @@ namespace scanloc {
 /// A pose that a query may have been taken at.
 struct Spot {
   Hypothesis hypothesis;
+  double score = 0.0;  ///< what rivals are weighed by: the hypothesis' one, WithInliers
   Pose T_map_query = Pose::Identity();
   // Only of the best few: AutoSearch::Options.
   std::optional<Support> support;
@@ -119,11 +120,10 @@ class AutoSearch {
                                                         PlaceStructures& places,
                                                         const Options& options,
                                                         const SearchControl& control) const;
-  /// Weighs in how exactly the query's posts lie on a spot's; with a hopeless score it has none.
-  /// Sorts anew, best first.
-  void CountInliers(const QueryMatch& match, PlaceStructures& places,
-                    std::vector<Spot>& spots) const;
-  /// The verified hypotheses that are of distinct poses, best first.
+  /// Scores the spots; one with a hopeless hypothesis has no inliers. Sorts them, best first.
+  void ScoreWithInliers(const QueryMatch& match, PlaceStructures& places,
+                        std::vector<Spot>& spots) const;
+  /// The verified hypotheses that are of distinct poses, best first; their own scores.
   [[nodiscard]] std::vector<Spot> Distinct(const Structure& query,
                                            std::vector<Hypothesis> verified) const;
   /// Heights at which there may be places, from the lowest to the highest.

@@ -166,9 +166,11 @@ PairCheck CheckPair(const ScanPair& pair, const Pose& T_map_first, const Pose& T
            .BestHeadings(BearingGrid(pair.second_structure.posts, ring_m), 3)) {
     guesses.push_back({0, {0.0, 0.0, yaw_rad}, 0.0});
   }
-  // What agrees is judged from above: heights would say more of which place than of how it lies.
+  // What agrees is judged from above: heights and inliers say more of which place than of how it
+  // lies.
   AutoParams from_above = params;
   from_above.verify.heights_share = 0.0;
+  from_above.evidence.inliers_share = 0.0;
   QueryMatch query(pair.second_structure, from_above, pair.first_structure.height_m);
   const PlanarPoints place(pair.first_structure.posts,
                            static_cast<std::size_t>(params.verify.at_once.num_posts));

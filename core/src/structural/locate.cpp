@@ -71,7 +71,7 @@ absl::StatusOr<Answer> LocateByStructure(const Map& map, const AutoSearch& searc
     answer.reason = "the map has no place to compare with";
     return answer;
   }
-  for (const Spot& spot : spots) answer.spot_scores.push_back(spot.hypothesis.score);
+  for (const Spot& spot : spots) answer.spot_scores.push_back(spot.score);
   const std::vector<double> confidences = ConfidencesOf(spots, params.evidence, search.up());
   for (std::size_t i = 0; i < spots.size(); ++i) {
     if (static_cast<int>(answer.candidates.size()) >= query.max_answers) break;

@@ -18,6 +18,9 @@ constexpr double kMaxWidthShare = 0.05;
 constexpr double kReach = 2.0;
 /// The grid is no finer than this share of the posts' extent.
 constexpr float kMaxGridShare = 1.0F / 256.0F;
+/// Of a cell of the grid, so many posts are kept: four times what fits there a cell apart. Whoever
+/// made a map may have put all in one.
+constexpr std::uint32_t kMaxCrowd = 64;
 
 constexpr int kNumSteps = 10;
 constexpr double kNarrowing = 0.75;  ///< of the weights, from step to step
@@ -82,12 +85,17 @@ PostLines::PostLines(std::span<const Post> posts, double cell_m)
                                     std::min(column, num_columns_ - 1));
   };
   begins_.assign(static_cast<std::size_t>(num_columns_ * num_rows_) + 1, 0);
-  for (const Post& post : posts) ++begins_[cell_of(post) + 1];
+  for (const Post& post : posts) {
+    std::uint32_t& num = begins_[cell_of(post) + 1];
+    num = std::min(num + 1, kMaxCrowd);
+  }
   for (std::size_t i = 1; i < begins_.size(); ++i) begins_[i] += begins_[i - 1];
   std::vector<std::uint32_t> next(begins_.begin(), begins_.end() - 1);
-  lines_.resize(posts.size());
+  lines_.resize(begins_.back());
   for (const Post& post : posts) {
-    Line& line = lines_[next[cell_of(post)]++];
+    const std::size_t cell = cell_of(post);
+    if (next[cell] == begins_[cell + 1]) continue;
+    Line& line = lines_[next[cell]++];
     line.x_m = 0.01F * static_cast<float>(post.x_cm);
     line.y_m = 0.01F * static_cast<float>(post.y_cm);
   }

@@ -15,7 +15,8 @@ namespace scanloc {
 /// tell walls that are the same from walls that are alike. Immutable.
 class PostLines {
  public:
-  /// cell_m: PostParams::cell_m, by which the posts were found.
+  /// cell_m: PostParams::cell_m, by which the posts were found. Of posts that crowd as no scan's
+  /// do, in a file that was made to, some are left out.
   PostLines(std::span<const Post> posts, double cell_m);
 
   /// The geometric mean of the shares of either's posts that lie within inlier_m of a line of the

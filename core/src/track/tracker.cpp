@@ -130,13 +130,13 @@ absl::StatusOr<Look> Tracker::LookAt(const ScanDescriptor& scan,
                             params.max_scan_log_odds);
   look.stands_alone = ConfidencesOf(*spots, evidence, auto_search.up()).front() >=
                       options_.query.min_confidence.value_or(of_map.search.min_confidence);
-  const double best_score = spots->front().hypothesis.score;
+  const double best_score = spots->front().score;
   for (const Spot& spot : *spots) {
     const Support& support = spot.support ? *spot.support : best;
-    const double score = spot.hypothesis.score;
-    const double in_a_row = RivalryLogOddsInARow(best_score, score, support.num_posts, evidence);
-    const double rivalry = RivalryLogOdds(best_score, score, support.num_posts, evidence);
-    look.spots.push_back({spot.T_map_query, spot.covariance, score,
+    const double in_a_row =
+        RivalryLogOddsInARow(best_score, spot.score, support.num_posts, evidence);
+    const double rivalry = RivalryLogOdds(best_score, spot.score, support.num_posts, evidence);
+    look.spots.push_back({spot.T_map_query, spot.covariance, spot.hypothesis.score,
                           Logistic(SupportLogOdds(support, evidence)), in_a_row,
                           std::min(rivalry - in_a_row, params.max_scan_log_odds)});
   }

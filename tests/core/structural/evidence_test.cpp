@@ -218,14 +218,14 @@ TEST(ConfidencesOf, DoNotTellFloorsApartByASmallLead) {
                      .over_mirror_exactly = 0.4,
                      .num_posts = 400};
   std::vector<Spot> spots(2);
-  spots[0].hypothesis.score = 0.75;
+  spots[0].score = 0.75;
   spots[0].support = sure;
-  spots[1].hypothesis.score = 0.62;
+  spots[1].score = 0.62;
   spots[1].T_map_query.translation().x() = 5.0;
   EXPECT_GT(ConfidencesOf(spots, indoors, Eigen::Vector3d::UnitZ()).front(), 0.95);
   spots[1].T_map_query.translation() = Eigen::Vector3d(0.3, 0.0, 3.6);
   EXPECT_LT(ConfidencesOf(spots, indoors, Eigen::Vector3d::UnitZ()).front(), 0.55);
-  spots[1].hypothesis.score = 0.45;
+  spots[1].score = 0.45;
   EXPECT_GT(ConfidencesOf(spots, indoors, Eigen::Vector3d::UnitZ()).front(), 0.95);
 }
 
