@@ -18,15 +18,12 @@
 namespace scanloc::dataset {
 namespace {
 
+using test::BagPath;
 using test::ReadFile;
 using test::TempDir;
 using ::testing::AllOf;
 using ::testing::Contains;
 using ::testing::HasSubstr;
-
-std::string BagPath(const std::string& name) {
-  return test::SourceDir() + "/tests/data/bags/" + name;
-}
 
 using Messages = std::multiset<std::pair<std::string, std::string>>;  // topic, bytes
 

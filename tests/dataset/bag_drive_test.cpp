@@ -15,14 +15,11 @@
 namespace scanloc::dataset {
 namespace {
 
+using test::BagPath;
 using test::TempDir;
 using ::testing::AllOf;
 using ::testing::Contains;
 using ::testing::HasSubstr;
-
-std::string BagPath(const std::string& name) {
-  return test::SourceDir() + "/tests/data/bags/" + name;
-}
 
 const std::array<Eigen::Vector3d, 6> kPosts = {
     {{20, 5, 0}, {20, 5, 3}, {-8, 12, 1}, {3, -30, 2}, {40, 0.5, -1}, {-25, -6, 4}}};

@@ -17,15 +17,12 @@
 namespace scanloc::dataset {
 namespace {
 
+using test::BagPath;
 using test::ReadFile;
 using test::TempDir;
 using ::testing::AnyOf;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
-
-std::string BagPath(const std::string& name) {
-  return test::SourceDir() + "/tests/data/bags/" + name;
-}
 
 const std::vector<std::string> kWholeBags = {
     "ros1.bag",         "ros1_bz2.bag",   "ros1_lz4.bag",   "ros2",

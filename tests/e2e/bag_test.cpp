@@ -14,8 +14,6 @@ namespace {
 using nlohmann::json;
 using ::testing::HasSubstr;
 
-std::string BagPath(const std::string& name) { return SourceDir() + "/tests/data/bags/" + name; }
-
 TEST(BagOnTheCommandLine, ListsTopics) {
   const json document = json::parse(MustScanloc({"bag", BagPath("zstd.mcap"), "--json"}));
   ASSERT_EQ(document.at("topics").size(), 5U);

@@ -126,7 +126,7 @@ void AddBags(const Seeds& seeds) {
   for (const char* name :
        {"zstd.mcap", "lz4.mcap", "unindexed.mcap", "unchunked.mcap", "ros1_bz2.bag", "ros1_lz4.bag",
         "ros2_file_zstd/ros2_file_zstd.db3.zstd", "ros2_message_zstd/ros2_message_zstd.db3"}) {
-    const std::string path = SourceDir() + "/tests/data/bags/" + name;
+    const std::string path = BagPath(name);
     seeds.Write("bag", std::filesystem::path(path).filename().string(), ReadFile(path));
   }
 }

@@ -42,16 +42,15 @@ TEST(RosNode, TellsWhereTheRobotIsAndEnds) {
 
 TEST(RosNode, FindsTheRobotOfARecordedDrive) {
   const TempDir dir;
-  const std::string bags = SourceDir() + "/tests/data/bags/";
   const std::string map = dir.File("street.scanloc");
-  MustScanloc({"build", map, "--bag", bags + "drive1.mcap", "--spacing-m", "0", "--quiet"});
+  MustScanloc({"build", map, "--bag", BagPath("drive1.mcap"), "--spacing-m", "0", "--quiet"});
   const DomainLease domain;
   const std::string number = std::to_string(domain.domain());
   Process node({BinDir() + "/scanloc-ros2", "--map", map, "--domain", number},
                {.environment = {CycloneOnLoopback()}});
   ASSERT_EQ(node.ReadLine(), "scanloc-ros2 ready");
   const ProcessResult played =
-      RunProcess({BinDir() + "/../tests/ros2_play_bag", bags + "drive2.mcap", number});
+      RunProcess({BinDir() + "/../tests/ros2_play_bag", BagPath("drive2.mcap"), number});
   ASSERT_EQ(played.status, 0) << played.err;
   // truth2.txt: the sensor was at (-82.218, -29.250, 1.250) at first, headed 52.9 degrees; the base
   // is 1.2 m behind and 1.7 m below.
