@@ -35,7 +35,16 @@ struct EndCurl {
 struct Place {
   std::string base_url;   // with a slash at its end
   std::string signature;  // of S3, as libcurl wants it; else empty
-  std::string keys;       // ID:SECRET
+  std::string key_id, secret;
+};
+
+/// What S3 wants to be told of a request without a body.
+constexpr const char* kSha256OfNothing =
+    "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855";
+
+struct Request {
+  std::unique_ptr<CURL, EndCurl> curl;
+  std::unique_ptr<curl_slist, EndCurl> headers;
 };
 
 /// One download: how much may come, and what went wrong with the file that it is written to.
@@ -75,17 +84,14 @@ class HttpStore : public Store {
     std::error_code error;
     const auto size = static_cast<curl_off_t>(std::filesystem::file_size(path, error));
     if (file == nullptr || error) return absl::NotFoundError(absl::StrCat("cannot read ", path));
-    const auto curl = Begin(name);
-    if (curl == nullptr) return absl::ResourceExhaustedError("out of memory");
-    std::unique_ptr<curl_slist, EndCurl> headers;
+    std::string sha256;
     if (!place_.signature.empty()) {
-      // libcurl signs what is said here of the body, which it does not read twice.
-      const absl::StatusOr<std::string> sha256 = Sha256OfFile(path);
-      if (!sha256.ok()) return sha256.status();
-      headers.reset(
-          curl_slist_append(nullptr, absl::StrCat("x-amz-content-sha256: ", *sha256).c_str()));
-      curl_easy_setopt(curl.get(), CURLOPT_HTTPHEADER, headers.get());
+      absl::StatusOr<std::string> of_file = Sha256OfFile(path);
+      if (!of_file.ok()) return of_file.status();
+      sha256 = *std::move(of_file);
     }
+    const auto [curl, headers] = Begin(name, sha256);
+    if (curl == nullptr) return absl::ResourceExhaustedError("out of memory");
     curl_easy_setopt(curl.get(), CURLOPT_UPLOAD, 1L);
     curl_easy_setopt(curl.get(), CURLOPT_READDATA, file.get());
     curl_easy_setopt(curl.get(), CURLOPT_INFILESIZE_LARGE, size);
@@ -98,7 +104,7 @@ class HttpStore : public Store {
     Download download{
         .file = File(std::fopen(path.c_str(), "wbe")), .bytes_left = max_bytes, .go_on = &go_on};
     if (download.file == nullptr) return WriteError(path, errno);
-    const auto curl = Begin(name);
+    const auto [curl, headers] = Begin(name, kSha256OfNothing);
     if (curl == nullptr) return absl::ResourceExhaustedError("out of memory");
     curl_easy_setopt(curl.get(), CURLOPT_WRITEFUNCTION, Take);
     curl_easy_setopt(curl.get(), CURLOPT_WRITEDATA, &download);
@@ -128,9 +134,11 @@ class HttpStore : public Store {
                : absl::UnavailableError(text);
   }
 
-  [[nodiscard]] std::unique_ptr<CURL, EndCurl> Begin(const std::string& name) const {
-    std::unique_ptr<CURL, EndCurl> curl(curl_easy_init());
-    if (curl == nullptr) return curl;
+  /// Signed, if it is, with the hash of its body.
+  [[nodiscard]] Request Begin(const std::string& name, const std::string& sha256) const {
+    Request request{std::unique_ptr<CURL, EndCurl>(curl_easy_init()), nullptr};
+    const auto& curl = request.curl;
+    if (curl == nullptr) return request;
     curl_easy_setopt(curl.get(), CURLOPT_URL, absl::StrCat(place_.base_url, name).c_str());
     curl_easy_setopt(curl.get(), CURLOPT_PROTOCOLS_STR, "http,https");
     curl_easy_setopt(curl.get(), CURLOPT_NOSIGNAL, 1L);
@@ -142,9 +150,13 @@ class HttpStore : public Store {
     curl_easy_setopt(curl.get(), CURLOPT_LOW_SPEED_TIME, static_cast<long>(options_.slow_s));
     if (!place_.signature.empty()) {
       curl_easy_setopt(curl.get(), CURLOPT_AWS_SIGV4, place_.signature.c_str());
-      curl_easy_setopt(curl.get(), CURLOPT_USERPWD, place_.keys.c_str());
+      curl_easy_setopt(curl.get(), CURLOPT_USERNAME, place_.key_id.c_str());
+      curl_easy_setopt(curl.get(), CURLOPT_PASSWORD, place_.secret.c_str());
+      request.headers.reset(
+          curl_slist_append(nullptr, absl::StrCat("x-amz-content-sha256: ", sha256).c_str()));
+      curl_easy_setopt(curl.get(), CURLOPT_HTTPHEADER, request.headers.get());
     }
-    return curl;
+    return request;
   }
 
   [[nodiscard]] absl::Status StatusOf(CURLcode code, CURL* curl, absl::string_view what,
@@ -186,7 +198,8 @@ absl::StatusOr<Place> ParseS3(absl::string_view url) {
   }
   return Place{.base_url = WithSlash(absl::StrCat(WithSlash(endpoint), parts.first)),
                .signature = absl::StrCat("aws:amz:", region, ":s3"),
-               .keys = absl::StrCat(id, ":", secret)};
+               .key_id = id,
+               .secret = secret};
 }
 
 }  // namespace

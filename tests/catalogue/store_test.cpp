@@ -91,6 +91,29 @@ TEST_P(WebStoreTest, IsGivenUpWhenItIsAwayOrTooSlow) {
 
 INSTANTIATE_TEST_SUITE_P(Of, WebStoreTest, testing::Values(true));
 
+TEST(S3Store, GivesWhatItWasGivenToWhoeverSignsWithItsSecret) {
+  const test::TempDir dir;
+  test::Process server(
+      {"/usr/bin/python3", test::SourceDir() + "/tests/support/s3_server.py", dir.File("")});
+  const std::string url = "s3://maps/eu?endpoint=http://127.0.0.1:" + server.ReadLine();
+  setenv("AWS_ACCESS_KEY_ID", "test:robot", 1);
+  setenv("AWS_SECRET_ACCESS_KEY", "secret", 1);
+  const auto store = *OpenStore(url);
+  const std::string bytes = std::string(1'000'000, 'x') + '\0' + std::string(1'000'000, 'y');
+  const absl::Status put = store->Put("name", dir.Write("file", bytes));
+  ASSERT_TRUE(put.ok()) << put;
+  const absl::Status got = store->Get("name", dir.File("copy"), 3'000'000, kGoOn);
+  ASSERT_TRUE(got.ok()) << got;
+  EXPECT_EQ(test::ReadFile(dir.File("copy")), bytes);
+  EXPECT_EQ(store->Get("none", dir.File("copy"), 100, kGoOn).code(), absl::StatusCode::kNotFound);
+
+  setenv("AWS_SECRET_ACCESS_KEY", "other", 1);
+  const auto stranger = *OpenStore(url);
+  EXPECT_THAT(stranger->Get("name", dir.File("copy"), 3'000'000, kGoOn).message(),
+              testing::HasSubstr("status 403"));
+  EXPECT_THAT(stranger->Put("other", dir.File("file")).message(), testing::HasSubstr("status 403"));
+}
+
 TEST(FolderStore, TellsThatTheDiskIsFull) {
   const test::TempDir dir;
   auto store = *OpenStore(dir.File("store"));
