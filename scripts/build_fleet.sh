@@ -47,7 +47,7 @@ case "${1:-}" in
     build_one "$part" "$drive" "${@:3}"
     exit ;;
   --build) build_one "${@:2}"; exit ;;
-  --merge) merge_all "${@:2}"; exit ;;
+  --merge-and-say) merge_all "${@:3}"; touch "$2"; exit ;;
   -h | --help) usage; exit ;;
 esac
 
@@ -92,8 +92,12 @@ else
   array=0-$((${#maps[@]} - 1))${jobs:+%$jobs}
   built=$(sbatch --parsable --job-name=scanloc-build --array="$array" --cpus-per-task=1 \
     --output="$parts/%a.log" "$self" --build-nth "$(realpath "$list")" "${options[@]}")
+  # Of a merge that never began, since a drive failed, sbatch says that all is well.
+  rm -f "$parts/merged"
   sbatch --wait --job-name=scanloc-merge --dependency="afterok:$built" --kill-on-invalid-dep=yes \
-    --output="$parts/merge.log" "$self" --merge "$out" "${maps[@]}" >/dev/null ||
+    --output="$parts/merge.log" "$self" --merge-and-say "$parts/merged" "$out" "${maps[@]}" \
+    >/dev/null || true
+  [[ -e "$parts/merged" ]] ||
     die "a job failed; its log is in '$parts'. Run it again to go on: what is done is kept"
 fi
 echo "built ${#maps[@]} drives into $out"

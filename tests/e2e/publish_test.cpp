@@ -67,29 +67,61 @@ TEST(Publish, RefusesWhatCannotBeServed) {
   EXPECT_EQ(Scanloc({"publish", Town().map1, "--region", "town"}).status, 2);
 }
 
-TEST(BuildFleet, MergesDrivesThatAreBuiltSideBySideAndGoesOnWhereItWas) {
-  if (!fs::exists("/usr/bin/parallel")) GTEST_SKIP() << "GNU parallel is not installed";
-  const TempDir dir;
-  fs::create_directories(dir.File("drives"));
-  fs::create_directory_symlink(Town().drive1, dir.File("drives/one"));
-  fs::create_directory_symlink(Town().drive2, dir.File("drives/two"));
-  const auto build = [&] {
-    return RunProcess({SourceDir() + "/scripts/build_fleet.sh", dir.File("all.scanloc"),
-                       dir.File("drives"), "--jobs", "2", "--", "--spacing-m", "0"},
-                      {.environment = {"SCANLOC=" + kScanloc}});
-  };
-  const ProcessResult built = build();
+/// By GNU parallel, and by Slurm.
+class BuildFleetTest : public testing::TestWithParam<bool> {
+ protected:
+  void SetUp() override {
+    const bool is_slurm = GetParam();
+    const std::string program = is_slurm ? "/usr/sbin/slurmctld" : "/usr/bin/parallel";
+    if (!fs::exists(program)) GTEST_SKIP() << program << " is not installed";
+    if (!is_slurm) return;
+    cluster_ = std::make_unique<Process>(std::vector<std::string>{
+        "/usr/bin/python3", SourceDir() + "/tests/support/slurm_cluster.py",
+        cluster_dir_.File("")});
+    environment_.push_back("SLURM_CONF=" + cluster_->ReadLine());
+  }
+  [[nodiscard]] ProcessResult Build() const {
+    Args args = {SourceDir() + "/scripts/build_fleet.sh", dir_.File("all.scanloc"),
+                 dir_.File("drives"), "--jobs", "2"};
+    if (GetParam()) args.push_back("--slurm");
+    args.insert(args.end(), {"--", "--spacing-m", "0"});
+    return RunProcess(args, {.environment = environment_});
+  }
+
+  TempDir dir_, cluster_dir_;
+  std::unique_ptr<Process> cluster_;
+  std::vector<std::string> environment_ = {"SCANLOC=" + kScanloc};
+};
+
+TEST_P(BuildFleetTest, MergesDrivesThatAreBuiltSideBySideAndGoesOnWhereItWas) {
+  fs::create_directories(dir_.File("drives"));
+  fs::create_directory_symlink(Town().drive1, dir_.File("drives/one"));
+  fs::create_directory_symlink(Town().drive2, dir_.File("drives/two"));
+  const ProcessResult built = Build();
   ASSERT_EQ(built.status, 0) << built.err;
-  const json info = json::parse(MustScanloc({"info", dir.File("all.scanloc"), "--json"}));
+  const json info = json::parse(MustScanloc({"info", dir_.File("all.scanloc"), "--json"}));
   ASSERT_EQ(info.at("sessions").size(), 2U);
   EXPECT_EQ(info.at("sessions")[0].at("name"), "one");
   EXPECT_EQ(info.at("num_places"), 2 * TinyTown::kNumScans);
-  MustScanloc({"verify", dir.File("all.scanloc")});
-  fs::remove(dir.File("all.scanloc.parts/two.scanloc"));
-  fs::remove(dir.File("all.scanloc"));
-  ASSERT_EQ(build().status, 0);
-  EXPECT_EQ(ContentId(dir.File("all.scanloc")), info.at("content_id"));
+  MustScanloc({"verify", dir_.File("all.scanloc")});
+  fs::remove(dir_.File("all.scanloc.parts/two.scanloc"));
+  fs::remove(dir_.File("all.scanloc"));
+  ASSERT_EQ(Build().status, 0);
+  EXPECT_EQ(ContentId(dir_.File("all.scanloc")), info.at("content_id"));
 }
+
+TEST_P(BuildFleetTest, TellsOfADriveThatCannotBeBuilt) {
+  fs::create_directories(dir_.File("drives/bad"));
+  fs::create_directory_symlink(Town().drive1, dir_.File("drives/one"));
+  dir_.Write("drives/bad/poses.txt", "no pose");
+  const ProcessResult built = Build();
+  EXPECT_EQ(built.status, 1) << built.err;
+  EXPECT_FALSE(fs::exists(dir_.File("all.scanloc")));
+}
+
+INSTANTIATE_TEST_SUITE_P(By, BuildFleetTest, testing::Bool(), [](const auto& test) {
+  return std::string(test.param ? "Slurm" : "GnuParallel");
+});
 
 }  // namespace
 }  // namespace scanloc::test
