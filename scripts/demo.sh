@@ -20,8 +20,8 @@ cd "$(dirname "$0")/.."
 root=$PWD
 out=${SCANLOC_DEMO_OUT:-$root/demo-out}
 
-scripts/setup.sh
-configure release
+scripts/setup.sh --programs
+configure release -DSCANLOC_BUILD_TESTS=OFF -DSCANLOC_BUILD_BENCH=OFF
 cmake --build --preset release --target scanloc scanlocd scanloc-web
 bin=$root/build/release/bin
 

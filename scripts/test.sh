@@ -14,7 +14,7 @@ if [[ ${#programs[@]} -eq 0 && $preset != asan && $preset != tsan ]]; then
   executable=$(python_for_package)
   python=(-DSCANLOC_BUILD_PYTHON=ON "-DPython_EXECUTABLE=$executable")
 fi
-configure "$preset" -DSCANLOC_BUILD_TESTS=ON "${python[@]}"
+configure "$preset" "${python[@]}"
 if [[ ${#programs[@]} -eq 0 ]]; then
   cmake --build --preset "$preset"
   exec ctest --preset "$preset" -j "$(nproc)"
