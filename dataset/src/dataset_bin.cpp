@@ -33,7 +33,7 @@ std::uint16_t Uint16At(std::string_view bytes, std::size_t at) {
 
 }  // namespace
 
-absl::StatusOr<Scan> DecodeNcltSync(std::string_view bytes) {
+absl::StatusOr<Scan> DecodeNcltSync(std::string_view bytes, bool with_intensities) {
   constexpr std::size_t kRecordBytes = 8;
   const auto num_points = CountRecords(bytes, kRecordBytes, "NCLT velodyne_sync");
   if (!num_points.ok()) return num_points.status();
@@ -47,17 +47,22 @@ absl::StatusOr<Scan> DecodeNcltSync(std::string_view bytes) {
         Eigen::Vector3d(value_m(0), value_m(1), value_m(2)) - kNcltSensor_m;
     scan.points.push_back({static_cast<float>(point.x()), static_cast<float>(-point.y()),
                            static_cast<float>(-point.z())});
+    if (with_intensities) {
+      const auto intensity = static_cast<unsigned char>(bytes[i * kRecordBytes + 6]);
+      scan.intensities.push_back(intensity);
+    }
   }
   return scan;
 }
 
-absl::StatusOr<Scan> DecodeOxford(std::string_view bytes, bool is_left) {
+absl::StatusOr<Scan> DecodeOxford(std::string_view bytes, bool is_left, bool with_intensities) {
   constexpr std::size_t kValueBytes = sizeof(float);
   const auto num_points = CountRecords(bytes, 4 * kValueBytes, "Oxford Radar RobotCar");
   if (!num_points.ok()) return num_points.status();
   const std::size_t row_bytes = *num_points * kValueBytes;
-  const BinaryLayout layout{
+  BinaryLayout layout{
       .xyz = {{{0, kValueBytes}, {row_bytes, kValueBytes}, {2 * row_bytes, kValueBytes}}}};
+  if (with_intensities) layout.intensity = {3 * row_bytes, kValueBytes};
   Scan scan = ReadBinary(layout, *num_points, bytes);
   const Mount& mount = is_left ? kOxfordLeft : kOxfordRight;
   const Pose T_merged_mount = Eigen::Translation3d(-OxfordSensor_m()) * InOxfordIns(mount);

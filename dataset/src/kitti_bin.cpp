@@ -97,7 +97,7 @@ absl::Status CheckPlausible(const Scan& scan, std::size_t num_points) {
 
 }  // namespace
 
-absl::StatusOr<Scan> DecodeKittiBin(std::string_view bytes) {
+absl::StatusOr<Scan> DecodeKittiBin(std::string_view bytes, bool with_intensities) {
   const std::size_t record_bytes = EndsInRings(bytes) ? kRecordWithRingBytes : kRecordBytes;
   if (bytes.size() % record_bytes != 0) {
     return absl::InvalidArgumentError(
@@ -109,7 +109,8 @@ absl::StatusOr<Scan> DecodeKittiBin(std::string_view bytes) {
     return absl::InvalidArgumentError(absl::StrCat(
         "holds ", num_points, " points; a scan has at most ", limits::kMaxPointsPerScan));
   }
-  const BinaryLayout layout{.xyz = {{{0, record_bytes}, {4, record_bytes}, {8, record_bytes}}}};
+  BinaryLayout layout{.xyz = {{{0, record_bytes}, {4, record_bytes}, {8, record_bytes}}}};
+  if (with_intensities) layout.intensity = {12, record_bytes};
   Scan scan = ReadBinary(layout, num_points, bytes);
   if (absl::Status status = CheckPlausible(scan, num_points); !status.ok()) return status;
   if (record_bytes == kRecordBytes) {

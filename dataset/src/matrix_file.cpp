@@ -22,10 +22,9 @@ double ValueAt(const NpyHeader& header, const char* bytes) {
       return LoadNumber<std::int32_t>(bytes, std::endian::little);
     case NumberType::kFloat32:
       return LoadNumber<float>(bytes, std::endian::little);
-    case NumberType::kFloat64:
-      break;
+    default:  // TakeNpyHeader knows these four
+      return LoadNumber<double>(bytes, std::endian::little);
   }
-  return LoadNumber<double>(bytes, std::endian::little);
 }
 
 absl::Status CheckMatrix(const NpyHeader& header, std::size_t num_bytes) {

@@ -10,6 +10,7 @@
 #include "absl/strings/str_cat.h"
 #include "decimal_time.hpp"
 #include "scan_list.hpp"
+#include "scanloc/dataset/scan_reader.hpp"
 #include "text.hpp"
 
 namespace scanloc::dataset {

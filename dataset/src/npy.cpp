@@ -50,7 +50,7 @@ absl::Status CheckCentimetres(const Scan& scan) {
 
 }  // namespace
 
-absl::StatusOr<Scan> DecodeNpy(std::string_view bytes) {
+absl::StatusOr<Scan> DecodeNpy(std::string_view bytes, bool /*with_intensities*/) {
   const absl::StatusOr<NpyHeader> header = TakeNpyHeader(bytes);
   if (!header.ok()) return header.status();
   if (absl::Status status = CheckShape(*header, bytes.size()); !status.ok()) return status;

@@ -28,7 +28,22 @@ const PcdField& FindField(const std::vector<PcdField>& fields, std::string_view 
                        [name](const PcdField& field) { return field.name == name; });
 }
 
-absl::StatusOr<Scan> DecodeBinary(const PcdHeader& header, std::string_view body) {
+// The field of intensities, if it is asked for and can be read.
+const PcdField* FindIntensity(const PcdHeader& header, bool with_intensities) {
+  const auto found =
+      std::find_if(header.fields.begin(), header.fields.end(), [](const PcdField& field) {
+        return IsIntensity(field.name) && field.count == 1 &&
+               (field.type == 'F' ? field.size >= 4 : field.size <= 4);
+      });
+  return with_intensities && found != header.fields.end() ? &*found : nullptr;
+}
+
+NumberType TypeOf(const PcdField& field) {
+  return field.type == 'F' ? FloatOf(field.size) : *WholeOf(field.size, field.type == 'I');
+}
+
+absl::StatusOr<Scan> DecodeBinary(const PcdHeader& header, const PcdField* intensity,
+                                  std::string_view body) {
   if (body.size() < header.num_points * header.record_bytes) {
     return absl::InvalidArgumentError(
         absl::StrCat("truncated: ", header.num_points, " points of ", header.record_bytes,
@@ -39,6 +54,9 @@ absl::StatusOr<Scan> DecodeBinary(const PcdHeader& header, std::string_view body
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const PcdField& field = FindField(header.fields, kAxes[axis]);
     layout.xyz[axis] = {field.offset, header.record_bytes, FloatOf(field.size)};
+  }
+  if (intensity != nullptr) {
+    layout.intensity = {intensity->offset, header.record_bytes, TypeOf(*intensity)};
   }
   return ReadBinary(layout, header.num_points, body);
 }
@@ -69,7 +87,8 @@ absl::StatusOr<std::vector<char>> Decompress(std::string_view body, std::size_t 
   return bytes;
 }
 
-absl::StatusOr<Scan> DecodeCompressed(const PcdHeader& header, std::string_view body) {
+absl::StatusOr<Scan> DecodeCompressed(const PcdHeader& header, const PcdField* intensity,
+                                      std::string_view body) {
   // All values of the first field, then all of the second, and so on; padding is not stored.
   BinaryLayout layout;
   std::size_t num_bytes = 0;
@@ -79,6 +98,7 @@ absl::StatusOr<Scan> DecodeCompressed(const PcdHeader& header, std::string_view 
       if (field.name == kAxes[axis])
         layout.xyz[axis] = {num_bytes, field.size, FloatOf(field.size)};
     }
+    if (&field == intensity) layout.intensity = {num_bytes, field.size, TypeOf(field)};
     num_bytes += header.num_points * field.size * field.count;
   }
   const absl::StatusOr<std::vector<char>> bytes = Decompress(body, num_bytes);
@@ -86,11 +106,13 @@ absl::StatusOr<Scan> DecodeCompressed(const PcdHeader& header, std::string_view 
   return ReadBinary(layout, header.num_points, {bytes->data(), bytes->size()});
 }
 
-absl::StatusOr<Scan> DecodeAscii(const PcdHeader& header, std::string_view body) {
+absl::StatusOr<Scan> DecodeAscii(const PcdHeader& header, const PcdField* intensity,
+                                 std::string_view body) {
   RowLayout layout{.num_columns = header.num_columns};
   for (std::size_t axis = 0; axis < 3; ++axis) {
     layout.xyz[axis] = FindField(header.fields, kAxes[axis]).column;
   }
+  if (intensity != nullptr) layout.intensity = intensity->column;
   LineReader lines(body, header.num_lines + 1);
   absl::StatusOr<Scan> scan = ReadTextRows(layout, header.num_points, lines);
   if (!scan.ok()) return scan;
@@ -108,18 +130,19 @@ absl::StatusOr<Scan> DecodeAscii(const PcdHeader& header, std::string_view body)
 
 }  // namespace
 
-absl::StatusOr<Scan> DecodePcd(std::string_view bytes) {
+absl::StatusOr<Scan> DecodePcd(std::string_view bytes, bool with_intensities) {
   const absl::StatusOr<PcdHeader> header = ParsePcdHeader(bytes);
   if (!header.ok()) return header.status();
   if (header->num_points == 0) return Scan();
   const std::string_view body = bytes.substr(header->body_offset);
+  const PcdField* const intensity = FindIntensity(*header, with_intensities);
   switch (header->data) {
     case PcdHeader::Data::kAscii:
-      return DecodeAscii(*header, body);
+      return DecodeAscii(*header, intensity, body);
     case PcdHeader::Data::kBinary:
-      return DecodeBinary(*header, body);
+      return DecodeBinary(*header, intensity, body);
     case PcdHeader::Data::kBinaryCompressed:
-      return DecodeCompressed(*header, body);
+      return DecodeCompressed(*header, intensity, body);
   }
   return absl::InternalError("unknown kind of PCD data");
 }

@@ -23,8 +23,12 @@ constexpr std::size_t kMaxProperties = 256;
 
 struct Property {
   std::string_view name;
+  NumberType type = NumberType::kFloat32;
   std::size_t size_bytes = 0;
-  bool is_float = false;
+
+  [[nodiscard]] bool is_float() const {
+    return type == NumberType::kFloat32 || type == NumberType::kFloat64;
+  }
 };
 
 struct PlyHeader {
@@ -77,17 +81,18 @@ absl::Status ParseElement(const Tokens& tokens, PlyHeader& header) {
 absl::Status ParseProperty(const Tokens& tokens, PlyHeader& header) {
   struct NamedType {
     std::string_view name, alias;
+    NumberType type;
     std::size_t size_bytes;
-    bool is_float;
   };
-  constexpr std::array<NamedType, 8> kNamedTypes = {{{"char", "int8", 1, false},
-                                                     {"uchar", "uint8", 1, false},
-                                                     {"short", "int16", 2, false},
-                                                     {"ushort", "uint16", 2, false},
-                                                     {"int", "int32", 4, false},
-                                                     {"uint", "uint32", 4, false},
-                                                     {"float", "float32", 4, true},
-                                                     {"double", "float64", 8, true}}};
+  using enum NumberType;
+  constexpr std::array<NamedType, 8> kNamedTypes = {{{"char", "int8", kInt8, 1},
+                                                     {"uchar", "uint8", kUint8, 1},
+                                                     {"short", "int16", kInt16, 2},
+                                                     {"ushort", "uint16", kUint16, 2},
+                                                     {"int", "int32", kInt32, 4},
+                                                     {"uint", "uint32", kUint32, 4},
+                                                     {"float", "float32", kFloat32, 4},
+                                                     {"double", "float64", kFloat64, 8}}};
   if (header.num_elements == 0) return BadPly("property before any element");
   if (header.num_elements > 1) return absl::OkStatus();
   if (tokens.size() != 3) {
@@ -103,7 +108,7 @@ absl::Status ParseProperty(const Tokens& tokens, PlyHeader& header) {
   if (type == kNamedTypes.end())
     return BadPly(absl::StrCat("type ", Quote(tokens[1]), " is not known"));
   header.properties.push_back(
-      {.name = tokens[2], .size_bytes = type->size_bytes, .is_float = type->is_float});
+      {.name = tokens[2], .type = type->type, .size_bytes = type->size_bytes});
   return absl::OkStatus();
 }
 
@@ -142,7 +147,7 @@ absl::StatusOr<std::array<std::size_t, 3>> FindCoordinates(const PlyHeader& head
     const auto is_it = [&](const Property& property) { return property.name == kNames[i]; };
     const auto& all = header.properties;
     const auto property = std::find_if(all.begin(), all.end(), is_it);
-    if (std::count_if(all.begin(), all.end(), is_it) != 1 || !property->is_float) {
+    if (std::count_if(all.begin(), all.end(), is_it) != 1 || !property->is_float()) {
       return BadPly(absl::StrCat("a vertex needs one property ", ToAbsl(kNames[i]),
                                  " of type float or double"));
     }
@@ -151,20 +156,31 @@ absl::StatusOr<std::array<std::size_t, 3>> FindCoordinates(const PlyHeader& head
   return xyz;
 }
 
-absl::StatusOr<Scan> DecodeBinary(const PlyHeader& header, const std::array<std::size_t, 3>& xyz,
+// The index of the intensity, if it is asked for and there.
+std::optional<std::size_t> FindIntensity(const PlyHeader& header, bool with_intensities) {
+  const auto found =
+      std::find_if(header.properties.begin(), header.properties.end(),
+                   [](const Property& property) { return IsIntensity(property.name); });
+  if (!with_intensities || found == header.properties.end()) return std::nullopt;
+  return static_cast<std::size_t>(found - header.properties.begin());
+}
+
+absl::StatusOr<Scan> DecodeBinary(const PlyHeader& header, const RowLayout& columns,
                                   std::string_view body) {
   BinaryLayout layout{.big_endian = header.format == PlyHeader::Format::kBigEndian};
   std::size_t vertex_bytes = 0;
   for (std::size_t i = 0; i < header.properties.size(); ++i) {
     const Property& property = header.properties[i];
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      if (xyz[axis] != i) continue;
+      if (columns.xyz[axis] != i) continue;
       layout.xyz[axis].offset_bytes = vertex_bytes;
-      layout.xyz[axis].type = FloatOf(property.size_bytes);
+      layout.xyz[axis].type = property.type;
     }
+    if (columns.intensity == i) layout.intensity = {vertex_bytes, 0, property.type};
     vertex_bytes += property.size_bytes;
   }
   for (Coordinate& coordinate : layout.xyz) coordinate.stride_bytes = vertex_bytes;
+  if (layout.intensity) layout.intensity->stride_bytes = vertex_bytes;
   if (body.size() / vertex_bytes < header.num_vertices) {
     return absl::InvalidArgumentError(
         absl::StrCat("truncated: ", header.num_vertices, " points of ", vertex_bytes,
@@ -174,22 +190,21 @@ absl::StatusOr<Scan> DecodeBinary(const PlyHeader& header, const std::array<std:
   return ReadBinary(layout, header.num_vertices, body);
 }
 
-absl::StatusOr<Scan> DecodeAscii(const PlyHeader& header, const std::array<std::size_t, 3>& xyz,
-                                 LineReader& lines) {
-  const RowLayout layout{.num_columns = header.properties.size(), .xyz = xyz};
-  return ReadTextRows(layout, header.num_vertices, lines);
-}
-
 }  // namespace
 
-absl::StatusOr<Scan> DecodePly(std::string_view bytes) {
+absl::StatusOr<Scan> DecodePly(std::string_view bytes, bool with_intensities) {
   LineReader lines(bytes);
   const absl::StatusOr<PlyHeader> header = ParseHeader(lines);
   if (!header.ok()) return header.status();
   const absl::StatusOr<std::array<std::size_t, 3>> xyz = FindCoordinates(*header);
   if (!xyz.ok()) return xyz.status();
-  if (header->format == PlyHeader::Format::kAscii) return DecodeAscii(*header, *xyz, lines);
-  return DecodeBinary(*header, *xyz, lines.rest());
+  const RowLayout columns{.num_columns = header->properties.size(),
+                          .xyz = *xyz,
+                          .intensity = FindIntensity(*header, with_intensities)};
+  if (header->format == PlyHeader::Format::kAscii) {
+    return ReadTextRows(columns, header->num_vertices, lines);
+  }
+  return DecodeBinary(*header, columns, lines.rest());
 }
 
 }  // namespace scanloc::dataset

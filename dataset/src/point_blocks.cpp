@@ -38,13 +38,39 @@ float LoadCoordinate(const char* bytes, const Coordinate& coordinate, std::size_
   switch (coordinate.type) {
     case NumberType::kFloat64:
       return ToFloat(Load<double>(bytes, kBigEndian));
+    case NumberType::kInt8:
+      return Load<std::int8_t>(bytes, kBigEndian);
+    case NumberType::kUint8:
+      return Load<std::uint8_t>(bytes, kBigEndian);
     case NumberType::kInt16:
       return Load<std::int16_t>(bytes, kBigEndian);
+    case NumberType::kUint16:
+      return Load<std::uint16_t>(bytes, kBigEndian);
     case NumberType::kInt32:
       return static_cast<float>(Load<std::int32_t>(bytes, kBigEndian));
+    case NumberType::kUint32:
+      return static_cast<float>(Load<std::uint32_t>(bytes, kBigEndian));
     default:
       return Load<float>(bytes, kBigEndian);
   }
+}
+
+float CheckedIntensity(float value) { return std::isfinite(value) && value > 0.0F ? value : 0.0F; }
+
+// Of the points that are kept.
+template <bool kBigEndian>
+std::vector<float> ReadIntensities(const BinaryLayout& layout, std::size_t num_points,
+                                   std::string_view bytes) {
+  std::vector<float> intensities;
+  intensities.reserve(num_points);
+  for (std::size_t i = 0; i < num_points; ++i) {
+    const auto load = [&](const Coordinate& coordinate) {
+      return LoadCoordinate<kBigEndian>(bytes.data(), coordinate, i);
+    };
+    if (!IsFinite({load(layout.xyz[0]), load(layout.xyz[1]), load(layout.xyz[2])})) continue;
+    intensities.push_back(CheckedIntensity(load(*layout.intensity)));
+  }
+  return intensities;
 }
 
 template <typename LoadPoint>
@@ -102,8 +128,13 @@ absl::StatusOr<Scan> ReadTextRows(const RowLayout& layout, std::size_t num_rows,
       }
     }
     const Point point{xyz[0], xyz[1], xyz[2]};
+    float intensity = 0.0F;
+    if (layout.intensity && !absl::SimpleAtof(ToAbsl(tokens[*layout.intensity]), &intensity)) {
+      return BadRow(lines, absl::StrCat(Quote(tokens[*layout.intensity]), " is not a number"));
+    }
     if (IsFinite(point)) {
       scan.points.push_back(point);
+      if (layout.intensity) scan.intensities.push_back(CheckedIntensity(intensity));
     } else {
       ++scan.num_not_finite;
     }
@@ -112,7 +143,9 @@ absl::StatusOr<Scan> ReadTextRows(const RowLayout& layout, std::size_t num_rows,
   return scan;
 }
 
-Scan ReadBinary(const BinaryLayout& layout, std::size_t num_points, std::string_view bytes) {
+namespace {
+
+Scan ReadPoints(const BinaryLayout& layout, std::size_t num_points, std::string_view bytes) {
   // Not by a structured binding: clang 14 lets no lambda have one.
   const Coordinate x = layout.xyz[0];
   const Coordinate y = layout.xyz[1];
@@ -140,6 +173,17 @@ Scan ReadBinary(const BinaryLayout& layout, std::size_t num_points, std::string_
     return {LoadCoordinate<false>(data, x, i), LoadCoordinate<false>(data, y, i),
             LoadCoordinate<false>(data, z, i)};
   });
+}
+
+}  // namespace
+
+Scan ReadBinary(const BinaryLayout& layout, std::size_t num_points, std::string_view bytes) {
+  Scan scan = ReadPoints(layout, num_points, bytes);
+  if (layout.intensity) {
+    scan.intensities = layout.big_endian ? ReadIntensities<true>(layout, num_points, bytes)
+                                         : ReadIntensities<false>(layout, num_points, bytes);
+  }
+  return scan;
 }
 
 }  // namespace scanloc::dataset

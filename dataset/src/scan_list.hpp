@@ -1,7 +1,5 @@
 #pragma once
 
-#include <cstdint>
-#include <optional>
 #include <string_view>
 
 /// What the names of scan files say.
@@ -12,8 +10,5 @@ namespace scanloc::dataset {
 
 /// Whether a text is digits only.
 [[nodiscard]] bool IsNumber(std::string_view text);
-
-/// When a scan was taken, if its name gives it: 19 digits [ns] or 16 digits [µs].
-[[nodiscard]] std::optional<std::int64_t> StampOfName(std::string_view name);
 
 }  // namespace scanloc::dataset

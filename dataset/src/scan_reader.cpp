@@ -16,7 +16,7 @@ namespace {
 
 struct Format {
   std::string_view extension;
-  absl::StatusOr<Scan> (*decode)(std::string_view bytes);
+  absl::StatusOr<Scan> (*decode)(std::string_view bytes, bool with_intensities);
   std::string_view begin = {};  // of every such file; empty: anything
 };
 constexpr std::array<Format, 5> kFormats = {{{".npy", DecodeNpy, "\x93NUMPY"},
@@ -88,6 +88,15 @@ absl::StatusOr<Scan> ReadAs(const std::string& path, const Decode& decode) try {
   return OutOfMemory(path);
 }
 
+absl::StatusOr<Scan> ReadPath(const std::string& path, bool with_intensities) {
+  return ReadAs(path, [&](std::string_view bytes) -> absl::StatusOr<Scan> {
+    const Format* format = FindFormat(path);
+    if (format != nullptr) return format->decode(bytes, with_intensities);
+    return absl::InvalidArgumentError(
+        "is no scan file; scans are .bin (KITTI), .npy (NAVER LABS), .pcd or .ply");
+  });
+}
+
 absl::StatusOr<std::string> ReadToEnd(std::FILE* stream, const std::string& name) {
   std::string bytes;
   std::array<char, 65536> block{};
@@ -110,19 +119,12 @@ absl::StatusOr<Scan> DecodeByBeginning(std::string_view bytes, const std::string
       std::find_if(kFormats.begin(), kFormats.end(), [&](const Format& candidate) {
         return absl::StartsWith(ToAbsl(bytes), ToAbsl(candidate.begin));
       });
-  return Checked(format->decode(bytes), name);
+  return Checked(format->decode(bytes, false), name);
 }
 
 }  // namespace
 
-absl::StatusOr<Scan> ReadScan(const std::string& path) {
-  return ReadAs(path, [&](std::string_view bytes) -> absl::StatusOr<Scan> {
-    const Format* format = FindFormat(path);
-    if (format != nullptr) return format->decode(bytes);
-    return absl::InvalidArgumentError(
-        "is no scan file; scans are .bin (KITTI), .npy (NAVER LABS), .pcd or .ply");
-  });
-}
+absl::StatusOr<Scan> ReadScan(const std::string& path) { return ReadPath(path, false); }
 
 absl::StatusOr<Scan> ReadScan(std::FILE* stream, const std::string& name) try {
   const absl::StatusOr<std::string> bytes = ReadToEnd(stream, name);
@@ -135,30 +137,53 @@ absl::StatusOr<Scan> ReadScan(std::FILE* stream, const std::string& name) try {
 absl::StatusOr<Scan> ReadScanBytes(std::string_view bytes, const std::string& name) try {
   if (bytes.empty()) return absl::InvalidArgumentError(absl::StrCat(name, ": is empty"));
   const Format* const format = FindFormat(name);
-  return format == nullptr ? DecodeByBeginning(bytes, name) : Checked(format->decode(bytes), name);
+  return format == nullptr ? DecodeByBeginning(bytes, name)
+                           : Checked(format->decode(bytes, false), name);
 } catch (const std::bad_alloc&) {
   return OutOfMemory(name);
 }
 
-absl::StatusOr<Scan> ReadScan(const ScanFile& file) {
+namespace {
+
+absl::StatusOr<Scan> ReadFile(const ScanFile& file, bool with_intensities) {
   if (file.store != nullptr) {
-    absl::StatusOr<Scan> scan = file.store->Read(file.index);
+    absl::StatusOr<Scan> scan = file.store->Read(file.index, with_intensities);
     if (!scan.ok()) return scan;
     if (absl::Status status = CheckMetres(*scan); !status.ok()) return Annotate(status, file.name);
     return scan;
   }
-  if (file.layout == ScanLayout::kNclt) return ReadAs(file.path, DecodeNcltSync);
-  if (file.layout != ScanLayout::kOxford) return ReadScan(file.path);
-  const auto read = [](const std::string& path, bool is_left) {
-    return ReadAs(path, [&](std::string_view bytes) { return DecodeOxford(bytes, is_left); });
+  if (file.layout == ScanLayout::kNclt) {
+    return ReadAs(file.path,
+                  [&](std::string_view bytes) { return DecodeNcltSync(bytes, with_intensities); });
+  }
+  if (file.layout != ScanLayout::kOxford) return ReadPath(file.path, with_intensities);
+  const auto read = [&](const std::string& path, bool is_left) {
+    return ReadAs(path, [&](std::string_view bytes) {
+      return DecodeOxford(bytes, is_left, with_intensities);
+    });
   };
   absl::StatusOr<Scan> left = read(file.path, true);
   if (!left.ok()) return left.status();
   const absl::StatusOr<Scan> right = read(file.partner_path, false);
   if (!right.ok()) return right.status();
   left->points.insert(left->points.end(), right->points.begin(), right->points.end());
+  left->intensities.insert(left->intensities.end(), right->intensities.begin(),
+                           right->intensities.end());
   left->num_not_finite += right->num_not_finite;
   return left;
+}
+
+}  // namespace
+
+absl::StatusOr<Scan> ReadScan(const ScanFile& file) { return ReadFile(file, false); }
+
+absl::StatusOr<Scan> ReadScanWithIntensities(const ScanFile& file) {
+  absl::StatusOr<Scan> scan = ReadFile(file, true);
+  if (!scan.ok() || scan->intensities.size() == scan->points.size()) return scan;
+  return absl::InvalidArgumentError(
+      absl::StrCat(file.store == nullptr ? file.path : file.name,
+                   ": its points have no intensities; read are the fourth value of .bin and a "
+                   "field intensity, reflectivity or reflectance of .pcd, .ply and bags"));
 }
 
 }  // namespace scanloc::dataset

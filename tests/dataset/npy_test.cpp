@@ -23,6 +23,8 @@ using test::SomePoints;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
+absl::StatusOr<Scan> Decode(std::string_view bytes) { return DecodeNpy(bytes, true); }
+
 std::string Dictionary(const std::string& descr, const std::string& shape,
                        const std::string& fortran_order = "False") {
   return absl::StrCat("{'descr': '", descr, "', 'fortran_order': ", fortran_order,
@@ -39,10 +41,10 @@ std::string Values(const std::vector<Number>& values) {
 template <typename Number>
 void ExpectBothOrders(const std::string& descr) {
   SCOPED_TRACE(descr);
-  const auto rows = DecodeNpy(NpyBytes(Dictionary(descr, "(2, 4)"),
-                                       Values<Number>({1000, -200, 50, 7, -30000, 400, 25, 9})));
-  const auto columns = DecodeNpy(NpyBytes(Dictionary(descr, "(2, 4)", "True"),
-                                          Values<Number>({1000, -30000, -200, 400, 50, 25, 7, 9})));
+  const auto rows = Decode(NpyBytes(Dictionary(descr, "(2, 4)"),
+                                    Values<Number>({1000, -200, 50, 7, -30000, 400, 25, 9})));
+  const auto columns = Decode(NpyBytes(Dictionary(descr, "(2, 4)", "True"),
+                                       Values<Number>({1000, -30000, -200, 400, 50, 25, 7, 9})));
   ASSERT_TRUE(rows.ok()) << rows.status();
   ASSERT_TRUE(columns.ok()) << columns.status();
   EXPECT_THAT(rows->points, ElementsAre(Point{10.0F, -2.0F, 0.5F}, Point{-300.0F, 4.0F, 0.25F}));
@@ -62,7 +64,7 @@ TEST(Npy, ReadsAllThreeVersions) {
   for (const char version : {'\x02', '\x03'}) {
     std::string bytes = std::string("\x93NUMPY") + version + '\0';
     AppendBytes(bytes, static_cast<std::uint32_t>(text.find('\n') + 1));
-    const auto scan = DecodeNpy(bytes + text);
+    const auto scan = Decode(bytes + text);
     ASSERT_TRUE(scan.ok()) << scan.status();
     EXPECT_EQ(scan->points, SomePoints(5));
   }
@@ -70,8 +72,8 @@ TEST(Npy, ReadsAllThreeVersions) {
 
 TEST(Npy, LeavesOutBeamsWithoutReturnAndPointsThatAreNotFinite) {
   constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
-  const auto scan = DecodeNpy(NpyBytes(
-      Dictionary("<f4", "(4, 3)"), Values<float>({0, 0, 0, 1000, 0, 0, kNan, 1, 1, 0, -0.0F, 0})));
+  const auto scan = Decode(NpyBytes(Dictionary("<f4", "(4, 3)"),
+                                    Values<float>({0, 0, 0, 1000, 0, 0, kNan, 1, 1, 0, -0.0F, 0})));
   ASSERT_TRUE(scan.ok()) << scan.status();
   EXPECT_THAT(scan->points, ElementsAre(Point{10.0F, 0.0F, 0.0F}));
   EXPECT_EQ(scan->num_no_return, 2U);
@@ -83,11 +85,11 @@ TEST(Npy, TakesHeadersAsOtherWritersLayThemOut) {
   for (const std::string& dictionary :
        {std::string("{\"shape\":(1,3),\"descr\":\"<f4\",\"fortran_order\":False}"),
         std::string("{ 'fortran_order' : False , 'shape' : ( 1 , 3 , ) , 'descr' : '<f4' , }")}) {
-    const auto scan = DecodeNpy(NpyBytes(dictionary, values));
+    const auto scan = Decode(NpyBytes(dictionary, values));
     ASSERT_TRUE(scan.ok()) << dictionary << scan.status();
     EXPECT_THAT(scan->points, ElementsAre(Point{10.0F, 20.0F, 3.0F}));
   }
-  const auto empty = DecodeNpy(NpyBytes(Dictionary("<f4", "(0, 4)"), ""));
+  const auto empty = Decode(NpyBytes(Dictionary("<f4", "(0, 4)"), ""));
   ASSERT_TRUE(empty.ok()) << empty.status();
   EXPECT_TRUE(empty->points.empty());
 }
@@ -129,7 +131,7 @@ TEST(Npy, RefusesHeadersThatLieOrAreOfAnotherKind) {
       {"{'descr", "malformed"}};
   for (const auto& [dictionary, reason] : table) {
     SCOPED_TRACE(dictionary);
-    const auto scan = DecodeNpy(NpyBytes(dictionary, Values<float>({1000, 2000, 300})));
+    const auto scan = Decode(NpyBytes(dictionary, Values<float>({1000, 2000, 300})));
     ASSERT_EQ(scan.status().code(), absl::StatusCode::kInvalidArgument);
     EXPECT_THAT(std::string(scan.status().message()), HasSubstr(reason));
   }
@@ -144,7 +146,7 @@ TEST(Npy, RefusesWhatDoesNotBeginAsOne) {
            {"PK\x03\x04", "does not begin"},
            {other_version, "version is 4"},
            {long_header + good.substr(10), "4294967295 bytes"}}) {
-    const auto scan = DecodeNpy(bytes);
+    const auto scan = Decode(bytes);
     ASSERT_EQ(scan.status().code(), absl::StatusCode::kInvalidArgument);
     EXPECT_THAT(std::string(scan.status().message()), HasSubstr(reason));
   }
@@ -152,9 +154,9 @@ TEST(Npy, RefusesWhatDoesNotBeginAsOne) {
 
 TEST(Npy, RefusesEveryTruncation) {
   const std::string good = NaverBytes(SomePoints(4));
-  ASSERT_TRUE(DecodeNpy(good).ok());
+  ASSERT_TRUE(Decode(good).ok());
   for (std::size_t size = 0; size < good.size(); ++size) {
-    EXPECT_EQ(DecodeNpy(good.substr(0, size)).status().code(), absl::StatusCode::kInvalidArgument)
+    EXPECT_EQ(Decode(good.substr(0, size)).status().code(), absl::StatusCode::kInvalidArgument)
         << size;
   }
 }
@@ -162,7 +164,7 @@ TEST(Npy, RefusesEveryTruncation) {
 TEST(Npy, RefusesMetres) {
   std::vector<float> values;
   for (const Point& p : SomePoints(50)) values.insert(values.end(), {p.x, p.y, p.z});
-  const auto scan = DecodeNpy(NpyBytes(Dictionary("<f4", "(50, 3)"), Values(values)));
+  const auto scan = Decode(NpyBytes(Dictionary("<f4", "(50, 3)"), Values(values)));
   ASSERT_EQ(scan.status().code(), absl::StatusCode::kInvalidArgument);
   EXPECT_THAT(std::string(scan.status().message()), HasSubstr("centimetres"));
 }

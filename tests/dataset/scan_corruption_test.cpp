@@ -29,7 +29,7 @@ constexpr std::size_t kNumPoints = 20;
 
 struct Sample {
   std::string name;
-  absl::StatusOr<Scan> (*decode)(std::string_view bytes);
+  absl::StatusOr<Scan> (*decode)(std::string_view bytes, bool with_intensities);
   std::string content;
   /// Any shorter file must be refused; text may lose its last digits and the rest be a scan.
   bool every_byte_counts = true;
@@ -85,10 +85,15 @@ std::vector<Sample> MakeSamples() {
     absl::StrAppend(&ascii_pcd, p.x, " ", p.y, " ", p.z, " 0 0 0 0\n");
     absl::StrAppend(&ascii_ply, p.x, " ", p.y, " ", p.z, "\n");
   }
+  const std::string with_intensities =
+      "VERSION .7\nFIELDS x y z intensity\nSIZE 4 4 4 4\nTYPE F F F F\nCOUNT 1 1 1 1\nWIDTH 20\n"
+      "HEIGHT 1\nPOINTS 20\nDATA binary\n" +
+      KittiBytes(SomePoints(kNumPoints));
   return {{"Kitti", DecodeKittiBin, KittiBytes(SomePoints(kNumPoints)), false},
           {"Npy", DecodeNpy, NaverBytes(SomePoints(kNumPoints))},
           {"BinaryPcd", DecodePcd, binary_pcd},
           {"CompressedPcd", DecodePcd, CompressedPcd()},
+          {"PcdWithIntensities", DecodePcd, with_intensities},
           {"AsciiPcd", DecodePcd, ascii_pcd, false},
           {"LittleEndianPly", DecodePly, little_ply},
           {"BigEndianPly", DecodePly, big_ply},
@@ -98,7 +103,7 @@ std::vector<Sample> MakeSamples() {
 // From a block of exactly its size, so that a sanitizer sees each byte read beyond it.
 absl::StatusOr<Scan> Decode(const Sample& sample, std::string_view content) {
   const std::vector<char> block(content.begin(), content.end());
-  return sample.decode({block.data(), block.size()});
+  return sample.decode({block.data(), block.size()}, true);
 }
 
 void ExpectScanOrRefusal(const absl::StatusOr<Scan>& scan) {
@@ -108,6 +113,7 @@ void ExpectScanOrRefusal(const absl::StatusOr<Scan>& scan) {
     return;
   }
   EXPECT_LE(scan->points.size() + scan->num_not_finite, limits::kMaxPointsPerScan);
+  EXPECT_TRUE(scan->intensities.empty() || scan->intensities.size() == scan->points.size());
   for (const Point& p : scan->points) {
     ASSERT_TRUE(std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z));
   }

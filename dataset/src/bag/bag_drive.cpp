@@ -35,7 +35,7 @@ struct CloudHead {
 // The clouds of a bag, and where their sensor was.
 class BagScans : public ScanStore {
  public:
-  absl::StatusOr<Scan> Read(std::size_t index) const override;
+  absl::StatusOr<Scan> Read(std::size_t index, bool with_intensities) const override;
 
   // Opens the bag and reads its poses and the headers of its clouds.
   absl::Status Open(const BagDriveOptions& options, bool needs_poses);
@@ -242,12 +242,12 @@ absl::Status BagScans::Open(const BagDriveOptions& options, bool needs_poses) {
   return absl::OkStatus();
 }
 
-absl::StatusOr<Scan> BagScans::Read(std::size_t index) const {
+absl::StatusOr<Scan> BagScans::Read(std::size_t index, bool with_intensities) const {
   std::optional<CloudMessage> cloud;
   absl::Status status =
       bag_->Read(clouds_[index].id, [&](const BagMessage& message) -> absl::Status {
         absl::StatusOr<CloudMessage> decoded =
-            DecodeCloud(message.topic->format, message.bytes, deskew_);
+            DecodeCloud(message.topic->format, message.bytes, deskew_, with_intensities);
         if (!decoded.ok()) {
           return Annotate(decoded.status(), absl::StrCat(paths_, ": cloud ", index));
         }

@@ -43,8 +43,13 @@ std::size_t PointField::size_bytes() const {
   return type < kTypes.size() ? kTypes[type].size_bytes : 0;
 }
 
-bool IsReadField(std::string_view name) {
-  return name == "x" || name == "y" || name == "z" ||
+NumberType TypeOf(const PointField& field) {
+  if (field.is_float()) return FloatOf(field.size_bytes());
+  return *WholeOf(field.size_bytes(), field.type % 2 == 1);
+}
+
+bool IsReadField(std::string_view name, bool with_intensities) {
+  return name == "x" || name == "y" || name == "z" || (with_intensities && IsIntensity(name)) ||
          std::find(kTimeNames.begin(), kTimeNames.end(), name) != kTimeNames.end();
 }
 

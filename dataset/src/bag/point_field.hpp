@@ -20,8 +20,11 @@ struct PointField {
   [[nodiscard]] bool is_float() const { return type == 7 || type == 8; }
 };
 
-/// Whether a field of this name is read: a coordinate or a time.
-[[nodiscard]] bool IsReadField(std::string_view name);
+/// Whether a field of this name is read: a coordinate, a time or, if asked, an intensity.
+[[nodiscard]] bool IsReadField(std::string_view name, bool with_intensities);
+
+/// Of a type that is known.
+[[nodiscard]] NumberType TypeOf(const PointField& field);
 
 /// The field of the points' times; null if there is none.
 [[nodiscard]] const PointField* FindTimes(const std::vector<PointField>& fields);

@@ -79,7 +79,7 @@ absl::Status CheckLayout(const CloudLayout& layout, std::size_t num_bytes) {
   return absl::OkStatus();
 }
 
-absl::StatusOr<CloudLayout> ReadLayout(WireReader& reader) {
+absl::StatusOr<CloudLayout> ReadLayout(WireReader& reader, bool with_intensities) {
   constexpr std::uint32_t kMaxFields = 256;
   CloudLayout layout;
   layout.height = reader.Read<std::uint32_t>();
@@ -96,7 +96,7 @@ absl::StatusOr<CloudLayout> ReadLayout(WireReader& reader) {
     field.type = reader.Read<std::uint8_t>();
     const auto count = reader.Read<std::uint32_t>();
     // Of padding nothing is read, whatever its type.
-    if (count > 0 && IsReadField(field.name)) layout.fields.push_back(field);
+    if (count > 0 && IsReadField(field.name, with_intensities)) layout.fields.push_back(field);
   }
   layout.is_big_endian = reader.Read<std::uint8_t>() != 0;
   layout.point_step = reader.Read<std::uint32_t>();
@@ -118,6 +118,11 @@ absl::StatusOr<BinaryLayout> FindCoordinates(const CloudLayout& layout) {
     }
     found.xyz[axis] = {field->offset, layout.point_step, FloatOf(field->size_bytes())};
   }
+  for (const PointField& field : layout.fields) {
+    if (!IsIntensity(field.name) || field.size_bytes() == 0) continue;
+    found.intensity = {field.offset, layout.point_step, TypeOf(field)};
+    break;
+  }
   return found;
 }
 
@@ -131,12 +136,12 @@ absl::StatusOr<MessageHead> DecodeHead(WireFormat format, std::string_view bytes
   return head;
 }
 
-absl::StatusOr<CloudMessage> DecodeCloud(WireFormat format, std::string_view bytes,
-                                         bool with_times) {
+absl::StatusOr<CloudMessage> DecodeCloud(WireFormat format, std::string_view bytes, bool with_times,
+                                         bool with_intensities) {
   absl::StatusOr<WireReader> reader = WireReader::Create(format, bytes);
   if (!reader.ok()) return reader.status();
   CloudMessage cloud{.head = ReadHead(*reader)};
-  const absl::StatusOr<CloudLayout> layout = ReadLayout(*reader);
+  const absl::StatusOr<CloudLayout> layout = ReadLayout(*reader, with_intensities);
   if (!layout.ok()) return layout.status();
   const std::string_view data = reader->ReadBytes();
   if (!reader->ok()) return NotWhole();
@@ -164,6 +169,8 @@ absl::StatusOr<CloudMessage> DecodeCloud(WireFormat format, std::string_view byt
     }
     cloud.scan.points.insert(cloud.scan.points.end(), read.points.begin(), read.points.end());
     cloud.scan.num_not_finite += read.num_not_finite;
+    cloud.scan.intensities.insert(cloud.scan.intensities.end(), read.intensities.begin(),
+                                  read.intensities.end());
   }
   cloud.offsets_s = OffsetsFromStamp(values, cloud.head.stamp_ns);
   return cloud;

@@ -38,11 +38,13 @@ struct CloudMessage {
 
 /// Points of any layout: fields x, y and z of FLOAT32 or FLOAT64 anywhere among others, both byte
 /// orders, rows with or without padding. Times are a field named t, time, timestamp, time_stamp or
-/// offset_time, in the unit that makes a sweep of 1 ms to 2 s of them, from the stamp or absolute.
+/// offset_time, in the unit that makes a sweep of 1 ms to 2 s of them, from the stamp or absolute;
+/// intensities those of ReadScanWithIntensities.
 /// InvalidArgument if the message is not whole, announces more than limits::kMaxPointsPerScan
 /// points, or has fields that do not lie within a point.
 [[nodiscard]] absl::StatusOr<CloudMessage> DecodeCloud(WireFormat format, std::string_view bytes,
-                                                       bool with_times);
+                                                       bool with_times,
+                                                       bool with_intensities = false);
 
 /// A transform between two frames at a time.
 struct StampedPose {

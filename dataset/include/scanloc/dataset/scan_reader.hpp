@@ -1,10 +1,13 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <cstdio>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "absl/status/statusor.h"
 #include "scanloc/core/scan/point_cloud.hpp"
@@ -16,6 +19,9 @@ struct Scan {
   PointCloud points;               ///< all finite
   std::size_t num_not_finite = 0;  ///< points of the file left out: a coordinate is NaN or infinite
   std::size_t num_no_return = 0;   ///< .npy: rows of zeros left out, beams without a return
+  /// One a point where ReadScanWithIntensities read it, else none. In the unit of the file; what is
+  /// negative or not finite is 0.
+  std::vector<float> intensities = {};
 
   friend bool operator==(const Scan&, const Scan&) = default;
 };
@@ -31,7 +37,8 @@ enum class ScanLayout {
 class ScanStore {
  public:
   virtual ~ScanStore() = default;
-  [[nodiscard]] virtual absl::StatusOr<Scan> Read(std::size_t index) const = 0;
+  [[nodiscard]] virtual absl::StatusOr<Scan> Read(std::size_t index,
+                                                  bool with_intensities) const = 0;
 };
 
 /// A scan of a drive: a file, or one of a store.
@@ -45,6 +52,9 @@ struct ScanFile {
 
   friend bool operator==(const ScanFile&, const ScanFile&) = default;
 };
+
+/// When a scan was taken, if its name gives it: 19 digits [ns] or 16 digits [µs].
+[[nodiscard]] std::optional<std::int64_t> StampOfName(std::string_view name);
 
 /// Whether ReadScan knows the file's extension: .bin, .npy, .pcd or .ply, in either case.
 [[nodiscard]] bool IsScanFile(std::string_view path);
@@ -80,5 +90,10 @@ struct ScanFile {
 ///            of the INS, which stands level in the vehicle.
 /// InvalidArgument also if either of the two files of kOxford is bad.
 [[nodiscard]] absl::StatusOr<Scan> ReadScan(const ScanFile& file);
+
+/// The same with intensities: the fourth value of .bin, field or property "intensity",
+/// "reflectivity" or "reflectance" of .pcd, .ply and PointCloud2, of any type of number.
+/// InvalidArgument too if the scan has points and no such field; .npy has none.
+[[nodiscard]] absl::StatusOr<Scan> ReadScanWithIntensities(const ScanFile& file);
 
 }  // namespace scanloc::dataset
