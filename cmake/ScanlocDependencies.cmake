@@ -19,6 +19,7 @@ pkg_check_modules(XXHASH REQUIRED IMPORTED_TARGET libxxhash)  # libxxhash-dev
 pkg_check_modules(GEOGRAPHICLIB REQUIRED IMPORTED_TARGET geographiclib)  # libgeographiclib-dev
 
 pkg_check_modules(LZF REQUIRED IMPORTED_TARGET liblzf)        # liblzf-dev
+pkg_check_modules(PNG REQUIRED IMPORTED_TARGET libpng)        # libpng-dev
 pkg_check_modules(ZSTD REQUIRED IMPORTED_TARGET libzstd)      # libzstd-dev
 pkg_check_modules(LZ4 REQUIRED IMPORTED_TARGET liblz4)        # liblz4-dev
 find_package(BZip2 REQUIRED)                                  # libbz2-dev
@@ -35,6 +36,7 @@ if(SCANLOC_BUILD_BENCH)
 endif()
 if(SCANLOC_BUILD_TESTS)
   find_package(GTest 1.12 REQUIRED)    # libgtest-dev, libgmock-dev
+  find_package(ZLIB REQUIRED)          # zlib1g-dev
 endif()
 if(SCANLOC_BUILD_BENCH)
   find_package(benchmark REQUIRED)     # libbenchmark-dev

@@ -9,7 +9,7 @@ set -euo pipefail
 packages=(
   g++ cmake ninja-build ccache pkg-config git ca-certificates
   libeigen3-dev libnanoflann-dev libgeographiclib-dev libceres-dev libsqlite3-dev libxxhash-dev
-  liblzf-dev libzstd-dev liblz4-dev libbz2-dev libdeflate-dev
+  liblzf-dev libzstd-dev liblz4-dev libbz2-dev libdeflate-dev libpng-dev
   libgrpc++-dev libprotobuf-dev protobuf-compiler protobuf-compiler-grpc libabsl-dev
   libpq-dev libcurl4-openssl-dev
   libssl-dev zlib1g-dev prometheus-cpp-dev libspdlog-dev libcli11-dev nlohmann-json3-dev

@@ -1,4 +1,4 @@
-// Scan files, and matrices of descriptors: the first byte chooses the layout, the rest
+// Scan files, matrices of descriptors and radar images: the first byte chooses the layout, the rest
 // is the file.
 #include <cstddef>
 #include <cstdint>
@@ -6,12 +6,13 @@
 
 #include "scan_decoders.hpp"
 #include "scanloc/dataset/matrix_file.hpp"
+#include "scanloc/dataset/radar.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace scanloc::dataset;
   if (size == 0) return 0;
   const std::string_view bytes(reinterpret_cast<const char*>(data) + 1, size - 1);
-  switch (data[0] % 8) {
+  switch (data[0] % 11) {
     case 0:
       (void)DecodeKittiBin(bytes, true);
       break;
@@ -33,8 +34,17 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     case 6:
       (void)DecodeNpy(bytes, true);
       break;
-    default:
+    case 7:
       (void)DecodeNpyMatrix(bytes);
+      break;
+    case 8:
+      (void)DecodeRadar(bytes, RadarLayout::kOxford, 0.5);
+      break;
+    case 9:
+      (void)DecodeRadar(bytes, RadarLayout::kMulran, 0.5);
+      break;
+    default:
+      (void)DecodeRadar(bytes, RadarLayout::kCartesian, 0.5);
   }
   return 0;
 }

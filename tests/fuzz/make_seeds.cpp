@@ -15,6 +15,7 @@
 #include "scanloc/v1/capture.pb.h"
 #include "support/map_files.hpp"
 #include "support/paths.hpp"
+#include "support/png_files.hpp"
 #include "support/scan_files.hpp"
 #include "support/temp_dir.hpp"
 
@@ -70,6 +71,9 @@ void AddScans(const Seeds& seeds) {
   seeds.Add("scan", 5, "oxford_right", FloatRows(points, 4));
   seeds.Add("scan", 6, "npy_float32", NaverBytes(points));
   seeds.Add("scan", 7, "npy_matrix", NaverBytes(points));
+  seeds.Add("scan", 8, "radar_oxford", PngBytes(14, 1, OxfordHead(700) + "abc"));
+  seeds.Add("scan", 9, "radar_mulran", PngBytes(2, 3, "abcdef"));
+  seeds.Add("scan", 10, "radar_cartesian", PngBytes(2, 2, "abcd"));
   seeds.Add("scan", 6, "npy_int16",
             NpyBytes("{'shape': (2, 3), 'fortran_order': True, 'descr': '<i2'}",
                      std::string("\0\x10\0\x11\0\x12\0\x13\0\x14\0\x15", 12)));
