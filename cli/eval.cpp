@@ -15,6 +15,8 @@
 #include "cli/descriptor_options.hpp"
 #include "cli/drive_options.hpp"
 #include "cli/drive_plan.hpp"
+#include "cli/eval_checks.hpp"
+#include "cli/intensity_options.hpp"
 #include "cli/output.hpp"
 #include "cli/pdf.hpp"
 #include "cli/progress.hpp"
@@ -30,28 +32,6 @@
 
 namespace scanloc::cli {
 namespace {
-
-/// A scan this near to a place was taken there: poses are rounded in files.
-constexpr double kSamePlace_m = 0.01;
-/// With one query in so many at a place, the map was surely made of their drive.
-constexpr std::size_t kOwnDriveShare = 10;
-
-/// Says so on stderr if the queries are scans that the map was made of, and each may find itself.
-void WarnOfOwnDrive(const std::vector<eval::EvalQuery>& queries) {
-  const auto count = [&](auto&& is_counted) {
-    return static_cast<std::size_t>(std::count_if(queries.begin(), queries.end(), is_counted));
-  };
-  const std::size_t num_at_place = count([](const eval::EvalQuery& query) {
-    return query.has_place && query.variance.translation_m <= kSamePlace_m;
-  });
-  const std::size_t num_with_place =
-      count([](const eval::EvalQuery& query) { return query.has_place; });
-  if (num_at_place < 2 || num_at_place * kOwnDriveShare < num_with_place) return;
-  std::fprintf(stderr,
-               "scanloc eval: warning: %zu of %zu queries were taken at 0.00 m from a place; if "
-               "the map was made of this drive, they find themselves: give --in-session\n",
-               num_at_place, num_with_place);
-}
 
 /// The files must stay.
 eval::ReadScan ReaderOf(const std::vector<dataset::ScanFile>& files, const SensorMount& mount) {
@@ -78,8 +58,6 @@ class EvalCommand : public Command {
       std::vector<dataset::ScanFile>* files) const;
   [[nodiscard]] absl::StatusOr<std::vector<eval::EvalMethod>> ChooseMethods(
       const Params& params) const;
-  [[nodiscard]] absl::Status CheckSession(const Map& map,
-                                          const std::vector<eval::EvalQuery>& queries) const;
   /// The scan of each place; empty without --map-scans.
   [[nodiscard]] absl::StatusOr<std::vector<dataset::ScanFile>> FindPlaceScans(const Map& map) const;
 
@@ -97,6 +75,7 @@ class EvalCommand : public Command {
   std::string map_scans_dir_;
   PoseOptions map_poses_;
   DescriptorOptions descriptors_;
+  IntensityOptions intensities_;
   bool times_ = false;
   std::string report_dir_;
   bool json_ = false;
@@ -119,8 +98,8 @@ void EvalCommand::Declare(CLI::App& app) {
                  absl::StrCat("Methods, with commas between; NAME:K takes K candidates [all that "
                               "the map serves: auto,a-pc,a-cc,pc,cc]; baselines to compare with: ",
                               eval::BaselineNames(),
-                              "; m2dp, segmatch and those with -mean, -count or -bits need "
-                              "--map-scans"))
+                              "; m2dp, segmatch and those with -mean, -count, -bits or -intensity "
+                              "need --map-scans, those with -radar --radar"))
       ->delimiter(',')
       ->check([](const std::string& text) {
         return absl::StrCat(eval::ParseEvalMethod(text).status().message());
@@ -153,6 +132,7 @@ void EvalCommand::Declare(CLI::App& app) {
       ->type_name("DIR");
   map_poses_.DeclareFiles(app, "--map-poses", "--map-calib");
   descriptors_.Declare(app);
+  intensities_.Declare(app);
   app.add_flag("--stage-times", times_, "Tell the time of each stage, too");
   app.add_option(
          "--report", report_dir_,
@@ -186,6 +166,7 @@ absl::Status EvalCommand::CheckUsage() const {
   if (absl::Status s = descriptors_.CheckUsage(truth_.has_bag(), in_session_, tilt_deg_); !s.ok()) {
     return s;
   }
+  if (absl::Status s = intensities_.CheckUsage(methods_, in_session_, tilt_deg_); !s.ok()) return s;
   return selection_.CheckUsage();
 }
 
@@ -234,26 +215,6 @@ absl::StatusOr<std::vector<eval::EvalMethod>> EvalCommand::ChooseMethods(
   return chosen;
 }
 
-absl::Status EvalCommand::CheckSession(const Map& map,
-                                       const std::vector<eval::EvalQuery>& queries) const {
-  if (!in_session_) return absl::OkStatus();
-  if (map.sessions.size() > 1) {
-    return absl::InvalidArgumentError(absl::StrCat(
-        "--in-session needs a map of one session; this one has ", map.sessions.size()));
-  }
-  // Drives may count their time from 0, which alone stands for none.
-  const bool has_places = std::any_of(map.places.begin(), map.places.end(),
-                                      [](const Place& place) { return place.stamp_ns != 0; });
-  const bool has_queries =
-      std::any_of(queries.begin(), queries.end(),
-                  [](const eval::EvalQuery& query) { return query.stamp_ns != 0; });
-  if (has_places && has_queries) return absl::OkStatus();
-  return absl::InvalidArgumentError(
-      absl::StrCat("--in-session needs to know when scans were taken, and those of the ",
-                   has_places ? "queries have no times" : "map's places have none",
-                   "; give --times at build and here, or poses with stamps"));
-}
-
 absl::StatusOr<std::vector<dataset::ScanFile>> EvalCommand::FindPlaceScans(const Map& map) const {
   std::vector<dataset::ScanFile> scans;
   if (map_scans_dir_.empty() && !in_session_) return scans;
@@ -289,18 +250,22 @@ absl::Status EvalCommand::Run() {
                             .num_threads = num_threads_,
                             .time_places = times_,
                             .read_query = ReaderOf(files, truth_.mount())};
-  if (absl::Status status = CheckSession(*loaded, *queries); !status.ok()) return status;
+  if (in_session_) {
+    if (absl::Status status = CheckSession(*loaded, *queries); !status.ok()) return status;
+  }
   absl::StatusOr<std::vector<dataset::ScanFile>> place_scans = FindPlaceScans(*loaded);
   if (!place_scans.ok()) return place_scans.status();
-  if (!place_scans->empty())
-    options.read_place =
-        ReaderOf(*place_scans, map_scans_dir_.empty() ? truth_.mount() : SensorMount());
+  const SensorMount place_mount = map_scans_dir_.empty() ? truth_.mount() : SensorMount();
+  if (!place_scans->empty()) options.read_place = ReaderOf(*place_scans, place_mount);
   absl::StatusOr<std::vector<eval::EvalMethod>> methods = ChooseMethods(loaded->params);
   if (!methods.ok()) return methods.status();
   options.methods = *std::move(methods);
   const DescriptorOptions::Scans scans{scans_dir_,     negatives_,   files,
                                        map_scans_dir_, *place_scans, loaded->places.size()};
   if (absl::Status status = descriptors_.AddTo(scans, &options); !status.ok()) return status;
+  const IntensityOptions::Scans seen{*queries,     files,       truth_.mount(),
+                                     *place_scans, place_mount, *loaded};
+  if (absl::Status s = intensities_.AddTo(seen, quiet_, &options); !s.ok()) return s;
   const absl::StatusOr<std::shared_ptr<const Localizer>> localizer =
       Localizer::Create(std::make_shared<const Map>(*std::move(loaded)));
   if (!localizer.ok()) return localizer.status();

@@ -60,4 +60,19 @@ absl::StatusOr<SeenScan> ReadSeenScan(const dataset::ScanFile& file, const Senso
   return seen;
 }
 
+absl::StatusOr<dataset::Scan> ReadSeenIntensities(const dataset::ScanFile& file,
+                                                  const SensorMount& mount) {
+  absl::StatusOr<dataset::Scan> scan = dataset::ReadScanWithIntensities(file);
+  if (!scan.ok()) return scan;
+  dataset::Scan seen;
+  PointCloud one;
+  for (std::size_t i = 0; i < scan->points.size(); ++i) {
+    for (const Point& point : Seen(mount, PointView(scan->points).subspan(i, 1), one)) {
+      seen.points.push_back(point);
+      seen.intensities.push_back(scan->intensities[i]);
+    }
+  }
+  return seen;
+}
+
 }  // namespace scanloc::cli

@@ -36,5 +36,8 @@ struct SeenScan {
 };
 [[nodiscard]] absl::StatusOr<SeenScan> ReadSeenScan(const dataset::ScanFile& file,
                                                     const SensorMount& mount);
+/// With the intensities of the points that are seen.
+[[nodiscard]] absl::StatusOr<dataset::Scan> ReadSeenIntensities(const dataset::ScanFile& file,
+                                                                const SensorMount& mount);
 
 }  // namespace scanloc::cli

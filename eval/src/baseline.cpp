@@ -23,7 +23,7 @@ std::unique_ptr<Baseline> MakeBaseline(const std::string& name, const Params& pa
 
 std::string BaselineNames() {
   return "m2dp, segmatch, pc-key, cc-key, a-pc-key, a-cc-key, a-pc-trees, a-cc-trees, and pc, cc, "
-         "a-pc and a-cc each with -mean, -count or -bits";
+         "a-pc and a-cc each with -mean, -count, -bits, -intensity or -radar";
 }
 
 void AppendCandidate(const Map& map, std::size_t place, double distance, Answer* answer) {

@@ -5,6 +5,7 @@
 #include "scanloc/core/limits.hpp"
 #include "scanloc/eval/baseline.hpp"
 #include "scanloc/eval/evaluation.hpp"
+#include "scanloc/eval/intensity_contexts.hpp"
 
 namespace scanloc::eval {
 
@@ -13,7 +14,8 @@ absl::StatusOr<EvalMethod> ParseEvalMethod(const std::string& text) {
   result.name = text;
   const std::size_t colon = text.find(':');
   const std::string name = text.substr(0, colon);
-  const std::unique_ptr<Baseline> baseline = MakeBaseline(name);
+  std::unique_ptr<Baseline> baseline = MakeBaseline(name);
+  if (baseline == nullptr) baseline = MakeIntensityContexts(name, {});
   if (baseline != nullptr) {
     result.is_baseline = true;
     result.baseline = name;
@@ -42,7 +44,9 @@ absl::StatusOr<EvalMethod> ParseEvalMethod(const std::string& text) {
 
 absl::Status CheckServes(const Params& params, const EvalMethod& method) {
   if (!method.is_baseline) return scanloc::CheckServes(params, method.method);
-  const std::optional<DescriptorKind> kind = MakeBaseline(method.baseline)->context_kind();
+  const std::unique_ptr<Baseline> baseline = MakeBaseline(method.baseline);
+  const std::optional<DescriptorKind> kind =
+      baseline == nullptr ? std::nullopt : baseline->context_kind();
   return kind ? scanloc::CheckServes(params, Method{.kind = *kind}) : absl::OkStatus();
 }
 

@@ -84,6 +84,12 @@ absl::Status PrepareBaselines(const EvalOptions& options, EvalSubjects* subjects
     for (const std::shared_ptr<Baseline>& own : options.baselines) {
       if (own->name() == method.baseline) baseline = own;
     }
+    if (baseline == nullptr) {
+      return absl::InvalidArgumentError(absl::StrCat(
+          method.name,
+          " works on what the scans of an evaluation do not hold; `scanloc eval` reads "
+          "it"));
+    }
     std::vector<Eigen::VectorXf> vectors;
     if (baseline->needs_place_scans()) {
       absl::StatusOr<std::vector<Eigen::VectorXf>> described =

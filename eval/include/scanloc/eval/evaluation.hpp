@@ -104,7 +104,7 @@ using ReadScan = std::function<absl::StatusOr<PointCloud>(std::size_t number)>;
 
 struct EvalOptions {
   std::vector<EvalMethod> methods;
-  /// Beside those that MakeBaseline knows, by their names.
+  /// Beside those that MakeBaseline knows, by their names; all that MakeIntensityContexts makes.
   std::vector<std::shared_ptr<Baseline>> baselines = {};
   std::vector<double> within_m = {8.0};  ///< each gives results of its own
   /// Scans are turned by roll and pitch of up to this, drawn by their number [deg].
