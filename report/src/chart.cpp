@@ -186,10 +186,11 @@ void SetLook(std::string_view method, ChartSeries* series) {
     Mark mark;
   };
   // Longer names before those that they begin with.
-  constexpr std::array<Family, 6> kFamilies = {{{"a-pc", colors::kVermilion, Mark::kTriangle},
+  constexpr std::array<Family, 7> kFamilies = {{{"a-pc", colors::kVermilion, Mark::kTriangle},
                                                 {"a-cc", colors::kGreen, Mark::kSquare},
                                                 {"auto", colors::kBlue, Mark::kDisc},
                                                 {"m2dp", colors::kSky, Mark::kDiamond},
+                                                {"segmatch", colors::kGrey, Mark::kOpenDiamond},
                                                 {"pc", colors::kOrange, Mark::kOpenTriangle},
                                                 {"cc", colors::kPurple, Mark::kOpenSquare}}};
   const auto* const family = std::find_if(kFamilies.begin(), kFamilies.end(), [&](const Family& f) {
@@ -199,11 +200,13 @@ void SetLook(std::string_view method, ChartSeries* series) {
   series->color = is_known ? family->color : colors::kBlack;
   series->mark = is_known ? family->mark : Mark::kRing;
   const std::string_view how = method.substr(is_known ? family->name.size() : 0);
+  constexpr std::array<std::string_view, 10> kVariants = {
+      "-key",       "-trees", "-mean",  "-count", "-bits",
+      "-intensity", "-radar", "-naive", "-brute", "-naive-brute"};
   const std::string_view variant = how.substr(0, how.find(':'));
-  series->dash = variant.empty()       ? (how.empty() ? 1 : 2)
-                 : variant == "-key"   ? 3
-                 : variant == "-trees" ? 4
-                                       : 5;
+  const auto* const known = std::find(kVariants.begin(), kVariants.end(), variant);
+  series->dash =
+      variant.empty() ? (how.empty() ? 1 : 2) : 3 + static_cast<int>(known - kVariants.begin());
 }
 
 std::string Draw(const LineChart& chart) {

@@ -21,8 +21,10 @@ constexpr double kSign_px = 26.0;
 constexpr double kLetterShare = 0.55;
 
 const char* Dashes(int dash) {
-  constexpr std::array kDashes = {"", "8 4", "3 3", "8 3 2 3", "12 4 2 4 2 4"};
-  return kDashes[static_cast<std::size_t>(std::clamp(dash, 1, 5) - 1)];
+  constexpr std::array<const char*, kNumDashes> kDashes = {
+      "",        "8 4",      "3 3",     "8 3 2 3",          "12 4 2 4 2 4", "14 4", "2 5",
+      "6 2 1 2", "16 3 5 3", "5 2 5 6", "10 2 2 2 2 2 2 2", "14 3 3 3 6 3", "1 3"};
+  return kDashes[static_cast<std::size_t>(std::clamp(dash, 1, kNumDashes) - 1)];
 }
 
 /// Names that are too long for a legend are cut, between letters.

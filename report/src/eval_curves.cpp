@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <set>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -201,7 +202,12 @@ std::vector<EvalFigure> DrawCurves(const EvalReport& report) {
   }
   figures.push_back(DrawHeatMap(report));
   figures.push_back(*DrawDivergence(results, std::nullopt));
-  for (std::size_t kind = 0; kind < eval::kNumKinds; ++kind) {
+  std::set<eval::RevisitKind> kinds;
+  for (const eval::EvalQuery& query : report.queries) {
+    if (query.is_revisit) kinds.insert(eval::KindOf(query.variance));
+  }
+  // Of one kind the figure of all is that of the kind.
+  for (std::size_t kind = 0; kind < eval::kNumKinds && kinds.size() > 1; ++kind) {
     std::optional<EvalFigure> figure = DrawDivergence(results, kind);
     if (figure) figures.push_back(*std::move(figure));
   }

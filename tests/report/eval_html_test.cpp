@@ -146,6 +146,14 @@ TEST(EvalPage, ScalesDivergencesByTheData) {
   EXPECT_EQ(Count(FigureOf(page, "Divergence over recall (DR), easy revisits"), ">1.5<"), 0);
 }
 
+TEST(EvalPage, DrawsNoFigureOfAKindTwice) {
+  EvalReport report = MakeReport(40);
+  for (eval::EvalQuery& query : report.queries) query.variance = {.translation_m = 1.0};
+  AddResult(
+      "pc", [](std::size_t) { return Answered::kRight; }, &report);
+  EXPECT_EQ(Count(EvalAsHtml(report), "Divergence over recall (DR), easy revisits"), 0);
+}
+
 TEST(EvalPage, DrawsAllWrongMatchesEachByItself) {
   EvalReport report = MakeReport(1600);
   // One right answer makes accepting the others worth while.

@@ -40,6 +40,8 @@ struct ChartAxis {
   double high = 1.0;
 };
 
+inline constexpr int kNumDashes = 13;
+
 /// What is drawn alike and has one entry in the legend. Charts of two axes leave z out.
 struct ChartSeries {
   enum class Style { kPath, kMarks, kSegments };
@@ -47,7 +49,7 @@ struct ChartSeries {
   std::string name;  ///< empty: not in the legend
   Style style = Style::kPath;
   std::string color = colors::kBlack;
-  int dash = 1;  ///< 1: none; 2 to 5: patterns
+  int dash = 1;  ///< 1: none; 2 to kNumDashes: patterns
   double width_px = 2.0;
   Mark mark = Mark::kDisc;
   double mark_px = 6.0;  ///< across
@@ -61,7 +63,7 @@ struct ChartSeries {
 };
 
 /// The look of a method, the same in every chart: a colour and a mark for what it compares
-/// ("a-pc"), a dash for how ("a-pc-key", "a-pc:10").
+/// ("a-pc"), a dash for how ("a-pc-key", "a-pc:10"); black for descriptors computed elsewhere.
 void SetLook(std::string_view method, ChartSeries* series);
 
 struct LineChart {
