@@ -9,6 +9,9 @@ const MAX_SILENCE_S = 300;
 /** What the server counted may be stamped a little before the answer that it is of. */
 const SAME_ANSWER_NS = 1e6;
 
+/** The number of an answer to the page itself; the server's begin with 1. */
+export const OWN = 0;
+
 export interface PlaceHealth {
   found: number;
   confidence: number;
@@ -30,10 +33,15 @@ export class AnswerStore {
   /** Another one whenever what is known of places may have changed. */
   revision = 0;
 
-  add(answer: SeenAnswer): void {
+  /** Returns the answer that is kept: one to the page itself also comes as one of all, and counts once. */
+  add(answer: SeenAnswer): SeenAnswer {
+    const same = this.all.find(({ number, request_id }) =>
+        request_id === answer.request_id && (number === OWN) !== (answer.number === OWN));
+    if (same) return same;
     this.all.push(answer);
     if (this.all.length > MAX_KEPT) this.all.shift();
     this.count(answer);
+    return answer;
   }
 
   /** What the server counted since long, in place of what came here until then. */

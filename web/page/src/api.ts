@@ -2,10 +2,13 @@
 
 export interface Point { x: number; y: number; z: number }
 export interface Pose extends Point { qx: number; qy: number; qz: number; qw: number }
+/** On earth, of a map that knows where it stands. */
+export interface GeoPose { latitude: number; longitude: number; altitude_m: number; heading_deg: number }
 export type Outcome = 'localized' | 'ambiguous' | 'not_recognized' | 'insufficient_scan';
 export interface Candidate {
   place: number; session: string; distance: number; confidence: number | null;
   T_map_place: Pose; T_map_query: Pose; std_x_m?: number; std_y_m?: number; std_yaw_deg?: number;
+  geo?: GeoPose;
 }
 export interface Answer {
   map: string; content_id: string; outcome: Outcome; reason: string; candidates: Candidate[];
@@ -23,7 +26,7 @@ export interface MapInfo {
 export interface Context { num_rows: number; num_cols: number; cells_cm: number[] }
 export interface PlaceDetails {
   content_id: string; place: number; session: number; stamp_ns: number; T_map_place: Pose;
-  polar: Context | null; cart: Context | null; posts_cm: number[];
+  polar: Context | null; cart: Context | null; posts_cm: number[]; geo?: GeoPose;
 }
 export interface Pair { place: number; lookalike: number; confidence: number; from: Point; to: Point }
 export interface TileSquare { level: number; x: number; y: number; side: number; count: number }

@@ -1,5 +1,5 @@
 // What the panel says of an answer, a place or a pair.
-import type { Api, Candidate, MapInfo, Pair, PlaceDetails, SeenAnswer } from './api.ts';
+import type { Api, Candidate, GeoPose, MapInfo, Pair, PlaceDetails, SeenAnswer } from './api.ts';
 import { bestOf, type AnswerStore } from './answers.ts';
 import { make, percent, svg } from './dom.ts';
 import { drawContext, drawOverlay } from './figures.ts';
@@ -31,6 +31,12 @@ export function timeText(ns: number): string {
   return ns > 0 ? new Date(ns / 1e6).toLocaleString() : 'unknown';
 }
 
+function onEarth(geo: GeoPose | undefined): [string, string][] {
+  if (!geo) return [];
+  return [['on earth', `${geo.latitude.toFixed(7)}, ${geo.longitude.toFixed(7)}, ${geo.altitude_m.toFixed(1)} m, ` +
+      `heading ${geo.heading_deg.toFixed(1)}°`]];
+}
+
 export function outcomeMark(outcome: keyof typeof OUTCOMES, dark: boolean, size = 14): Element {
   const { mark, light, dark: inDark } = OUTCOMES[outcome];
   return svg(markSvg(mark, dark ? inDark : light, dark ? '#1c2026' : '#ffffff', size));
@@ -59,11 +65,12 @@ export function answerDetail(context: DetailContext, seen: SeenAnswer): HTMLElem
   const facts: [string, string][] = [['robot', seen.client], ['request', seen.request_id], ['when', timeText(seen.answered_ns)]];
   if (best) {
     const spread = best.std_x_m === undefined ? '' :
-        ` ± ${Math.hypot(best.std_x_m, best.std_y_m ?? 0).toFixed(2)} m, ± ${best.std_yaw_deg?.toFixed(1)}°`;
+        ` ±\u00a0${Math.hypot(best.std_x_m, best.std_y_m ?? 0).toFixed(2)}\u00a0m, ±\u00a0${best.std_yaw_deg?.toFixed(1)}°`;
     facts.push(
         ['confidence', `${percent(best.confidence)}; ${percent(context.info.min_confidence)} is asked for`],
         ['pose', `${best.T_map_query.x.toFixed(2)}, ${best.T_map_query.y.toFixed(2)} m, ` +
-            `${(yawOf(best.T_map_query) * 180 / Math.PI).toFixed(1)}°${spread}`]);
+            `${(yawOf(best.T_map_query) * 180 / Math.PI).toFixed(1)}°${spread}`],
+        ...onEarth(best.geo));
   }
   box.append(list(facts));
   if (best) {
@@ -89,6 +96,7 @@ export function placeDetail(context: DetailContext, place: PlaceDetails): HTMLEl
     ['mapped', timeText(place.stamp_ns)],
     ['position', `${place.T_map_place.x.toFixed(2)}, ${place.T_map_place.y.toFixed(2)}, ` +
         `${place.T_map_place.z.toFixed(2)} m, ${(yawOf(place.T_map_place) * 180 / Math.PI).toFixed(1)}°`],
+    ...onEarth(place.geo),
     ['found', health?.found ? `${health.found} times, confidence ${percent(health.confidence)} on the average, ` +
         `last ${timeText(health.lastNs)}` : 'not yet, as far as is known here'],
     ...(health?.refused ? [['refused', `${health.refused} queries that were most likely here`] as [string, string]] : []),

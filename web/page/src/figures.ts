@@ -53,6 +53,8 @@ export function drawOverlay(canvas: HTMLCanvasElement, scan_cm: number[], candid
   context.strokeStyle = inkOf(canvas, '--ink');
   context.lineWidth = 2;
   const scale = at(centre.x + 10, centre.y)[0] - side / 2;
+  context.fillStyle = inkOf(canvas, '--panel');
+  context.fillRect(6, side - 50, Math.max(scale, 60) + 20, 44);
   context.beginPath();
   context.moveTo(16, side - 18);
   context.lineTo(16 + scale, side - 18);

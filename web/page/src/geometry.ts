@@ -56,3 +56,24 @@ export function arc(from: [number, number], to: [number, number], numPoints = 24
     return [at(0), at(1)] as [number, number];
   });
 }
+
+/** How wide and high the name of a rival is on the screen [px]. */
+const NAME_PX = [52, 16];
+
+/** What stands at the best spot and its rivals, given in their order; spots too near to each other for two names
+ *  share one, at the first of them. */
+export function nameRivals(spots: [number, number][], pxPerM: number): { first: number; text: string }[] {
+  const groups: number[][] = [];
+  spots.forEach(([x, y], i) => {
+    const group = groups.find(([first]) => Math.abs(spots[first][0] - x) * pxPerM < NAME_PX[0] &&
+        Math.abs(spots[first][1] - y) * pxPerM < NAME_PX[1]);
+    if (group) group.push(i);
+    else groups.push([i]);
+  });
+  return groups.map((group) => {
+    const rivals = group.filter((i) => i > 0);
+    const names = [...(group[0] === 0 ? ['best'] : []),
+      ...(rivals.length > 0 ? [`rival${rivals.length > 1 ? 's' : ''} ${rivals.join(', ')}`] : [])];
+    return { first: group[0], text: names.join(', ') };
+  });
+}

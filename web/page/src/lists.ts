@@ -15,6 +15,8 @@ export interface Shown {
   dark: boolean;
   /** What is searched for; may be empty. */
   query: string;
+  /** Why answers do not come; empty if they do. */
+  trouble: string;
   choose: (picked: Picked) => void;
   showSessions: () => void;
 }
@@ -32,7 +34,7 @@ export function textOf(picked: Picked, answers: AnswerStore): string {
 }
 
 /** The place and the sessions that are meant, then the answers. */
-export function answerRows({ info, answers, chosen, dark, query, choose, showSessions }: Shown): HTMLElement[] {
+export function answerRows({ info, answers, chosen, dark, query, trouble, choose, showSessions }: Shown): HTMLElement[] {
   const place = placeNamed(query, info.num_places);
   const rows: HTMLElement[] = place === null ? [] : [make('button', {
     type: 'button', click: () => choose({ kind: 'place', place }),
@@ -54,7 +56,7 @@ export function answerRows({ info, answers, chosen, dark, query, choose, showSes
   }
   if (rows.length > 0) return rows;
   return [make('p', {}, words ? 'Nothing that was answered here says so.' :
-      'No answers yet. They appear as robots ask; or drop a scan file on the page.')];
+      trouble || 'No answers yet. They appear as robots ask; or drop a scan file on the page.')];
 }
 
 export function pairRows({ pairs, chosen, dark, choose }: Shown): HTMLElement[] {

@@ -1,6 +1,6 @@
 import { Api, type MapInfo, type MapSummary, type MapUse, type Pair, type PlaceDetails, type SeenAnswer, type Snapshot,
   type TileList } from './api.ts';
-import { AnswerStore, bestOf } from './answers.ts';
+import { AnswerStore, bestOf, OWN } from './answers.ts';
 import { answerDetail, type DetailContext, pairDetail, placeDetail } from './detail.ts';
 import { byId, make } from './dom.ts';
 import { legendOf } from './legend.ts';
@@ -103,6 +103,7 @@ async function openMap(name: string): Promise<void> {
   }
   void api.watch(name, watching.signal, take, (error) => {
     trouble = error ? `not live: ${error.message}` : '';
+    showList();
     sayState();
   });
 }
@@ -187,6 +188,7 @@ function showList(): void {
   }, name === 'answers' ? 'Answers' : `Look-alikes (${pairs.length})`)));
   const shown = {
     info, answers, pairs, chosen: map.chosen, dark: look.dark, query: byId<HTMLInputElement>('search').value,
+    trouble,
     choose: (picked: Picked) => void choose(picked, true), showSessions: () => setColourBy('session'),
   };
   byId('list').replaceChildren(...(tab === 'answers' ? answerRows(shown) : pairRows(shown)));
@@ -254,12 +256,12 @@ async function locate(file: File): Promise<void> {
   try {
     const answer = await api.localize(info.name, file, requestId);
     const seen: SeenAnswer = {
-      number: 0, answered_ns: Date.now() * 1e6, request_id: requestId, client: file.name, is_of_stream: false,
+      number: OWN, answered_ns: Date.now() * 1e6, request_id: requestId, client: file.name, is_of_stream: false,
       answer, posts_cm: answer.posts_cm ?? [],
     };
-    answers.add(seen);
+    const kept = answers.add(seen);
     sayState();
-    await choose({ kind: 'answer', answer: seen }, true);
+    await choose({ kind: 'answer', answer: kept }, true);
   } catch (error) {
     say(`${file.name}: ${(error as Error).message}`);
   }

@@ -3,7 +3,7 @@ import { Deck, OrthographicView, type Layer, type PickingInfo } from '@deck.gl/c
 import { PathLayer, TextLayer } from '@deck.gl/layers';
 import type { Pair, PlaceDetails, Point, SeenAnswer } from './api.ts';
 import { bestOf, type AnswerStore } from './answers.ts';
-import { arc, postsInMap } from './geometry.ts';
+import { arc, nameRivals, postsInMap } from './geometry.ts';
 import { type ColourBy, OUTCOMES, outcomeColour, ramp, type Rgb, sessionColour } from './palette.ts';
 import { pickAt, type Picked, spotsOf } from './picking.ts';
 import { Points, PointsLayer } from './points_layer.ts';
@@ -139,7 +139,9 @@ export class MapView {
     this.isComplete = this.tiles.isComplete;
     for (const { rows } of here) this.maxStamp = Math.max(this.maxStamp, rows.maxStamp);
     this.findNear(here, view);
-    const key = here.map(({ tile }) => tile).join() + (this.pxPerM > NEAR_PX_PER_M) + this.nearShown;
+    // The names of rivals go by how far they are from each other on the screen.
+    const named = this.chosen?.kind === 'answer' ? Math.round(4 * this.state.zoom) : 0;
+    const key = [here.map(({ tile }) => tile).join(), this.pxPerM > NEAR_PX_PER_M, this.nearShown, named].join(' ');
     if (!all && key === this.drawn) return;
     this.drawn = key;
     this.deck.setProps({ layers: [...here.map(({ tile, rows }) => this.placeLayer(tile, rows)), ...this.upperLayers()] });
@@ -263,8 +265,9 @@ export class MapView {
   }
 
   private rivalNames(seen: SeenAnswer): Layer {
-    return this.textLayer('rival-names', seen.answer.candidates.map(({ T_map_query: { x, y } }, i) =>
-        ({ at: this.at(x, y), text: i === 0 ? 'best' : `rival ${i}` })));
+    const spots = seen.answer.candidates.map(({ T_map_query: { x, y } }) => this.flat(x, y));
+    return this.textLayer('rival-names', nameRivals(spots, this.pxPerM).map(({ first, text }) =>
+        ({ at: [...spots[first], 0] as [number, number, number], text })));
   }
 
   private textLayer(id: string, data: { at: [number, number, number]; text: string }[]): Layer {

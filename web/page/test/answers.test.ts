@@ -26,6 +26,19 @@ test('a trail is of one robot, and ends where it could not have gone on', () => 
       [['a', [0, 10, 20]], ['a', [500, 505]]]);
 });
 
+test('an answer to the page itself counts once, whichever way it comes first', () => {
+  for (const order of [[0, 7], [7, 0]]) {
+    const store = new AnswerStore();
+    const [first, second] = order.map((number) => ({ ...seen('a', 3), number, request_id: 'page-1' }));
+    assert.equal(store.add(first), first);
+    assert.equal(store.add(second), first);
+    assert.deepEqual([store.all.length, store.countOf('localized'), store.healthOf(3)?.found], [1, 1, 1]);
+  }
+  const store = new AnswerStore();  // a robot that keeps its request id
+  for (const number of [1, 2]) store.add({ ...seen('a', 3), number, request_id: 'drive' });
+  assert.equal(store.all.length, 2);
+});
+
 test('a lost robot is shown where it was last', () => {
   const store = new AnswerStore();
   store.add(seen('a', 7));
