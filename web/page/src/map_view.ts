@@ -274,8 +274,9 @@ export class MapView {
     type Label = (typeof data)[number];
     return new TextLayer({
       id, data, getText: ({ text }: Label) => text, getPosition: ({ at }: Label) => at, getSize: 12,
-      getColor: this.ink, getPixelOffset: [0, -20], fontFamily: 'system-ui, "Liberation Sans", sans-serif',
-      updateTriggers: { getColor: this.look.dark },
+      getColor: this.ink, getPixelOffset: [0, -22], fontFamily: 'system-ui, "Liberation Sans", sans-serif',
+      background: true, getBackgroundColor: [...this.edge, 150], backgroundPadding: [3, 1],
+      updateTriggers: { getColor: this.look.dark, getBackgroundColor: this.look.dark },
     });
   }
 
