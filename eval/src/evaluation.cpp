@@ -144,6 +144,7 @@ MethodResult Measure(const EvalMethod& method, std::size_t index,
   MethodResult result;
   result.name = method.name;
   result.within_m = within_m;
+  result.tells_outcome = !method.is_baseline;
   std::vector<ScoredQuery> confident;
   std::vector<double> position_m, lateral_m, yaw_deg;
   for (std::size_t i = 0; i < queries.size(); ++i) {

@@ -81,16 +81,8 @@ std::string KindTable(const EvalReport& report,
 
 std::string OutcomeTable(const std::vector<const eval::MethodResult*>& results) {
   std::vector<Row> rows;
-  for (const eval::MethodResult* result : results) {
-    const eval::OutcomeCounts& counts = result->outcomes;
-    rows.push_back({result->name});
-    for (const std::size_t count :
-         {counts.num_localized_right, counts.num_false, counts.num_false_plane,
-          counts.num_false_height, counts.num_false_heading, counts.num_ambiguous,
-          counts.num_not_recognized, counts.num_insufficient}) {
-      rows.back().push_back(absl::StrCat(count));
-    }
-  }
+  rows.reserve(results.size());
+  for (const eval::MethodResult* result : results) rows.push_back(OutcomeRow(*result));
   return HtmlTable({"method", "localized and right", "false", "missed in the plane", "in height",
                     "in heading", "ambiguous", "not recognised", "too few points"},
                    rows);

@@ -190,18 +190,6 @@ void AppendRow(const Row& row, std::string* text) {
   *text += '\n';
 }
 
-std::vector<std::string> OutcomeRowOf(const eval::MethodResult& result) {
-  const eval::OutcomeCounts& counts = result.outcomes;
-  std::vector<std::string> row = {result.name};
-  for (const std::size_t count :
-       {counts.num_localized_right, counts.num_false, counts.num_false_plane,
-        counts.num_false_height, counts.num_false_heading, counts.num_ambiguous,
-        counts.num_not_recognized, counts.num_insufficient}) {
-    row.push_back(absl::StrCat(count));
-  }
-  return row;
-}
-
 /// What the table's precision may make one think wrongly of.
 void AppendRightBeyond(const eval::MethodResult& result, std::string* text) {
   if (result.num_right_beyond == 0) return;
@@ -232,7 +220,7 @@ std::string EvalAsTable(const EvalReport& report, bool with_times) {
       if (result.within_m == report.within_m) AppendRow(row_of(result), &text);
     }
   };
-  append_main(kOutcomeColumns, OutcomeRowOf);
+  append_main(kOutcomeColumns, OutcomeRow);
   append_main(kErrorColumns, ErrorRowOf);
   if (with_times) append_main(kTimeColumns, TimeRowOf);
   return text;
@@ -306,5 +294,17 @@ std::string EvalAsCsv(const EvalReport& report) {
 
 std::vector<std::string> EvalColumns() { return {kColumns.begin(), kColumns.end()}; }
 std::vector<std::string> EvalRow(const eval::MethodResult& result) { return RowOf(result); }
+
+std::vector<std::string> OutcomeRow(const eval::MethodResult& result) {
+  const eval::OutcomeCounts& counts = result.outcomes;
+  std::vector<std::string> row = {result.name};
+  for (const std::size_t count :
+       {counts.num_localized_right, counts.num_false, counts.num_false_plane,
+        counts.num_false_height, counts.num_false_heading, counts.num_ambiguous,
+        counts.num_not_recognized, counts.num_insufficient}) {
+    row.push_back(result.tells_outcome ? absl::StrCat(count) : "-");
+  }
+  return row;
+}
 
 }  // namespace scanloc::report

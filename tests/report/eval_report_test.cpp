@@ -31,6 +31,10 @@ TEST(EvalReport, HasNoValueWhereNothingCanBeSaid) {
   ASSERT_EQ(row.size(), columns.size());
   EXPECT_EQ(columns[2], "recall@5");
   EXPECT_EQ(row[2], "-");
+  EXPECT_EQ(OutcomeRow(results[0])[6], "0") << "ambiguous";
+  for (const std::string& cell : OutcomeRow(results[1])) {
+    EXPECT_TRUE(cell == "m2dp" || cell == "-") << cell << ": a baseline tells no outcome";
+  }
 
   eval::MethodResult hopeless{.name = "hopeless", .within_m = 8.0, .first_right = {0, 0}};
   hopeless.scored.resize(small.queries.size());

@@ -73,7 +73,8 @@ struct MethodResult {
     std::optional<PoseError> error;  ///< of the best candidate's pose, where both are known
   };
   std::vector<Told> told;
-  OutcomeCounts outcomes;                  ///< by the pose; a baseline tells none
+  OutcomeCounts outcomes;                  ///< by the pose
+  bool tells_outcome = true;               ///< false: a baseline
   std::vector<Eigen::Vector2d> matched_m;  ///< position of the best candidate; of none: zero
   std::vector<int> first_right;            ///< rank of the first right candidate, of each revisit
   /// So many places it looks at, at most; recall beyond is none.

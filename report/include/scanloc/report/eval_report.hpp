@@ -33,6 +33,10 @@ struct EvalReport {
 [[nodiscard]] std::vector<std::string> EvalColumns();
 [[nodiscard]] std::vector<std::string> EvalRow(const eval::MethodResult& result);
 
+/// The method's name and its answers by outcome and by what is right of their pose; "-" for a
+/// method that tells no outcome.
+[[nodiscard]] std::vector<std::string> OutcomeRow(const eval::MethodResult& result);
+
 /// Of the revisits of one kind.
 struct KindCount {
   std::size_t num_revisits = 0;
