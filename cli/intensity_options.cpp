@@ -47,8 +47,9 @@ absl::StatusOr<std::string> NearestImage(const Images& images, std::int64_t stam
   if (nearest != images.begin() && gap_ns(*std::prev(nearest)) < gap_ns(*nearest)) --nearest;
   if (gap_ns(*nearest) <= IntensityOptions::kMaxRadarGap_ns) return nearest->path;
   return absl::InvalidArgumentError(
-      absl::StrCat(what, ", of ", stamp_ns, " ns, has no radar image within ",
-                   IntensityOptions::kMaxRadarGap_ns, " ns; the nearest is ", nearest->path));
+      absl::StrCat(what, ", taken at ", stamp_ns, stamp_ns == 0 ? " ns or not known when" : " ns",
+                   ", has no radar image within ", IntensityOptions::kMaxRadarGap_ns,
+                   " ns; the nearest is ", nearest->path));
 }
 
 using Baselines = std::vector<std::shared_ptr<eval::IntensityContexts>>;

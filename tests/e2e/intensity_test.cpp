@@ -176,6 +176,8 @@ TEST_F(Intensity, IsRefusedWhereItIsMissing) {
          "does not go with"},
         {Args{"--method", "pc-radar", "--radar", dir_.File("late")}, 1,
          "has no radar image within 250000000 ns"},
+        {Args{"--method", "pc-radar", "--radar", dir_.File("late")}, 1,
+         "taken at 0 ns or not known"},
         {Args{"--method", "pc-radar", "--radar", dir_.File("none")}, 1, "cannot be listed"},
         {Args{"--method", "pc-intensity"}, 1, "give --map-scans"}}) {
     const ProcessResult refused = Scanloc(EvalArgs(more));
