@@ -41,6 +41,7 @@ absl::Status ChunkedFile::AddChunk(const Chunk& chunk) {
     return absl::InvalidArgumentError(absl::StrCat(file_.path(), ": has too many chunks"));
   }
   chunks_.push_back(chunk);
+  is_checked_.emplace_back(chunk.checksum == 0 || chunk.is_cut_off);
   return absl::OkStatus();
 }
 
@@ -59,15 +60,19 @@ absl::StatusOr<FileBytes> ChunkedFile::ReadStored(std::uint64_t offset,
       absl::StrCat(file_.path(), ": no memory for ", num_bytes, " bytes"));
 }
 
-absl::StatusOr<FileBytes> ChunkedFile::ReadChunk(const Chunk& chunk) const {
+absl::StatusOr<FileBytes> ChunkedFile::ReadChunk(std::uint32_t i) const {
+  const Chunk& chunk = chunks_[i];
   absl::StatusOr<FileBytes> records = ReadStored(chunk.offset, chunk.num_stored);
   if (records.ok() && chunk.compression != Compression::kNone) {
     records = Decompress(chunk.compression, records->view(), chunk.num_bytes,
                          chunk.is_cut_off ? CutOff::kKeepWhatCame : CutOff::kRefuse, memory_.get());
   }
-  if (records.ok() && chunk.checksum != 0 && !chunk.is_cut_off &&
-      Crc32(records->view()) != chunk.checksum) {
-    records = absl::DataLossError("its bytes are damaged: their checksum is not the one told");
+  if (records.ok() && !is_checked_[i]) {
+    if (Crc32(records->view()) == chunk.checksum) {
+      is_checked_[i] = true;
+    } else {
+      records = absl::DataLossError("its bytes are damaged: their checksum is not the one told");
+    }
   }
   if (!records.ok()) {
     return Annotate(records.status(), absl::StrCat(file_.path(), ": chunk at ", chunk.offset));
@@ -124,7 +129,7 @@ absl::StatusOr<MessageBytes> ChunkedFile::ReadStoredMessage(const MessageRef& me
 
 absl::StatusOr<MessageBytes> ChunkedFile::Read(const MessageRef& message) const {
   const Chunk& chunk = chunks_[message.chunk];
-  if (chunk.compression == Compression::kNone && chunk.checksum == 0) {
+  if (chunk.compression == Compression::kNone && is_checked_[message.chunk]) {
     return ReadStoredMessage(message);
   }
   if (!cache_.WasGot(message.chunk)) ReadAhead(message);
@@ -146,7 +151,7 @@ bool ChunkedFile::HasUncheckedMessages() const {
 }
 
 absl::Status ChunkedFile::ScanChunk(std::uint32_t i, bool with_messages) {
-  const absl::StatusOr<FileBytes> records = ReadChunk(chunks_[i]);
+  const absl::StatusOr<FileBytes> records = ReadChunk(i);
   if (absl::IsDataLoss(records.status())) {
     notes_.push_back(absl::StrCat(records.status().message(), "; its messages are left out"));
     return absl::OkStatus();

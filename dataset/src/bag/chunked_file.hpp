@@ -1,6 +1,8 @@
 #pragma once
 
+#include <atomic>
 #include <cstdint>
+#include <deque>
 #include <map>
 #include <memory>
 #include <optional>
@@ -75,7 +77,7 @@ class ChunkedFile : public BagFile {
  private:
   [[nodiscard]] absl::StatusOr<FileBytes> ReadStored(std::uint64_t offset,
                                                      std::uint64_t num_bytes) const;
-  [[nodiscard]] absl::StatusOr<FileBytes> ReadChunk(const Chunk& chunk) const;
+  [[nodiscard]] absl::StatusOr<FileBytes> ReadChunk(std::uint32_t i) const;
   /// Of a chunk that is not compressed nothing else is read.
   [[nodiscard]] absl::StatusOr<MessageBytes> ReadStoredMessage(const MessageRef& message) const;
   /// The payload of the record at `at`, which is to be of this message.
@@ -90,11 +92,14 @@ class ChunkedFile : public BagFile {
   RandomFile file_;
   const std::shared_ptr<SpareMemory> memory_ = std::make_shared<SpareMemory>();
   std::vector<Chunk> chunks_;
+  // By chunk: whether its bytes were found to have the checksum told, or none is told. Who reads
+  // them again need not look again.
+  mutable std::deque<std::atomic<bool>> is_checked_;
   std::map<std::uint32_t, FileTopic> channels_;
   std::vector<std::uint32_t> channel_of_;  ///< by topic
   // The chunk that AddMessage is called for, if not the last.
   std::optional<std::uint32_t> scanned_;
-  mutable ChunkCache cache_{[this](std::uint32_t i) { return ReadChunk(chunks_[i]); }};
+  mutable ChunkCache cache_{[this](std::uint32_t i) { return ReadChunk(i); }};
 };
 
 /// The file, if it begins with the magic; InvalidArgument with what it is otherwise.
