@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdint>
 #include <functional>
 #include <new>
 
@@ -33,29 +34,39 @@ const Format* FindFormat(std::string_view path) {
   return format == kFormats.end() ? nullptr : format;
 }
 
+std::size_t CountBeyondLimit(const PointCloud& points) {
+  // Number by number becomes vectors, and most often there is none.
+  const auto* const numbers = reinterpret_cast<const float*>(points.data());
+  std::uint32_t num_beyond = 0;
+  for (std::size_t i = 0; i < 3 * points.size(); ++i) {
+    num_beyond += std::abs(numbers[i]) > limits::kMaxCoordinate_m ? 1 : 0;
+  }
+  if (num_beyond == 0) return 0;
+  return static_cast<std::size_t>(std::count_if(points.begin(), points.end(), &IsBeyondLimit));
+}
+
 // Points in another unit or frame would all be skipped later, and the scan pass as an empty one.
 absl::Status CheckMetres(const Scan& scan) {
   constexpr std::size_t kFew = 100;  // fewer may stand anywhere
   constexpr float kNear_m = 1.0F;
   constexpr float kFar_m = 80.0F;
-  const std::size_t num_points = scan.points.size();
-  std::size_t num_within = 0;
-  bool is_all_near = true, is_all_far = true;
-  for (const Point& p : scan.points) {
-    const float squared_m2 = p.x * p.x + p.y * p.y + p.z * p.z;
-    num_within += IsBeyondLimit(p) ? 0 : 1;
-    is_all_near &= squared_m2 < kNear_m * kNear_m;
-    is_all_far &= squared_m2 > kFar_m * kFar_m;
-    // Of most scans half is enough.
-    if (2 * num_within >= num_points && !is_all_near && !is_all_far) return absl::OkStatus();
-  }
+  const PointCloud& points = scan.points;
+  const std::size_t num_points = points.size();
+  const std::size_t num_within = num_points - CountBeyondLimit(points);
   if (2 * num_within < num_points) {
     return absl::InvalidArgumentError(
         absl::StrCat(num_points - num_within, " of its ", num_points, " points lie beyond ",
                      limits::kMaxCoordinate_m,
                      " m of the origin; a scan must be in the sensor frame, in metres"));
   }
-  if (num_points < kFew) return absl::OkStatus();
+  const auto squared_m2 = [](const Point& p) { return p.x * p.x + p.y * p.y + p.z * p.z; };
+  const bool is_all_far = std::all_of(points.begin(), points.end(), [&](const Point& p) {
+    return squared_m2(p) > kFar_m * kFar_m;
+  });
+  const bool is_all_near = std::all_of(points.begin(), points.end(), [&](const Point& p) {
+    return squared_m2(p) < kNear_m * kNear_m;
+  });
+  if (num_points < kFew || !(is_all_far || is_all_near)) return absl::OkStatus();
   return absl::InvalidArgumentError(
       absl::StrCat("0 of its ", num_points, " points lie ",
                    is_all_far ? absl::StrCat("within ", kFar_m) : absl::StrCat("beyond ", kNear_m),
