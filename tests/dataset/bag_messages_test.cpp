@@ -95,6 +95,15 @@ TEST(CloudMessage, IsRefusedWithTheReason) {
   EXPECT_FALSE(DecodeCloud(WireFormat::kOther, Cloud({}), false).ok());
 }
 
+TEST(CloudMessage, MayBeWithoutPointsAndFields) {
+  Ros1Message message;
+  message.Head(1, "/lidar").Add(std::uint64_t{0}).Add(std::uint32_t{0});  // height, width, fields
+  message.Add(std::uint8_t{0}).Add(std::uint64_t{0}).Add(std::uint32_t{0}).Add(std::uint8_t{1});
+  const auto cloud = DecodeCloud(WireFormat::kRos1, message.bytes(), true);
+  ASSERT_TRUE(cloud.ok()) << cloud.status();
+  EXPECT_THAT(cloud->scan.points, IsEmpty());
+}
+
 TEST(CloudMessage, TellsTheUnitOfTimesAndWhetherTheyAreAbsolute) {
   constexpr std::int64_t kStamp_ns = 1'700'000'000'000'000'000;
   EXPECT_THAT(OffsetsFromStamp({-0.05, 0.0, 0.05}, kStamp_ns), ElementsAre(-0.05F, 0.0F, 0.05F));

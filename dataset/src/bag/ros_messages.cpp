@@ -146,9 +146,10 @@ absl::StatusOr<CloudMessage> DecodeCloud(WireFormat format, std::string_view byt
   const std::string_view data = reader->ReadBytes();
   if (!reader->ok()) return NotWhole();
   if (absl::Status status = CheckLayout(*layout, data.size()); !status.ok()) return status;
+  // Without points there need be no fields either.
+  if (layout->width == 0 || layout->height == 0) return cloud;
   const absl::StatusOr<BinaryLayout> xyz = FindCoordinates(*layout);
   if (!xyz.ok()) return xyz.status();
-  if (layout->width == 0 || layout->height == 0) return cloud;
 
   const std::size_t row_bytes = std::size_t{layout->width} * layout->point_step;
   const bool is_padded = layout->height > 1 && layout->row_step != row_bytes;
