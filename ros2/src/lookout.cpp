@@ -70,7 +70,8 @@ Told Lookout::TakeOdometry(const dataset::StampedPose& pose) {
 
 void Lookout::TakeStaticTransform(const dataset::StampedPose& pose) {
   if (num_static_frames_ >= kMaxStaticFrames) return;
-  if (static_frames_.Add(pose, true).ok()) ++num_static_frames_;
+  static_frames_.Add(pose, true);
+  ++num_static_frames_;
 }
 
 std::optional<Pose> Lookout::MountOf(const std::string& frame) const {

@@ -77,8 +77,7 @@ class Lookout {
 
   void TakeCloud(ReceivedBytes cloud);
   [[nodiscard]] Told TakeOdometry(const dataset::StampedPose& pose);
-  /// One that does not change. Those that fit into no tree, and more than kMaxStaticFrames, are
-  /// passed over.
+  /// One that does not change. More than kMaxStaticFrames are passed over.
   void TakeStaticTransform(const dataset::StampedPose& pose);
   /// Begins anew, as at the start.
   void TakeTrigger();

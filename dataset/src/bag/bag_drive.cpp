@@ -132,7 +132,7 @@ absl::Status BagScans::AddPoses(const BagMessage& message) {
   if (!poses.ok()) return poses.status();
   for (const StampedPose& pose : *poses) {
     if (&topic != pose_topic_) {
-      if (absl::Status s = tree_.Add(pose, IsStatic(topic)); !s.ok()) return s;
+      tree_.Add(pose, IsStatic(topic));
       continue;
     }
     if (topic_track_.samples().empty()) {

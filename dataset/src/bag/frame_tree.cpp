@@ -58,21 +58,15 @@ std::optional<Pose> FrameChain::At(std::int64_t stamp_ns) const {
   return T_parent_here * mount_;
 }
 
-absl::Status FrameTree::Add(const StampedPose& pose, bool is_static) {
-  if (pose.parent == pose.child) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("frame ", Quote(pose.child), " is its own parent"));
+void FrameTree::Add(const StampedPose& pose, bool is_static) {
+  Edge& edge = edges_.try_emplace(pose.child, Edge{.parent = pose.parent}).first->second;
+  if (edge.parent != pose.parent) {
+    edge.other_parent = pose.parent;
+  } else if (is_static) {
+    edge.track.SetStatic(pose.T_parent_child);
+  } else {
+    edge.track.Add(pose.stamp_ns, pose.T_parent_child);
   }
-  const auto [edge, is_new] = edges_.try_emplace(pose.child);
-  if (is_new) edge->second.parent = pose.parent;
-  if (edge->second.parent != pose.parent) {
-    return absl::InvalidArgumentError(absl::StrCat("frame ", Quote(pose.child),
-                                                   " has two parents, ", Quote(edge->second.parent),
-                                                   " and ", Quote(pose.parent)));
-  }
-  is_static ? edge->second.track.SetStatic(pose.T_parent_child)
-            : edge->second.track.Add(pose.stamp_ns, pose.T_parent_child);
-  return absl::OkStatus();
 }
 
 void FrameTree::Sort() {
@@ -90,6 +84,18 @@ std::vector<std::string> FrameTree::WayUp(const std::string& frame) const {
   return way;
 }
 
+absl::Status FrameTree::AppendEdge(const std::string& frame, bool is_inverse,
+                                   FrameChain& chain) const {
+  const Edge& edge = edges_.at(frame);
+  if (edge.other_parent) {
+    return absl::InvalidArgumentError(absl::StrCat("frame ", Quote(frame), " has two parents, ",
+                                                   Quote(edge.parent), " and ",
+                                                   Quote(*edge.other_parent)));
+  }
+  chain.Append(&edge.track, is_inverse);
+  return absl::OkStatus();
+}
+
 absl::StatusOr<FrameChain> FrameTree::Connect(const std::string& parent,
                                               const std::string& child) const {
   const std::vector<std::string> up = WayUp(parent);
@@ -105,10 +111,10 @@ absl::StatusOr<FrameChain> FrameTree::Connect(const std::string& parent,
   FrameChain chain;
   for (const std::string& frame : up) {
     if (frame == *meet) break;
-    chain.Append(&edges_.at(frame).track, true);
+    if (absl::Status status = AppendEdge(frame, true, chain); !status.ok()) return status;
   }
   for (auto frame = std::make_reverse_iterator(meet); frame != down.rend(); ++frame) {
-    chain.Append(&edges_.at(*frame).track, false);
+    if (absl::Status status = AppendEdge(*frame, false, chain); !status.ok()) return status;
   }
   return chain;
 }

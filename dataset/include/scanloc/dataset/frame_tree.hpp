@@ -57,12 +57,12 @@ class FrameChain {
 /// The tree of frames that transforms make.
 class FrameTree {
  public:
-  /// InvalidArgument if the child has another parent already.
-  [[nodiscard]] absl::Status Add(const StampedPose& pose, bool is_static);
+  void Add(const StampedPose& pose, bool is_static);
   /// After the last Add.
   void Sort();
 
-  /// T_parent_child over time. InvalidArgument, with the frames there are, if they do not connect.
+  /// T_parent_child over time. InvalidArgument, with the frames there are, if they do not connect,
+  /// or if a frame on the way was given two parents.
   [[nodiscard]] absl::StatusOr<FrameChain> Connect(const std::string& parent,
                                                    const std::string& child) const;
 
@@ -72,8 +72,12 @@ class FrameTree {
  private:
   struct Edge {
     std::string parent;
-    PoseTrack track;
+    std::optional<std::string> other_parent;  ///< there should be none
+    PoseTrack track;                          ///< in `parent`
   };
+  /// Moves on from a frame to its parent, or by the inverse.
+  [[nodiscard]] absl::Status AppendEdge(const std::string& frame, bool is_inverse,
+                                        FrameChain& chain) const;
   /// The frames from one up to its root.
   [[nodiscard]] std::vector<std::string> WayUp(const std::string& frame) const;
 
