@@ -12,10 +12,16 @@
 namespace scanloc::dataset {
 namespace {
 
+std::string TypeText(const BagTopic& topic) {
+  return absl::StrCat(Printable(topic.type), topic.format == WireFormat::kOther
+                                                 ? ", in an encoding that is not read"
+                                                 : "");
+}
+
 std::string Listed(const std::vector<const BagTopic*>& topics) {
   if (topics.empty()) return "none";
   return absl::StrJoin(topics, ", ", [](std::string* out, const BagTopic* topic) {
-    absl::StrAppend(out, Quote(topic->name), " (", Printable(topic->type), ")");
+    absl::StrAppend(out, Quote(topic->name), " (", TypeText(*topic), ")");
   });
 }
 
@@ -59,8 +65,8 @@ absl::StatusOr<const BagTopic*> ChooseTopic(const Bag& bag, const std::string& n
   return Invalid(absl::StrCat("topic ", Quote(name),
                               topic == nullptr
                                   ? " is not in the bag"
-                                  : absl::StrCat(" is of type ", Printable(topic->type),
-                                                 " and holds ", topic->num_messages, " messages"),
+                                  : absl::StrCat(" is of type ", TypeText(*topic), " and holds ",
+                                                 topic->num_messages, " messages"),
                               "; of ", ToAbsl(what), " there are: ", Listed(usable)));
 }
 

@@ -162,7 +162,7 @@ def write2(path, plugin, mode=None):
             writer.write(connections[topic], ns, S2.serialize_cdr(message, kind))
 
 
-def write_mcap(path, source=messages, **options):
+def write_mcap(path, source=messages, encoding='cdr', **options):
     with open(path, 'wb') as file:
         writer = McapWriter(file, **options)
         writer.start('ros2', 'make_bags')
@@ -170,7 +170,7 @@ def write_mcap(path, source=messages, **options):
         for topic, kind, ns, message in source(S2):
             if topic not in channels:
                 schema = writer.register_schema(kind, 'ros2msg', S2.generate_msgdef(kind, ros_version=2)[0].encode())
-                channels[topic] = writer.register_channel(topic, 'cdr', schema)
+                channels[topic] = writer.register_channel(topic, encoding, schema)
             writer.add_message(channels[topic], ns, S2.serialize_cdr(message, kind), ns)
         writer.finish()
 
@@ -211,6 +211,7 @@ def main():
     write_mcap(HERE / 'unchunked_checksum.mcap', use_chunking=False, enable_data_crcs=True)
     write_mcap(HERE / 'gap.mcap', source=lambda store: without_poses(store, lambda step: step < 4 or step > 30))
     write_mcap(HERE / 'late.mcap', source=lambda store: without_poses(store, lambda step: True, 3600))
+    write_mcap(HERE / 'called_json.mcap', source=layouts, encoding='json', compression=CompressionType.ZSTD)
     write_mcap(HERE / 'layouts.mcap', source=layouts, compression=CompressionType.ZSTD)
 
 
