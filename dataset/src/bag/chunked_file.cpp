@@ -41,7 +41,8 @@ absl::Status ChunkedFile::AddChunk(const Chunk& chunk) {
     return absl::InvalidArgumentError(absl::StrCat(file_.path(), ": has too many chunks"));
   }
   chunks_.push_back(chunk);
-  is_checked_.emplace_back(chunk.checksum == 0 || chunk.is_cut_off);
+  const bool is_told = chunk.checksum != 0 && !chunk.is_cut_off;
+  checked_.emplace_back(is_told ? Checked::kNotYet : Checked::kRight);
   return absl::OkStatus();
 }
 
@@ -60,6 +61,26 @@ absl::StatusOr<FileBytes> ChunkedFile::ReadStored(std::uint64_t offset,
       absl::StrCat(file_.path(), ": no memory for ", num_bytes, " bytes"));
 }
 
+absl::Status ChunkedFile::Check(std::uint32_t i, std::uint32_t checksum) const {
+  checked_[i] = checksum == chunks_[i].checksum ? Checked::kRight : Checked::kDamaged;
+  return StatusOf(i);
+}
+
+absl::Status ChunkedFile::StatusOf(std::uint32_t i) const {
+  if (checked_[i] != Checked::kDamaged) return absl::OkStatus();
+  return absl::DataLossError(
+      absl::StrCat(file_.path(), ": chunk at ", chunks_[i].offset,
+                   ": its bytes are damaged: their checksum is not the one told"));
+}
+
+absl::Status ChunkedFile::CheckStored(std::uint32_t i) const {
+  if (checked_[i] != Checked::kNotYet) return StatusOf(i);
+  const Chunk& chunk = chunks_[i];
+  const absl::StatusOr<std::uint32_t> checksum =
+      file_.ChecksumOf(chunk.offset, chunk.offset + chunk.num_stored);
+  return checksum.ok() ? Check(i, *checksum) : checksum.status();
+}
+
 absl::StatusOr<FileBytes> ChunkedFile::ReadChunk(std::uint32_t i) const {
   const Chunk& chunk = chunks_[i];
   absl::StatusOr<FileBytes> records = ReadStored(chunk.offset, chunk.num_stored);
@@ -67,15 +88,11 @@ absl::StatusOr<FileBytes> ChunkedFile::ReadChunk(std::uint32_t i) const {
     records = Decompress(chunk.compression, records->view(), chunk.num_bytes,
                          chunk.is_cut_off ? CutOff::kKeepWhatCame : CutOff::kRefuse, memory_.get());
   }
-  if (records.ok() && !is_checked_[i]) {
-    if (Crc32(records->view()) == chunk.checksum) {
-      is_checked_[i] = true;
-    } else {
-      records = absl::DataLossError("its bytes are damaged: their checksum is not the one told");
-    }
-  }
   if (!records.ok()) {
     return Annotate(records.status(), absl::StrCat(file_.path(), ": chunk at ", chunk.offset));
+  }
+  if (checked_[i] != Checked::kRight) {
+    if (absl::Status status = Check(i, Crc32(records->view())); !status.ok()) return status;
   }
   return records;
 }
@@ -129,7 +146,8 @@ absl::StatusOr<MessageBytes> ChunkedFile::ReadStoredMessage(const MessageRef& me
 
 absl::StatusOr<MessageBytes> ChunkedFile::Read(const MessageRef& message) const {
   const Chunk& chunk = chunks_[message.chunk];
-  if (chunk.compression == Compression::kNone && is_checked_[message.chunk]) {
+  if (chunk.compression == Compression::kNone) {
+    if (absl::Status status = CheckStored(message.chunk); !status.ok()) return status;
     return ReadStoredMessage(message);
   }
   if (!cache_.WasGot(message.chunk)) ReadAhead(message);

@@ -75,6 +75,15 @@ class ChunkedFile : public BagFile {
                                                        std::uint64_t at) const = 0;
 
  private:
+  /// Whether a chunk's bytes are those that its checksum tells of.
+  enum class Checked : char { kNotYet, kRight, kDamaged };
+
+  /// Compares the checksum of a chunk's bytes with the one told.
+  [[nodiscard]] absl::Status Check(std::uint32_t i, std::uint32_t checksum) const;
+  /// DataLoss if it is known to be damaged.
+  [[nodiscard]] absl::Status StatusOf(std::uint32_t i) const;
+  /// The same of a chunk that is not compressed, without holding it in memory.
+  [[nodiscard]] absl::Status CheckStored(std::uint32_t i) const;
   [[nodiscard]] absl::StatusOr<FileBytes> ReadStored(std::uint64_t offset,
                                                      std::uint64_t num_bytes) const;
   [[nodiscard]] absl::StatusOr<FileBytes> ReadChunk(std::uint32_t i) const;
@@ -92,9 +101,8 @@ class ChunkedFile : public BagFile {
   RandomFile file_;
   const std::shared_ptr<SpareMemory> memory_ = std::make_shared<SpareMemory>();
   std::vector<Chunk> chunks_;
-  // By chunk: whether its bytes were found to have the checksum told, or none is told. Who reads
-  // them again need not look again.
-  mutable std::deque<std::atomic<bool>> is_checked_;
+  // By chunk: who reads one again need not look again.
+  mutable std::deque<std::atomic<Checked>> checked_;
   std::map<std::uint32_t, FileTopic> channels_;
   std::vector<std::uint32_t> channel_of_;  ///< by topic
   // The chunk that AddMessage is called for, if not the last.
