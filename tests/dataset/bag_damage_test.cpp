@@ -102,6 +102,18 @@ TEST(DamagedBag, IsRefusedWhereNoCloudIsLeft) {
   EXPECT_THAT(std::string(drive.status().message()), HasSubstr("no cloud is left: "));
 }
 
+TEST(DamagedBag, LeavesOutAMessageThatIsNone) {
+  const TempDir dir;
+  std::string bytes = ReadFile(BagPath("unchunked.mcap"));
+  bytes[bytes.rfind("velodyne") - 16] = 7;  // where the last cloud says that it is in CDR
+  const auto drive =
+      OpenBagDrive({.paths = {dir.Write("damaged.mcap", bytes)}, .poses_from = "/odom"});
+  ASSERT_TRUE(drive.ok()) << drive.status();
+  EXPECT_EQ(drive->frames.size(), 6U);
+  EXPECT_THAT(drive->notes, Contains(AllOf(HasSubstr("1 message of \"/points\" cannot be read"),
+                                           HasSubstr("is not in CDR"))));
+}
+
 TEST(DamagedBag, SaysInANoteWhatIsWrong) {
   const TempDir dir;
   const std::string mcap = ReadFile(BagPath("zstd.mcap"));

@@ -111,7 +111,7 @@ absl::Status BagScans::ChoosePoses(const BagDriveOptions& options, bool needs_po
 
 absl::Status BagScans::AddCloud(const BagMessage& message) {
   const absl::StatusOr<MessageHead> head = DecodeHead(message.topic->format, message.bytes);
-  if (!head.ok()) return head.status();
+  if (!head.ok()) return absl::DataLossError(head.status().message());
   if (clouds_.empty()) sensor_frame_ = head->frame;
   if (head->frame != sensor_frame_) {
     return Invalid(absl::StrCat("clouds of frame ", Quote(head->frame), " and of ",
@@ -129,7 +129,7 @@ absl::Status BagScans::AddCloud(const BagMessage& message) {
 absl::Status BagScans::AddPoses(const BagMessage& message) {
   const BagTopic& topic = *message.topic;
   const auto poses = DecodePoses(topic.type, topic.format, message.bytes, num_bad_poses_);
-  if (!poses.ok()) return poses.status();
+  if (!poses.ok()) return absl::DataLossError(poses.status().message());
   for (const StampedPose& pose : *poses) {
     if (&topic != pose_topic_) {
       tree_.Add(pose, IsStatic(topic));
