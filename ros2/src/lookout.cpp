@@ -69,9 +69,7 @@ Told Lookout::TakeOdometry(const dataset::StampedPose& pose) {
 }
 
 void Lookout::TakeStaticTransform(const dataset::StampedPose& pose) {
-  if (num_static_frames_ >= kMaxStaticFrames) return;
-  static_frames_.Add(pose, true);
-  ++num_static_frames_;
+  if (static_frames_.size() < kMaxStaticFrames) static_frames_.Add(pose, true);
 }
 
 std::optional<Pose> Lookout::MountOf(const std::string& frame) const {

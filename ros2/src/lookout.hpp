@@ -77,7 +77,7 @@ class Lookout {
 
   void TakeCloud(ReceivedBytes cloud);
   [[nodiscard]] Told TakeOdometry(const dataset::StampedPose& pose);
-  /// One that does not change. More than kMaxStaticFrames are passed over.
+  /// One that does not change. Those after kMaxStaticFrames frames are passed over.
   void TakeStaticTransform(const dataset::StampedPose& pose);
   /// Begins anew, as at the start.
   void TakeTrigger();
@@ -136,7 +136,6 @@ class Lookout {
   Counts counts_;
   Odometry odometry_;
   dataset::FrameTree static_frames_;
-  std::size_t num_static_frames_ = 0;
   std::string odom_frame_;
 
   std::optional<ReceivedBytes> waiting_;          // the newest, not looked into

@@ -48,6 +48,20 @@ TEST_F(LookoutTest, LearnsTheMountFromStaticTransforms) {
   EXPECT_TRUE(question->mount.T_base_sensor.isApprox(At(1, 2), 1e-9));
 }
 
+TEST_F(LookoutTest, LearnsTheMountAfterOthersWereToldAgainAndAgain) {
+  Begin({.mode = Mode::kOnce});
+  for (std::size_t i = 0; i < Lookout::kMaxStaticFrames; ++i) {
+    lookout->TakeStaticTransform(
+        {.parent = "base_link", .child = "camera", .T_parent_child = At(2)});
+  }
+  lookout->TakeStaticTransform({.parent = "base_link", .child = "lidar", .T_parent_child = At(1)});
+  cloud_frame = "lidar";
+  Cloud(1);
+  const auto question = Next();
+  ASSERT_TRUE(question.has_value());
+  EXPECT_TRUE(question->mount.T_base_sensor.isApprox(At(1), 1e-9));
+}
+
 TEST_F(LookoutTest, TellsOfTheSensorWhereNoMountIsKnown) {
   Begin({.mode = Mode::kOnce});
   cloud_frame = "lidar";

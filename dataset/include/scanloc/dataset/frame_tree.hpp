@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <map>
 #include <optional>
@@ -60,6 +61,8 @@ class FrameTree {
   void Add(const StampedPose& pose, bool is_static);
   /// After the last Add.
   void Sort();
+  /// Frames that have a parent.
+  [[nodiscard]] std::size_t size() const { return edges_.size(); }
 
   /// T_parent_child over time. InvalidArgument, with the frames there are, if they do not connect,
   /// or if a frame on the way was given two parents.
