@@ -6,6 +6,7 @@
 #include <random>
 #include <set>
 #include <string>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -104,14 +105,19 @@ TEST(DamagedBag, IsRefusedWhereNoCloudIsLeft) {
 
 TEST(DamagedBag, LeavesOutAMessageThatIsNone) {
   const TempDir dir;
-  std::string bytes = ReadFile(BagPath("unchunked.mcap"));
-  bytes[bytes.rfind("velodyne") - 16] = 7;  // where the last cloud says that it is in CDR
-  const auto drive =
-      OpenBagDrive({.paths = {dir.Write("damaged.mcap", bytes)}, .poses_from = "/odom"});
-  ASSERT_TRUE(drive.ok()) << drive.status();
-  EXPECT_EQ(drive->frames.size(), 6U);
-  EXPECT_THAT(drive->notes, Contains(AllOf(HasSubstr("1 message of \"/points\" cannot be read"),
-                                           HasSubstr("is not in CDR"))));
+  const std::string whole = ReadFile(BagPath("unchunked.mcap"));
+  const std::size_t frame = whole.rfind("velodyne");  // of the last cloud
+  for (const auto& [before_frame, byte, reason] : std::vector<std::tuple<int, char, std::string>>{
+           {16, 7, "is not in CDR"}, {9, '\xff', "its stamp, -"}}) {
+    std::string bytes = whole;
+    bytes[frame - before_frame] = byte;
+    const auto drive =
+        OpenBagDrive({.paths = {dir.Write("damaged.mcap", bytes)}, .poses_from = "/odom"});
+    ASSERT_TRUE(drive.ok()) << drive.status();
+    EXPECT_EQ(drive->frames.size(), 6U);
+    EXPECT_THAT(drive->notes, Contains(AllOf(HasSubstr("1 message of \"/points\" cannot be read"),
+                                             HasSubstr(reason))));
+  }
 }
 
 TEST(DamagedBag, SaysInANoteWhatIsWrong) {

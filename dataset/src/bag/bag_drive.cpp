@@ -120,7 +120,7 @@ absl::Status BagScans::AddCloud(const BagMessage& message) {
   num_unstamped_ += head->stamp_ns == 0 ? 1 : 0;
   const std::int64_t stamp_ns = head->stamp_ns == 0 ? message.log_time_ns : head->stamp_ns;
   if (stamp_ns < 0 || stamp_ns > kMaxStamp_ns) {
-    return Invalid(absl::StrCat("its stamp, ", stamp_ns, " ns, is none"));
+    return absl::DataLossError(absl::StrCat("its stamp, ", stamp_ns, " ns, is none"));
   }
   clouds_.push_back({message.id, stamp_ns});
   return absl::OkStatus();
