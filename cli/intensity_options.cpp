@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "cli/command.hpp"
 #include "cli/mount_options.hpp"
 #include "cli/output.hpp"
 #include "cli/progress.hpp"
@@ -151,8 +152,8 @@ absl::StatusOr<std::vector<std::string>> IntensityOptions::FindImages(const Scan
   if (!of_places.ok()) return of_places.status();
   std::vector<std::string> paths;
   const auto add = [&](const Images& images, std::int64_t stamp_ns, const std::string& what) {
-    absl::StatusOr<std::string> path = NearestImage(images, stamp_ns, what);
-    if (path.ok()) paths.push_back(*std::move(path));
+    const absl::StatusOr<std::string> path = NearestImage(images, stamp_ns, what);
+    if (path.ok()) paths.push_back(*path);
     return path.status();
   };
   for (std::size_t i = 0; i < scans.queries.size(); ++i) {

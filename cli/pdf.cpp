@@ -53,7 +53,7 @@ absl::Status MakePdfs(const std::string& folder,
   for (const auto& [name, text] : files) {
     if (!absl::EndsWith(name, ".svg")) continue;
     const std::string front = absl::StrCat(folder, "/", name.substr(0, name.size() - 4));
-    const absl::Status made = MakePdf(front + ".svg", front + ".pdf");
+    absl::Status made = MakePdf(front + ".svg", front + ".pdf");
     if (absl::IsNotFound(made)) {
       std::cerr << "scanloc: note: the figures are made as SVG only; for PDF there must be "
                    "rsvg-convert (Debian: librsvg2-bin)\n";

@@ -107,7 +107,7 @@ GroundPlane Refine(const GroundPlane& rough, const PointCloud& voxels, const Gro
 std::optional<GroundPlane> FindGround(const PointCloud& voxels, const GroundParams& params,
                                       double sensor_height_m) {
   const GroundPlane upright{.height_m = sensor_height_m};
-  const std::optional<GroundPlane> lowest = FitLowest(voxels, params);
+  std::optional<GroundPlane> lowest = FitLowest(voxels, params);
   const bool is_fit = lowest && !Leans(*lowest, params.max_tilt_rad) &&
                       std::abs(lowest->height_m) < kMaxSensorHeight_m;
   const double share_below = is_fit ? ShareBelow(voxels, *lowest, params) : 1.0;

@@ -42,7 +42,7 @@ std::vector<float> TurnedKeys(const ContextTable& table, const PrincipalAxes& ax
 struct Ranked {
   std::int32_t distance = 0;
   std::uint32_t what = 0;
-  friend auto operator<=>(const Ranked&, const Ranked&) = default;
+  friend auto operator<=>(const Ranked&, const Ranked&) = default;  // NOLINT(modernize-use-nullptr)
 };
 
 constexpr std::size_t kNumBoxes = 16;

@@ -185,7 +185,8 @@ PairCheck CheckPair(const ScanPair& pair, const Pose& T_map_first, const Pose& T
     Pose level = PlanarOffset(hypothesis.T_place_query.y_m, hypothesis.T_place_query.yaw_rad);
     level.translation().x() = hypothesis.T_place_query.x_m;
     level.translation().z() = pair.second_structure.height_m - pair.first_structure.height_m;
-    return Pose(from_first.inverse() * level * from_second);
+    const Pose shown = from_first.inverse() * level * from_second;
+    return shown;
   };
   check.score = guesses.front().score;
   check.shown = pose_of(guesses.front());

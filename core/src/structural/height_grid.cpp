@@ -116,7 +116,7 @@ void HeightGrid::Fill(const PlanarPoints& posts, double sensor_height_m) {
   FindView(posts);
   for (const std::uint32_t first : touched_) std::fill_n(&cells_[first], 3, 0U);
   touched_.clear();
-  const float half = static_cast<float>(side_ / 2);
+  const float half = 0.5F * static_cast<float>(side_);  // which is even
   const auto side = static_cast<std::size_t>(side_);
   for (std::size_t i = 0; i < posts.size(); ++i) {
     const int column = static_cast<int>(posts.x_m()[i] / cell_m_ + half);
@@ -147,7 +147,7 @@ double HeightGrid::Overlap(const PlanarPoints& points, const PlanarPose& T_grid_
        .x_m = static_cast<float>(T_grid_points.x_m),
        .y_m = static_cast<float>(T_grid_points.y_m),
        .cells_per_m = 1.0F / cell_m_,
-       .middle = static_cast<float>(side_ / 2),
+       .middle = 0.5F * static_cast<float>(side_),
        .last = static_cast<float>(side_) - 0.5F,
        .sensor_height = sensor_height_m_ / cell_m_ - 0.5F,
        .lowest_slope = lowest_slope_,

@@ -40,6 +40,7 @@ struct Turned {
 
 template <typename Visitor>
 void PostLines::VisitNear(float x_m, float y_m, float reach_m, const Visitor& visit) const {
+  if (lines_.empty()) return;
   // As numbers that fit any distance: a pose may lie far off.
   const auto cell = [this](float from_m) { return std::floor(from_m / grid_cell_m_); };
   const float left = cell(x_m - reach_m - least_x_m_);
@@ -50,14 +51,16 @@ void PostLines::VisitNear(float x_m, float y_m, float reach_m, const Visitor& vi
       !(high >= 0.0F && low < static_cast<float>(num_rows_))) {
     return;
   }
-  const int first_column = static_cast<int>(std::max(left, 0.0F));
-  const int last_column = static_cast<int>(std::min(right, static_cast<float>(num_columns_ - 1)));
-  const int first_row = static_cast<int>(std::max(low, 0.0F));
-  const int last_row = static_cast<int>(std::min(high, static_cast<float>(num_rows_ - 1)));
-  for (int row = first_row; row <= last_row; ++row) {
-    const auto first = static_cast<std::size_t>(row * num_columns_ + first_column);
-    const auto last = static_cast<std::size_t>(row * num_columns_ + last_column);
-    for (std::uint32_t i = begins_[first]; i < begins_[last + 1]; ++i) visit(lines_[i]);
+  const auto within = [](float value, int num_cells) {
+    return static_cast<std::size_t>(std::clamp(value, 0.0F, static_cast<float>(num_cells - 1)));
+  };
+  const std::size_t last_row = within(high, num_rows_);
+  for (std::size_t row = within(low, num_rows_); row <= last_row; ++row) {
+    const std::size_t first_of_row = row * static_cast<std::size_t>(num_columns_);
+    const std::uint32_t end = begins_[first_of_row + within(right, num_columns_) + 1];
+    for (std::uint32_t i = begins_[first_of_row + within(left, num_columns_)]; i < end; ++i) {
+      visit(lines_[i]);
+    }
   }
 }
 

@@ -61,6 +61,7 @@ TEST(PostLines, HaveNothingInCommonWithNothingOrWhatIsFarOff) {
   EXPECT_EQ(Ratio({}, room, {}), 0.0);
   EXPECT_EQ(Ratio(room, {}, {}), 0.0);
   EXPECT_EQ(Ratio({}, {}, {}), 0.0);
+  EXPECT_EQ(Ratio({PostAt(0.1, 0.1)}, {}, {}), 0.0) << "where the other's sensor is";
   EXPECT_EQ(Ratio(room, room, {1e12, 0.0, 0.0}), 0.0);
   EXPECT_EQ(Ratio(room, room, {std::numeric_limits<double>::infinity(), 0.0, 0.0}), 0.0);
 }
