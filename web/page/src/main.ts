@@ -84,8 +84,8 @@ async function openMap(name: string): Promise<void> {
   map.answers = answers;
   map.chosen = null;
   const extent = told.extent ?? { min: { x: 0, y: 0, z: 0 }, max: { x: 1, y: 1, z: 1 } };
-  const fail = (error: Error) => { trouble = error.message; sayState(); };
-  map.setMap(new TileStore(api, path, list, () => map.redraw(), fail), {
+  const tell = (wrong: string) => { trouble = wrong; showList(); sayState(); };
+  map.setMap(new TileStore(api, path, list, () => map.redraw(), (error) => tell(error.message)), {
     width: extent.max.x - extent.min.x, height: extent.max.y - extent.min.y, depth: extent.max.z - extent.min.z,
   });
   closeDetail();
@@ -101,11 +101,7 @@ async function openMap(name: string): Promise<void> {
     kept.answers.filter((seen) => seen.answer.map === name).forEach((seen) => answers.add(seen));
     return refresh();
   }
-  void api.watch(name, watching.signal, take, (error) => {
-    trouble = error ? `not live: ${error.message}` : '';
-    showList();
-    sayState();
-  });
+  void api.watch(name, watching.signal, take, (error) => tell(error ? `not live: ${error.message}` : ''));
 }
 
 let refreshing = 0;
