@@ -6,6 +6,13 @@
 set -euo pipefail
 . "$(dirname "$0")/common.sh"
 
+case "${1:-}" in
+  "" | --programs | --with-checks | --with-fuzz) ;;
+  *)
+    echo "setup: there is no '$1'; give --programs, --with-checks, --with-fuzz or nothing" >&2
+    exit 2 ;;
+esac
+
 packages=(
   g++ cmake ninja-build ccache pkg-config git ca-certificates
   libeigen3-dev libnanoflann-dev libgeographiclib-dev libceres-dev libsqlite3-dev libxxhash-dev

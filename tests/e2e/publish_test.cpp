@@ -78,7 +78,9 @@ class BuildFleetTest : public testing::TestWithParam<bool> {
     cluster_ = std::make_unique<Process>(std::vector<std::string>{
         "/usr/bin/python3", SourceDir() + "/tests/support/slurm_cluster.py",
         cluster_dir_.File("")});
-    environment_.push_back("SLURM_CONF=" + cluster_->ReadLine());
+    const std::string configuration = cluster_->ReadLine();
+    ASSERT_FALSE(configuration.empty());
+    environment_.push_back("SLURM_CONF=" + configuration);
   }
   [[nodiscard]] ProcessResult Build() const {
     Args args = {SourceDir() + "/scripts/build_fleet.sh", dir_.File("all.scanloc"),

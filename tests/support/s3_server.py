@@ -3,7 +3,6 @@
 Prints the port when the bucket `maps` is there. The bucket's owner has the key `test:robot` with
 the secret `secret`. Needs Debian's python3-swift.
 """
-import ctypes
 import multiprocessing
 import os
 import signal
@@ -11,13 +10,13 @@ import socket
 import sys
 import time
 
+from beside import PATIENCE_S, end_with_parent, free_port
 from swift.common.internal_client import InternalClient
 from swift.common.ring import RingBuilder
 from swift.common.wsgi import run_wsgi
 
 FOLDER = sys.argv[1]
 STORES = ("account", "container", "object")
-PATIENCE_S = 60.0
 
 PIPELINES = {name: f"""
 [pipeline:main]
@@ -44,12 +43,6 @@ user_test_robot = secret .admin
 """
 PIPELINES["proxy"] = PROXY.format(filters="s3api tempauth")
 PIPELINES["internal"] = PROXY.format(filters="")
-
-
-def free_port():
-    with socket.socket() as taken:
-        taken.bind(("127.0.0.1", 0))
-        return taken.getsockname()[1]
 
 
 def configure(name, port):
@@ -81,7 +74,7 @@ def wait_for(port):
 
 
 def serve(configuration, name):
-    ctypes.CDLL(None).prctl(1, signal.SIGKILL)  # PR_SET_PDEATHSIG: not longer than who started it
+    end_with_parent()
     run_wsgi(configuration, name + "-server")
 
 

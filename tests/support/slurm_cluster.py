@@ -2,7 +2,6 @@
 
 Prints the file for $SLURM_CONF when jobs can be submitted.
 """
-import ctypes
 import getpass
 import os
 import signal
@@ -11,15 +10,10 @@ import subprocess
 import sys
 import time
 
+from beside import PATIENCE_S, end_with_parent, free_port
+
 FOLDER = sys.argv[1]
-PATIENCE_S = 60.0
 HOST = socket.gethostname().split(".")[0]
-
-
-def free_port():
-    with socket.socket() as taken:
-        taken.bind(("127.0.0.1", 0))
-        return taken.getsockname()[1]
 
 
 def write(name, text):
@@ -27,10 +21,6 @@ def write(name, text):
     with open(path, "w", encoding="utf-8") as file:
         file.write(text)
     return path
-
-
-def end_with_parent():
-    ctypes.CDLL(None).prctl(1, signal.SIGKILL)  # PR_SET_PDEATHSIG
 
 
 def main():
