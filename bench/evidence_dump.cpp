@@ -1,5 +1,5 @@
 // What speaks for the best answer to each query of some drives, as CSV: what
-// scripts/fit_evidence.py fits the confidence to.
+// scripts/fit_evidence.py fits the confidence to, and the confidence as it is.
 //   evidence_dump SETS > answers.csv
 // SETS: lines of KIND MAP_DRIVE QUERY_DRIVE within|elsewhere SENSOR_HEIGHT_M SCALE; a drive is a
 // folder with scans and poses.txt, or FOLDER:FROM:TO:STEP for some of them. Queries from elsewhere
@@ -48,11 +48,12 @@ void Dump(const std::string& kind, const std::string& map_drive, const std::stri
         is_within &&
         !MissOf(DifferenceOf(spots.front().T_map_query, frame.T_map_sensor, search.up())).any();
     std::cout << absl::StrFormat(
-        "%s,%d,%.4f,%.4f,%.4f,%.4f,%.4f,%.4f,%.4f,%.4f,%d\n", kind, is_right, support.score,
+        "%s,%d,%.4f,%.4f,%.4f,%.4f,%.4f,%.4f,%.4f,%.4f,%d,%.4f\n", kind, is_right, support.score,
         spots.front().score, spots.size() < 2 ? 0.0 : spots[1].score, support.sharpness,
         support.over_mirror, support.contradicted,
         params.automatic.evidence.inliers_share > 0.0 ? support.inliers : -1.0,
-        support.over_mirror_exactly, support.num_posts);
+        support.over_mirror_exactly, support.num_posts,
+        ConfidencesOf(spots, params.automatic.evidence, search.up()).front());
   }
 }
 
@@ -63,7 +64,7 @@ int main(int argc, char** argv) {
   if (argc != 2) scanloc::bench::Fail("one argument: the file of sets");
   std::ifstream sets(argv[1]);
   std::cout << "kind,right,score,best,rival,sharpness,over_mirror,contradicted,inliers,"
-               "over_mirror_exactly,num_posts\n";
+               "over_mirror_exactly,num_posts,confidence\n";
   for (std::string line; std::getline(sets, line);) {
     std::istringstream words(line);
     std::string kind, map_drive, query_drive, where;

@@ -95,7 +95,13 @@ int VersionOf(std::string_view name) {
                                                          {"auto.evidence.inliers", 9},
                                                          {"auto.evidence.max_inliers", 9},
                                                          {"auto.evidence.least_inliers", 9},
-                                                         {"auto.evidence.beyond_inliers", 9}};
+                                                         {"auto.evidence.beyond_inliers", 9},
+                                                         {"auto.evidence.cohort", 10},
+                                                         {"auto.evidence.cohort_surely", 10},
+                                                         {"auto.evidence.cohort_share", 10},
+                                                         {"auto.evidence.cohort_size", 10},
+                                                         {"auto.evidence.undecided", 10},
+                                                         {"auto.evidence.equal_floors", 10}};
   for (const auto& [later, version] : kLater) {
     if (later == name) return version;
   }
@@ -123,7 +129,10 @@ absl::StatusOr<Params> DecodeParams(const ParamTexts& texts, int schema_version)
     text_of.try_emplace("auto.verify.heights_share", FieldText(0.0));
   }
   if (schema_version < schema::kInliersVersion) {
-    text_of.try_emplace("auto.evidence.inliers_share", FieldText(0.0));
+    for (const char* name : {"auto.evidence.inliers_share", "auto.evidence.cohort",
+                             "auto.evidence.cohort_surely", "auto.evidence.equal_floors"}) {
+      text_of.try_emplace(name, FieldText(0.0));
+    }
   }
   if (schema_version < schema::kVersion) {
     double scale = AutoParams{}.scale;

@@ -117,8 +117,8 @@ TEST(VisitFields, NamesEveryFieldOnce) {
     names.insert(name);
     ++count;
   });
-  EXPECT_EQ(count, 22 + 106);
-  EXPECT_EQ(names.size(), 22U + 106U);
+  EXPECT_EQ(count, 22 + 112);
+  EXPECT_EQ(names.size(), 22U + 112U);
 }
 
 TEST(Method, NamesAreReadBack) {

@@ -54,6 +54,15 @@ inline Params GoldenParams(int version) {
   params.automatic.ground.reach_m = 20.5;
   // What later versions brought.
   const AutoParams usual = AutoParamsAtScale(params.automatic.scale);
+  if (version < 10) {
+    EvidenceParams& evidence = params.automatic.evidence;
+    evidence.cohort = usual.evidence.cohort;
+    evidence.cohort_surely = usual.evidence.cohort_surely;
+    evidence.cohort_share = usual.evidence.cohort_share;
+    evidence.cohort_size = usual.evidence.cohort_size;
+    evidence.undecided = usual.evidence.undecided;
+    evidence.equal_floors = usual.evidence.equal_floors;
+  }
   if (version < 9) {
     EvidenceParams& evidence = params.automatic.evidence;
     evidence.inlier_m = usual.evidence.inlier_m;
@@ -124,15 +133,15 @@ inline PlaceDescriptor GoldenDescriptor(int seed, int version) {
 /// Makes a map of two sessions: `morning` of 3 scans, the second one empty, and an unfinished
 /// `evening` of which 1 of 2 scans is done. Gives its content id.
 inline absl::Status MakeGoldenMap(const std::string& path) {
-  auto morning = mapdb::MapBuilder::Create(path, GoldenParams(9), GoldenPlan("morning", 3));
+  auto morning = mapdb::MapBuilder::Create(path, GoldenParams(10), GoldenPlan("morning", 3));
   if (!morning.ok()) return morning.status();
-  if (absl::Status status = morning->Add(GoldenDescriptor(0, 9)); !status.ok()) return status;
+  if (absl::Status status = morning->Add(GoldenDescriptor(0, 10)); !status.ok()) return status;
   if (absl::Status status = morning->Skip(mapdb::SkipReason::kEmpty); !status.ok()) return status;
-  if (absl::Status status = morning->Add(GoldenDescriptor(1, 9)); !status.ok()) return status;
+  if (absl::Status status = morning->Add(GoldenDescriptor(1, 10)); !status.ok()) return status;
   if (absl::Status status = morning->Finish().status(); !status.ok()) return status;
   auto evening = mapdb::MapBuilder::Append(path, GoldenPlan("evening", 2));
   if (!evening.ok()) return evening.status();
-  if (absl::Status status = evening->Add(GoldenDescriptor(2, 9)); !status.ok()) return status;
+  if (absl::Status status = evening->Add(GoldenDescriptor(2, 10)); !status.ok()) return status;
   return evening->Commit();
 }
 

@@ -12,15 +12,17 @@
 namespace scanloc {
 namespace {
 
-/// Indoors, by how much scores of two floors differ that may be alike: what is seen of each depends
-/// on where a place of the map happens to be, on stairs most of all.
-constexpr double kEqualFloors = 0.15;
-
 Pose PlanarTransform(const PlanarPose& pose, double z_m) {
   Pose transform = Pose::Identity();
   transform.translate(Eigen::Vector3d(pose.x_m, pose.y_m, z_m));
   transform.rotate(Eigen::AngleAxisd(pose.yaw_rad, Eigen::Vector3d::UnitZ()));
   return transform;
+}
+
+/// Whether one stands where the other does, but on another floor.
+bool IsAbove(const Spot& a, const Spot& b, const Eigen::Vector3d& up) {
+  const PoseMiss miss = MissOf(DifferenceOf(a.T_map_query, b.T_map_query, up));
+  return miss.height && !miss.plane && !miss.heading;
 }
 
 }  // namespace
@@ -175,7 +177,10 @@ std::vector<Hypothesis> AutoSearch::VerifyPredicted(QueryMatch& match, const Str
                                                     const SearchControl& control) const {
   std::vector<Hypothesis> predicted;
   for (const Pose& T_map_query : options.predicted) {
-    if (auto at = HypothesisAt(query, T_map_query, control)) predicted.push_back(*at);
+    auto at = HypothesisAt(query, T_map_query, control);
+    if (!at) continue;
+    at->is_usual = false;
+    predicted.push_back(*at);
   }
   if (options.are_predicted_near) {
     for (std::size_t i = 0; i < predicted.size(); ++i) {
@@ -216,6 +221,18 @@ std::optional<Candidate> AutoSearch::CandidateAt(const Pose& T_map_query,
   return candidate;
 }
 
+double CohortShare(const std::vector<Spot>& spots, const EvidenceParams& params,
+                   const Eigen::Vector3d& up) {
+  std::vector<double> scores;
+  for (const Spot& spot : spots) {
+    const bool is_best = &spot == &spots.front();
+    if (is_best || (spot.hypothesis.is_usual && !IsAbove(spots.front(), spot, up))) {
+      scores.push_back(spot.score);
+    }
+  }
+  return CohortShare(scores, params);
+}
+
 std::vector<double> ConfidencesOf(const std::vector<Spot>& spots, const EvidenceParams& params,
                                   const Eigen::Vector3d& up) {
   if (spots.empty()) return {};
@@ -223,18 +240,10 @@ std::vector<double> ConfidencesOf(const std::vector<Spot>& spots, const Evidence
   std::vector<double> scores;
   scores.reserve(spots.size());
   for (const Spot& spot : spots) {
-    double score = spot.score;
-    const PoseMiss miss = MissOf(DifferenceOf(best.T_map_query, spot.T_map_query, up));
-    if (params.inliers_share > 0.0 && miss.height && !miss.plane && !miss.heading) {
-      score = std::min(score + kEqualFloors, best.score);
-    }
-    scores.push_back(score);
+    const double more = IsAbove(best, spot, up) ? params.equal_floors : 0.0;
+    scores.push_back(more > 0.0 ? std::min(spot.score + more, best.score) : spot.score);
   }
-  const Support& support = *spots.front().support;
-  std::vector<double> confidences = Shares(scores, support.num_posts, params);
-  const double supported = Logistic(GenuineLogOdds(support, params));
-  for (double& confidence : confidences) confidence *= supported;
-  return confidences;
+  return Confidences(scores, *best.support, CohortShare(spots, params, up), params);
 }
 
 std::size_t CountDistinct(std::span<const Post> posts, double cell_m) {

@@ -148,8 +148,11 @@ class AutoSearch {
   std::unique_ptr<KeyIndex> cart_;
 };
 
-/// How likely each spot is where the query was taken: that the best is not just alike, times each
-/// one's share among them. Requires the best one's support.
+/// CohortShare of the best spot and of those elsewhere in the plane that every query looks at.
+[[nodiscard]] double CohortShare(const std::vector<Spot>& spots, const EvidenceParams& params,
+                                 const Eigen::Vector3d& up);
+/// Confidences of the spots, those above or below the best as EvidenceParams::equal_floors says.
+/// Requires the best one's support.
 [[nodiscard]] std::vector<double> ConfidencesOf(const std::vector<Spot>& spots,
                                                 const EvidenceParams& params,
                                                 const Eigen::Vector3d& up);

@@ -192,8 +192,9 @@ std::array<std::vector<Hypothesis>, 2> AutoSearch::Propose(const ScanDescriptor&
     for (const Listed& here : parts[part]) {
       // Read last of what is looked at here: without it the time was over.
       if (!payload.HasStructure(static_cast<std::size_t>(here.place))) continue;
-      const std::vector<Hypothesis> guesses = GuessesOn(
-          here, view(query.polar, polar_keys), view(query.cart, cart_keys), bearings, payload);
+      std::vector<Hypothesis> guesses = GuessesOn(here, view(query.polar, polar_keys),
+                                                  view(query.cart, cart_keys), bearings, payload);
+      for (Hypothesis& guess : guesses) guess.is_usual = part == 0;
       proposed[part].insert(proposed[part].end(), guesses.begin(), guesses.end());
     }
   }

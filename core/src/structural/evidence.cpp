@@ -182,12 +182,21 @@ double SupportLogOdds(const Support& support, const EvidenceParams& params) {
                   params.beyond_inliers * std::max(0.0, support.inliers - params.least_inliers));
 }
 
-double GenuineLogOdds(const Support& support, const EvidenceParams& params) {
+double CohortShare(std::span<const double> scores, const EvidenceParams& params) {
+  if (scores.empty()) return 0.0;
+  const double least = params.cohort_share * scores.front();
+  const auto num_alike =
+      std::count_if(scores.begin() + 1, scores.end(), [&](double score) { return score >= least; });
+  const double half = 0.5 * params.cohort_size;
+  return std::clamp((static_cast<double>(num_alike) - half) / half, 0.0, 1.0);
+}
+
+double GenuineLogOdds(const Support& support, double cohort_share, const EvidenceParams& params) {
   const double over_beside =
       params.beside * std::max(0.0, support.sharpness - EqualByChance(support.num_posts, params));
   const double better = WithInliers(support.score, support.inliers, params);
   return std::min(
-      {SupportLogOdds(support, params),
+      {SupportLogOdds(support, params) + params.cohort_surely * cohort_share,
        RivalryLogOdds(better, better - support.over_mirror_exactly, support.num_posts, params),
        over_beside});
 }
@@ -215,6 +224,29 @@ std::vector<double> Shares(std::span<const double> scores, std::size_t num_posts
   }
   for (double& share : shares) share /= sum;
   return shares;
+}
+
+std::vector<double> Confidences(std::span<const double> scores, const Support& support,
+                                double cohort_share, const EvidenceParams& params) {
+  const auto read = [&](const EvidenceParams& by) {
+    std::vector<double> confidences = Shares(scores, support.num_posts, by);
+    const double genuine = Logistic(GenuineLogOdds(support, cohort_share, by));
+    for (double& confidence : confidences) confidence *= genuine;
+    return confidences;
+  };
+  std::vector<double> cautious = read(params);
+  EvidenceParams literally = params;
+  literally.cohort_surely = params.cohort;
+  literally.equal_scores = literally.equal_by_chance = literally.equal_of_alike = 0.0;
+  const std::vector<double> literal = read(literally);
+  if (scores.empty()) return cautious;
+  const double more = literal.front() - cautious.front();
+  const double told = std::min(literal.front(), params.undecided) - cautious.front();
+  if (more <= 0.0 || told <= 0.0) return cautious;
+  for (std::size_t i = 0; i < cautious.size(); ++i) {
+    cautious[i] += told / more * (literal[i] - cautious[i]);
+  }
+  return cautious;
 }
 
 double Logistic(double log_odds) { return 1.0 / (1.0 + std::exp(-log_odds)); }

@@ -46,9 +46,15 @@ struct Support {
 /// in the map with a score like it.
 [[nodiscard]] double SupportLogOdds(const Support& support, const EvidenceParams& params);
 
-/// The same, but even where the scan lies as well on the place's mirror image, for what cannot be
-/// told from that cannot be told from the next room; and where it lies as well a metre on.
-[[nodiscard]] double GenuineLogOdds(const Support& support, const EvidenceParams& params);
+/// How much of a cohort, in [0, 1], some spots are that the first is better than
+/// (EvidenceParams::cohort). 0 where there are few: being better than nothing says nothing.
+[[nodiscard]] double CohortShare(std::span<const double> scores, const EvidenceParams& params);
+
+/// The same with what so much of a cohort says beyond, but even where the scan lies as well on the
+/// place's mirror image, for what cannot be told from that cannot be told from the next room; and
+/// where it lies as well a metre on.
+[[nodiscard]] double GenuineLogOdds(const Support& support, double cohort_share,
+                                    const EvidenceParams& params);
 
 /// By how much the log-odds of a pose are less than those of another with a better score, by a scan
 /// of so many posts: scores that differ by no more than chance does say nothing of which is right.
@@ -61,6 +67,14 @@ struct Support {
 /// How likely each of some poses is the one among them, by their scores alone; sums up to 1.
 [[nodiscard]] std::vector<double> Shares(std::span<const double> scores, std::size_t num_posts,
                                          const EvidenceParams& params);
+
+/// How likely each of some poses, best first, is where the scan was taken: that it was taken at the
+/// best one at all, for which its support speaks, times each one's share. Scores that may be equal
+/// by chance count as equal, or for what they are as long as EvidenceParams::undecided is not
+/// exceeded.
+[[nodiscard]] std::vector<double> Confidences(std::span<const double> scores,
+                                              const Support& support, double cohort_share,
+                                              const EvidenceParams& params);
 
 [[nodiscard]] double Logistic(double log_odds);
 

@@ -13,7 +13,7 @@ constexpr const char* kUpUnknown =
     "nothing below, or several have; turn the scan upright by how its sensor is mounted";
 
 void DecideByConfidence(const std::vector<Spot>& spots, double confidence, double min_confidence,
-                        const EvidenceParams& params, Answer& answer) {
+                        double cohort_share, const EvidenceParams& params, Answer& answer) {
   const Support& support = *spots.front().support;
   const double percent = 100.0 * spots.front().hypothesis.score;
   const double percent_from_above = 100.0 * support.score;
@@ -24,7 +24,8 @@ void DecideByConfidence(const std::vector<Spot>& spots, double confidence, doubl
     answer.reason =
         absl::StrFormat("%.0f %% of the upright structure agrees; the best other spot has %.0f %%",
                         percent, rival_percent);
-  } else if (Logistic(SupportLogOdds(support, params)) >= min_confidence ||
+  } else if (Logistic(SupportLogOdds(support, params) + params.cohort * cohort_share) >=
+                 min_confidence ||
              rival_score >= params.explaining_score) {
     answer.outcome = Outcome::kAmbiguous;
     answer.reason = absl::StrFormat(
@@ -83,7 +84,7 @@ absl::StatusOr<Answer> LocateByStructure(const Map& map, const AutoSearch& searc
   }
   DecideByConfidence(spots, confidences.front(),
                      query.min_confidence.value_or(map.params.search.min_confidence),
-                     params.evidence, answer);
+                     CohortShare(spots, params.evidence, search.up()), params.evidence, answer);
   return answer;
 }
 

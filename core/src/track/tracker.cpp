@@ -126,7 +126,7 @@ absl::StatusOr<Look> Tracker::LookAt(const ScanDescriptor& scan,
             .max_step_m = options_.max_step_m};
   if (spots->empty()) return look;
   const Support& best = *spots->front().support;
-  look.genuine = std::clamp(GenuineLogOdds(best, evidence), -params.max_scan_log_odds,
+  look.genuine = std::clamp(GenuineLogOdds(best, 0.0, evidence), -params.max_scan_log_odds,
                             params.max_scan_log_odds);
   look.stands_alone = ConfidencesOf(*spots, evidence, auto_search.up()).front() >=
                       options_.query.min_confidence.value_or(of_map.search.min_confidence);

@@ -44,9 +44,9 @@ TEST(GenuineLogOdds, AreNoneOfAPoseThatSlides) {
                .over_mirror = 0.6,
                .over_mirror_exactly = 0.6,
                .num_posts = 240};
-  EXPECT_GT(Logistic(GenuineLogOdds(wall, {})), 0.95);
+  EXPECT_GT(Logistic(GenuineLogOdds(wall, 0.0, {})), 0.95);
   wall.sharpness = 0.05;
-  EXPECT_LT(Logistic(GenuineLogOdds(wall, {})), 0.6);
+  EXPECT_LT(Logistic(GenuineLogOdds(wall, 0.0, {})), 0.6);
 }
 
 TEST(SupportLogOdds, GrowsWithWhatSpeaksForAPoseAndFallsWithWhatSpeaksAgainst) {
@@ -86,11 +86,71 @@ TEST(GenuineLogOdds, ComeOfHowExactlyPostsLieOnTheMirrorImageIndoors) {
                .sharpness = 0.3,
                .over_mirror = 0.05,
                .inliers = 0.7,
-               .over_mirror_exactly = 0.05,
+               .over_mirror_exactly = 0.04,
                .num_posts = 400};
-  EXPECT_EQ(GenuineLogOdds(room, indoors), 0.0);
+  EXPECT_EQ(GenuineLogOdds(room, 0.0, indoors), 0.0);
   room.over_mirror_exactly = 0.15;
-  EXPECT_GT(GenuineLogOdds(room, indoors), 2.0);
+  EXPECT_GT(GenuineLogOdds(room, 0.0, indoors), 2.0);
+}
+
+TEST(CohortShare, CountHowManySpotsAreAlike) {
+  const EvidenceParams indoors = AutoParamsAtScale(0.35).evidence;
+  std::vector<double> scores = {0.6, 0.3, 0.3};
+  EXPECT_EQ(CohortShare(scores, indoors), 0.0) << "no other spot is like it";
+  scores.insert(scores.begin() + 1, 4, 0.45);
+  EXPECT_DOUBLE_EQ(CohortShare(scores, indoors), 1.0 / 3.0);
+  scores.insert(scores.begin() + 1, 10, 0.45);
+  EXPECT_DOUBLE_EQ(CohortShare(scores, indoors), 1.0);
+  EXPECT_EQ(CohortShare({}, indoors), 0.0);
+}
+
+TEST(CohortShare, CountNoSpotThatOnlySomeQueriesLookAtAndNoOtherFloor) {
+  const EvidenceParams indoors = AutoParamsAtScale(0.35).evidence;
+  std::vector<Spot> spots(1, {.score = 0.6, .T_map_query = Pose::Identity()});
+  for (int i = 1; i <= 6; ++i)
+    spots.push_back({.score = 0.5, .T_map_query = Offset(5.0 * i, 0.0, 0.0, 0.0)});
+  const Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
+  EXPECT_DOUBLE_EQ(CohortShare(spots, indoors, up), 1.0);
+  spots[1].hypothesis.is_usual = false;
+  spots[2].T_map_query = Offset(0.0, 0.0, 3.0, 0.0);
+  EXPECT_DOUBLE_EQ(CohortShare(spots, indoors, up), 1.0 / 3.0);
+}
+
+TEST(Confidences, TellApartWhatMayBeEqualByChanceOnlyAsFarAsUndecided) {
+  const EvidenceParams params;
+  const Support support{.score = 0.8,
+                        .sharpness = 0.3,
+                        .over_mirror = 0.3,
+                        .over_mirror_exactly = 0.3,
+                        .num_posts = 400};
+  const auto best_of = [&](double rival) {
+    return Confidences(std::vector<double>{0.6, rival}, support, 0.0, params).front();
+  };
+  EXPECT_NEAR(best_of(0.6), 0.5, 0.01);
+  EXPECT_GT(best_of(0.59), 0.55);
+  EXPECT_LT(best_of(0.59), 0.65);
+  EXPECT_NEAR(best_of(0.556), params.undecided, 1e-9) << "equal by chance";
+  EXPECT_GT(best_of(0.4), 0.98);
+  const std::vector<double> three =
+      Confidences(std::vector<double>{0.6, 0.557, 0.556}, support, 0.0, params);
+  EXPECT_GT(three[1], three[2]);
+  EXPECT_LE(three[0] + three[1] + three[2], 1.0);
+}
+
+TEST(Confidences, OfWhoIsBetterThanACohortAreMoreIndoorsMostOfItUpToUndecided) {
+  const EvidenceParams indoors = AutoParamsAtScale(0.35).evidence;
+  const Support support{.score = 0.65,
+                        .sharpness = 0.3,
+                        .over_mirror = 0.2,
+                        .inliers = 0.305,
+                        .over_mirror_exactly = 0.2,
+                        .num_posts = 900};
+  const auto told = [&](double cohort_share, const EvidenceParams& params) {
+    return Confidences(std::vector<double>{0.6, 0.4}, support, cohort_share, params).front();
+  };
+  EXPECT_GT(told(1.0, indoors), told(0.0, indoors));
+  EXPECT_NEAR(told(1.0, indoors), indoors.undecided, 1e-9) << "of 3 only 1 counts beyond";
+  EXPECT_EQ(told(1.0, {}), told(0.0, {})) << "outdoors it is not looked at";
 }
 
 TEST(SupportOf, IsSharpAmongPostsAndFlatBetweenTwoEndlessWalls) {

@@ -144,6 +144,17 @@ struct EvidenceParams {
   double equal_of_alike = 1.0;  ///< ... times what it has beyond
   /// Two spots that explain so much of a scan are one thing too many, were it of neither.
   double explaining_score = 0.6;
+  /// Log-odds of being better than a cohort, spots elsewhere in the map that are alike: who beats
+  /// twenty aisles clearly was taken there. So much counts up to undecided, and ...
+  double cohort = 0.0;
+  double cohort_surely = 0.0;  ///< ... so much beyond. The spots explain ...
+  double cohort_share = 0.7;   ///< ... at least this of what the best does; all of it counts ...
+  int cohort_size = 6;         ///< ... where there are so many, nothing where there are half
+  /// Most that the confidence is where only scores that may be equal by chance tell poses apart.
+  double undecided = 0.799;
+  /// By how much scores differ that may be equal of spots that differ in height alone: what is seen
+  /// of each floor depends on where a place of the map happens to be, on stairs most of all.
+  double equal_floors = 0.0;
   double shared_in_a_row = 0.12;  ///< and by this: scans that follow each other share their errors
   double clear_m = 1.0;           ///< what stands before what is seen first is nearer by this ...
   double clear_share = 0.03;      ///< ... and by this share of the range, which a turn may move
@@ -293,6 +304,12 @@ void VisitAutoFields(P& params, Visitor&& visit) {
   visit("auto.evidence.alike_score", params.evidence.alike_score, 0.0, 1.0);
   visit("auto.evidence.equal_of_alike", params.evidence.equal_of_alike, 0.0, 10.0);
   visit("auto.evidence.explaining_score", params.evidence.explaining_score, 0.0, 1.0);
+  visit("auto.evidence.cohort", params.evidence.cohort, 0.0, 1000.0);
+  visit("auto.evidence.cohort_surely", params.evidence.cohort_surely, 0.0, 1000.0);
+  visit("auto.evidence.cohort_share", params.evidence.cohort_share, 0.0, 1.0);
+  visit("auto.evidence.cohort_size", params.evidence.cohort_size, 1, 1000);
+  visit("auto.evidence.undecided", params.evidence.undecided, 0.0, 1.0);
+  visit("auto.evidence.equal_floors", params.evidence.equal_floors, 0.0, 1.0);
   visit("auto.evidence.shared_in_a_row", params.evidence.shared_in_a_row, 0.0, 1.0);
   visit("auto.evidence.clear_m", params.evidence.clear_m, 0.0, 50.0);
   visit("auto.evidence.clear_share", params.evidence.clear_share, 0.0, 0.9);

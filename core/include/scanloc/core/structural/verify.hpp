@@ -17,6 +17,8 @@ struct Hypothesis {
   std::int32_t place = 0;
   PlanarPose T_place_query;
   double score = 0.0;  ///< agreement of the posts, [0, 1]; see QueryMatch
+  /// Looked at whatever else a query asks for: more candidates, or where a robot should be.
+  bool is_usual = true;
 };
 
 /// A pose as who stands upright in the map tells it.
