@@ -27,11 +27,16 @@ constexpr PoseLimits kTold = {.plane_m = 1.5, .height_m = 5.0, .heading_deg = 10
 constexpr double kTogether_m = 10.0;
 /// Share of the reach of posts.
 constexpr double kLookedAt = 0.5;
-/// Change is less than this share of the agreement that a quarter of all reach, which depends on
+/// Change is less than a share of the agreement that a quarter of all reach, which depends on
 /// sensors and weather, and never above or below these: docs/maintenance.md measures it.
-constexpr double kLeastShare = 0.735;
-constexpr double kNeverChange = 0.62;
-constexpr double kAlwaysChange = 0.42;
+struct Bounds {
+  double share, always, never;
+};
+constexpr Bounds kClear = {.share = 0.62, .always = 0.42, .never = 0.62};
+/// The ends of a rebuilt street see much of what stays: so near to a place that has clearly changed
+/// less is enough.
+constexpr Bounds kBeside = {.share = 0.9, .always = 0.42, .never = 0.8};
+constexpr double kBeside_m = 16.0;
 
 /// Observations by position.
 class Grid {
@@ -115,35 +120,61 @@ Comparison CompareOne(const Observation& seen, const Grid& grid,
   return comparison;
 }
 
+/// An observation and those before and after it in its visit until one lies farther off.
+template <typename Visit>
+void VisitNeighbours(std::span<const Observation> seen, std::size_t i, double within_m,
+                     Visit&& visit) {
+  const auto is_near = [&](std::size_t k) {
+    return seen[k].session == seen[i].session &&
+           (seen[k].T_map_scan.translation() - seen[i].T_map_scan.translation()).norm() <= within_m;
+  };
+  for (std::size_t k = i; k < seen.size() && is_near(k); ++k) visit(k);
+  for (std::size_t k = i; k-- > 0 && is_near(k);) visit(k);
+}
+
 /// The median of what the neighbours of an observation in its visit say.
 double JudgedTogether(std::span<const Observation> seen, const std::vector<Comparison>& alone,
                       std::size_t i) {
-  const Eigen::Vector3d at = seen[i].T_map_scan.translation();
   std::vector<double> said;
-  const auto take = [&](std::size_t k) {
-    const bool is_near = seen[k].session == seen[i].session &&
-                         (seen[k].T_map_scan.translation() - at).norm() <= kTogether_m;
-    if (is_near && alone[k].other) said.push_back(alone[k].agreement);
-    return is_near;
-  };
-  for (std::size_t k = i; k < seen.size() && take(k); ++k) {
-  }
-  for (std::size_t k = i; k-- > 0 && take(k);) {
-  }
+  VisitNeighbours(seen, i, kTogether_m, [&](std::size_t k) {
+    if (alone[k].other) said.push_back(alone[k].agreement);
+  });
   const auto middle = said.begin() + static_cast<std::ptrdiff_t>(said.size() / 2);
   std::nth_element(said.begin(), middle, said.end());
   return *middle;
 }
 
-double LeastAgreement(const std::vector<Comparison>& alone) {
+/// What a quarter of those compared reach; 0 where there are none.
+double UsualAgreement(const std::vector<Comparison>& alone) {
   std::vector<double> said;
   for (const Comparison& comparison : alone) {
     if (comparison.other) said.push_back(comparison.agreement);
   }
-  if (said.empty()) return kAlwaysChange;
+  if (said.empty()) return 0.0;
   const auto upper = said.begin() + static_cast<std::ptrdiff_t>(said.size() * 3 / 4);
   std::nth_element(said.begin(), upper, said.end());
-  return std::clamp(kLeastShare * *upper, kAlwaysChange, kNeverChange);
+  return *upper;
+}
+
+double LeastAgreement(const Bounds& bounds, double usual) {
+  return std::clamp(bounds.share * usual, bounds.always, bounds.never);
+}
+
+/// Tells change by the agreements that `compared` holds of neighbours together.
+void TellChange(std::span<const Observation> seen, double usual,
+                std::vector<Comparison>& compared) {
+  const double clear = LeastAgreement(kClear, usual);
+  const double beside = LeastAgreement(kBeside, usual);
+  for (Comparison& comparison : compared) {
+    if (comparison.other) comparison.change = Change::kSame;
+  }
+  for (std::size_t i = 0; i < seen.size(); ++i) {
+    if (!compared[i].other || compared[i].agreement >= clear) continue;
+    VisitNeighbours(seen, i, kBeside_m, [&](std::size_t k) {
+      if (compared[k].other && compared[k].agreement < beside)
+        compared[k].change = Change::kChanged;
+    });
+  }
 }
 
 }  // namespace
@@ -172,14 +203,11 @@ absl::StatusOr<std::vector<Comparison>> Compare(std::span<const Observation> see
   const absl::Status done =
       RunJobs(NumThreads(num_threads), seen.size(), compare, [](std::size_t) {});
   if (!done.ok()) return done;
-  const double least_agreement = LeastAgreement(alone);
   std::vector<Comparison> comparisons = alone;
   for (std::size_t i = 0; i < seen.size(); ++i) {
-    if (!alone[i].other) continue;
-    comparisons[i].agreement = JudgedTogether(seen, alone, i);
-    comparisons[i].change =
-        comparisons[i].agreement < least_agreement ? Change::kChanged : Change::kSame;
+    if (alone[i].other) comparisons[i].agreement = JudgedTogether(seen, alone, i);
   }
+  TellChange(seen, UsualAgreement(alone), comparisons);
   return comparisons;
 }
 

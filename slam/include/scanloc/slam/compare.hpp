@@ -41,7 +41,8 @@ struct Comparison {
 };
 
 /// Of each of `seen`, whether `others` see the same there. Observations of one visit that follow
-/// each other within some metres are judged together, so that a lorry is no change.
+/// each other within some metres are judged together, so that a lorry is no change; beside a clear
+/// change less disagreement is one, too.
 ///
 /// Depends on the observations alone, not on the number of threads. Of the structures both must be
 /// of these parameters. ResourceExhausted: no thread could be started.
