@@ -3,22 +3,17 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <utility>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "absl/time/time.h"
+#include "ageing_places.hpp"
 
 namespace scanloc::report {
 namespace {
 
 constexpr std::size_t kMaxPlacesInText = 20;
-/// A place that was seen less often says nothing yet.
-constexpr std::int64_t kMinSeen = 3;
-/// What lies below happens at any sound place: traffic, an odd lane. Measured over made towns
-/// (docs/operations.md).
-constexpr double kMinTrouble = 0.40;
 
 std::string DayText(std::int64_t since_1970_ns) {
   if (since_1970_ns == 0) return "-";
@@ -26,25 +21,7 @@ std::string DayText(std::int64_t since_1970_ns) {
                           absl::UTCTimeZone());
 }
 
-using UsedPlace = std::pair<std::int32_t, PlaceUse>;
-
-std::vector<UsedPlace> InTrouble(const MapUse& use) {
-  std::vector<UsedPlace> rows;
-  for (const auto& [place, of_place] : use.places) {
-    const bool is_known = of_place.num_found + of_place.num_refused >= kMinSeen;
-    if (is_known && TroubleOf(of_place) >= kMinTrouble) rows.emplace_back(place, of_place);
-  }
-  std::stable_sort(rows.begin(), rows.end(), [](const UsedPlace& a, const UsedPlace& b) {
-    return TroubleOf(a.second) > TroubleOf(b.second);
-  });
-  return rows;
-}
-
-std::string RowText(const UsedPlace& row, std::span<const Place> places) {
-  const auto& [place, use] = row;
-  const auto index = static_cast<std::size_t>(place);
-  Eigen::Vector3d at = Eigen::Vector3d::Zero();
-  if (index < places.size()) at = places[index].T_map_place.translation();
+std::string RowText(std::int32_t place, const PlaceUse& use, const Eigen::Vector3d& at) {
   const auto of_found = [num_found = use.num_found](double share) {
     return num_found == 0 ? "-" : absl::StrFormat("%.2f", share);
   };
@@ -91,13 +68,15 @@ std::string MapUseAsText(const MapUse& use, std::span<const Place> places) {
       DayText(use.since_ns), DayText(use.until_ns), use.num_localized, use.num_ambiguous,
       use.num_not_recognized, use.num_insufficient, num_found, places.size(),
       use.num_refused_nowhere);
-  const std::vector<UsedPlace> rows = InTrouble(use);
+  const std::vector<std::int32_t> rows = AgeingPlaces(use, places);
   if (rows.empty()) return text + "  no place ages, as far as was seen\n";
   absl::StrAppendFormat(&text, "  %d places age, worst first:\n", rows.size());
   absl::StrAppendFormat(&text, "  %8s %10s %10s %7s %8s %6s %9s %7s  %s\n", "place", "x", "y",
                         "found", "refused", "conf.", "disagreed", "lately", "last seen");
   for (std::size_t i = 0; i < std::min(rows.size(), kMaxPlacesInText); ++i) {
-    text += RowText(rows[i], places);
+    const std::int32_t place = rows[i];
+    text += RowText(place, use.places.at(place),
+                    places[static_cast<std::size_t>(place)].T_map_place.translation());
   }
   if (rows.size() > kMaxPlacesInText) {
     absl::StrAppendFormat(&text, "  and %d more: --json tells all\n",
