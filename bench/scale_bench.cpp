@@ -8,9 +8,11 @@
 #include <chrono>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <iostream>
 #include <random>
 #include <set>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -18,6 +20,7 @@
 #include "scanloc/core/localizer.hpp"
 #include "scanloc/core/scan/pose_difference.hpp"
 #include "scanloc/core/scan_context/key_index.hpp"
+#include "scanloc/jobs/jobs.hpp"
 #include "scanloc/mapdb/map_file.hpp"
 #include "support/made_road.hpp"
 
@@ -85,7 +88,9 @@ int MeasureMap(const Options& options) {
   }
   const double open_s = start.Passed_s();
   const std::size_t num_places = map->places.size();
-  const auto localizer = Localizer::Create(std::make_shared<const Map>(*std::move(map)));
+  const auto localizer = Localizer::Create(
+      std::make_shared<const Map>(*std::move(map)),
+      [](std::span<const std::function<void()>> tasks) { return RunTasks(NumThreads(0), tasks); });
   if (!localizer.ok()) {
     std::cerr << localizer.status() << "\n";
     return 1;

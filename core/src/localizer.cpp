@@ -1,6 +1,9 @@
 #include "scanloc/core/localizer.hpp"
 
+#include <functional>
+#include <optional>
 #include <utility>
+#include <vector>
 
 #include "absl/strings/str_format.h"
 #include "map/narrowing.hpp"
@@ -11,7 +14,7 @@
 
 namespace scanloc {
 
-absl::Status Localizer::Prepare(const std::optional<Method>& only) {
+absl::Status Localizer::Prepare(const std::optional<Method>& only, const DoAll& do_all) {
   const Params& params = map_->params;
   if (absl::Status status = Validate(params); !status.ok()) return status;
   const std::size_t num_structures = params.structure.enabled ? map_->places.size() : 0;
@@ -23,17 +26,22 @@ absl::Status Localizer::Prepare(const std::optional<Method>& only) {
   const auto is_wanted = [&](DescriptorKind kind) {
     return !only || (!only->automatic && only->kind == kind);
   };
-  if (params.polar.enabled && is_wanted(DescriptorKind::kPolar)) {
-    polar_search_ = std::make_shared<ContextSearch>(*map_, DescriptorKind::kPolar);
-  }
-  if (params.cart.enabled && is_wanted(DescriptorKind::kCart)) {
-    cart_search_ = std::make_shared<ContextSearch>(*map_, DescriptorKind::kCart);
-  }
   const absl::StatusOr<Eigen::Vector3d> up = FindUp(*map_);
   if (!up.ok()) return up.status();
+  std::vector<std::function<void()>> indexes;  // the one that takes longest first
   if (params.structure.enabled && (!only || only->automatic)) {
-    auto_search_ = std::make_shared<AutoSearch>(*map_, *up);
+    indexes.emplace_back([&] { auto_search_ = std::make_shared<AutoSearch>(*map_, *up); });
   }
+  if (params.polar.enabled && is_wanted(DescriptorKind::kPolar)) {
+    indexes.emplace_back(
+        [&] { polar_search_ = std::make_shared<ContextSearch>(*map_, DescriptorKind::kPolar); });
+  }
+  if (params.cart.enabled && is_wanted(DescriptorKind::kCart)) {
+    indexes.emplace_back(
+        [&] { cart_search_ = std::make_shared<ContextSearch>(*map_, DescriptorKind::kCart); });
+  }
+  if (do_all) return do_all(indexes);
+  for (const auto& index : indexes) index();
   return absl::OkStatus();
 }
 
@@ -46,9 +54,10 @@ absl::Status Localizer::Extend() {
   return up.status();
 }
 
-absl::StatusOr<std::shared_ptr<const Localizer>> Localizer::Create(std::shared_ptr<const Map> map) {
+absl::StatusOr<std::shared_ptr<const Localizer>> Localizer::Create(std::shared_ptr<const Map> map,
+                                                                   const DoAll& do_all) {
   std::shared_ptr<Localizer> localizer(new Localizer(std::move(map)));
-  if (absl::Status status = localizer->Prepare(); !status.ok()) return status;
+  if (absl::Status status = localizer->Prepare(std::nullopt, do_all); !status.ok()) return status;
   return localizer;
 }
 

@@ -95,4 +95,16 @@ absl::Status RunJobs(std::size_t num_threads, std::size_t num_jobs, const Number
   return JobRun(num_jobs, job).Run(std::min(num_threads, num_jobs), told);
 }
 
+absl::Status RunTasks(std::size_t num_threads, std::span<const std::function<void()>> tasks) {
+  if (num_threads <= 1) {
+    for (const auto& task : tasks) task();
+    return absl::OkStatus();
+  }
+  const auto run = [&](std::size_t number, std::size_t /*worker*/) {
+    tasks[number]();
+    return absl::OkStatus();
+  };
+  return RunJobs(num_threads, tasks.size(), run, [](std::size_t) {});
+}
+
 }  // namespace scanloc

@@ -3,11 +3,14 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <numbers>
+#include <span>
 #include <thread>
 
 #include "scanloc/core/limits.hpp"
+#include "support/same_answer.hpp"
 #include "support/scenes.hpp"
 
 namespace scanloc {
@@ -162,6 +165,30 @@ TEST(Localizer, TellsABoundedShiftOfMoreThanHalfTheColumns) {
     ASSERT_TRUE(answer.ok()) << answer.status();
     EXPECT_DOUBLE_EQ(answer->candidates.at(0).lateral_m, side * 44.0);
   }
+}
+
+TEST(Localizer, IsTheSameWhoeverBuildsItsTreesInWhateverOrder) {
+  const World world;
+  const auto map = std::make_shared<const Map>(world.localizer->map());
+  std::size_t num_tasks = 0;
+  const auto made = Localizer::Create(map, [&](std::span<const std::function<void()>> tasks) {
+    num_tasks = tasks.size();
+    for (std::size_t i = tasks.size(); i-- > 0;) std::thread(tasks[i]).join();
+    return absl::OkStatus();
+  });
+  ASSERT_TRUE(made.ok()) << made.status();
+  EXPECT_EQ(num_tasks, 3U) << "auto, polar and cart contexts";
+  auto describer = *Describer::Create(world.params);
+  for (const char* method : {"auto", "a-pc", "a-cc"}) {
+    const Query query{.method = *ParseMethod(method)};
+    const ScanDescriptor scan = describer.Describe(world.scans[3]);
+    test::ExpectSameAnswer(*(*made)->Localize(scan, query),
+                           *world.localizer->Localize(scan, query));
+  }
+  const auto failed = Localizer::Create(map, [](std::span<const std::function<void()>>) {
+    return absl::ResourceExhaustedError("no thread");
+  });
+  EXPECT_TRUE(absl::IsResourceExhausted(failed.status())) << failed.status();
 }
 
 TEST(Localizer, SaysThatItsMapIsHalfBuilt) {

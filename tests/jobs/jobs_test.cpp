@@ -69,5 +69,15 @@ TEST(OrderedJobs, EndWithoutHavingBeenTaken) {
   EXPECT_LE(num_done, 9);
 }
 
+TEST(RunTasks, DoesEachOnce) {
+  for (const std::size_t num_threads : {1U, 3U}) {
+    std::vector<std::atomic<int>> num_done(7);
+    std::vector<std::function<void()>> tasks;
+    for (std::atomic<int>& num : num_done) tasks.emplace_back([&num] { ++num; });
+    EXPECT_TRUE(RunTasks(num_threads, tasks).ok());
+    for (const std::atomic<int>& num : num_done) EXPECT_EQ(num, 1);
+  }
+}
+
 }  // namespace
 }  // namespace scanloc

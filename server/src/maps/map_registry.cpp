@@ -2,11 +2,14 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <functional>
 #include <set>
+#include <span>
 #include <utility>
 
 #include "absl/strings/escaping.h"
 #include "absl/strings/str_cat.h"
+#include "scanloc/jobs/jobs.hpp"
 #include "scanloc/proto/status.hpp"
 
 namespace scanloc::server {
@@ -44,9 +47,14 @@ absl::Status MapRegistry::Serve(const std::string& name, const std::string& path
   const auto unknown = [&] {
     return absl::NotFoundError(absl::StrCat("no map is configured as ", name));
   };
+  // Nobody waits for a map that takes the place of another: its trees leave the processors to those
+  // who ask that one.
+  std::size_t num_threads = 1;
   {
     const std::lock_guard lock(mutex_);
-    if (!slots_.contains(name)) return unknown();
+    const auto slot = slots_.find(name);
+    if (slot == slots_.end()) return unknown();
+    if (slot->second.served == nullptr) num_threads = NumThreads(0);
   }
   auto next = std::make_shared<ServedMap>();
   next->path = path;
@@ -58,7 +66,9 @@ absl::Status MapRegistry::Serve(const std::string& name, const std::string& path
     if (!frame.ok()) return frame.status();
     next->geo = *std::move(frame);
   }
-  auto localizer = Localizer::Create(std::make_shared<const Map>(std::move(map)));
+  auto localizer = Localizer::Create(
+      std::make_shared<const Map>(std::move(map)),
+      [&](std::span<const std::function<void()>> tasks) { return RunTasks(num_threads, tasks); });
   if (!localizer.ok()) return localizer.status();
   next->localizer = *std::move(localizer);
 

@@ -1,9 +1,12 @@
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <utility>
 
+#include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "scanloc/core/answer.hpp"
 #include "scanloc/core/map/map.hpp"
@@ -19,15 +22,20 @@ class ContextSearch;
 class LoopDetector;
 class Tracker;
 
+/// Does tasks that know nothing of each other, in any order or at once; returns when all are done,
+/// or why they were not.
+using DoAll = std::function<absl::Status(std::span<const std::function<void()>> tasks)>;
+
 /// Answers wake-up queries against one map: hands each to the method it asks for.
 /// Immutable after Create; any number of threads may call Localize at once, and the same map, scan
 /// and query always give the same answer.
 class Localizer {
  public:
-  /// Builds the k-d trees: O(n log n) in the map's entries. InvalidArgument if the map's parameters
-  /// are bad, or its places do not agree on which direction is up (FindUp).
+  /// Builds the k-d trees: O(n log n) in the map's entries; by do_all, or one after the other.
+  /// InvalidArgument if the map's parameters are bad, or its places do not agree on which direction
+  /// is up (FindUp). The errors of do_all.
   [[nodiscard]] static absl::StatusOr<std::shared_ptr<const Localizer>> Create(
-      std::shared_ptr<const Map> map);
+      std::shared_ptr<const Map> map, const DoAll& do_all = nullptr);
 
   /// InvalidArgument: a query out of range, a prior that names a session which the map does not
   /// have, or a descriptor of other shapes than the map's.
@@ -45,7 +53,8 @@ class Localizer {
   explicit Localizer(std::shared_ptr<const Map> map) : map_(std::move(map)) {}
 
   /// Makes the searches of all methods that the map serves, or of one.
-  [[nodiscard]] absl::Status Prepare(const std::optional<Method>& only = std::nullopt);
+  [[nodiscard]] absl::Status Prepare(const std::optional<Method>& only = std::nullopt,
+                                     const DoAll& do_all = nullptr);
 
   /// Takes in the places that were appended to the map. Not beside a call.
   [[nodiscard]] absl::Status Extend();

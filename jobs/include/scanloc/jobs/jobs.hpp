@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <functional>
+#include <span>
 #include <thread>
 #include <vector>
 
@@ -30,5 +31,10 @@ using NumberedJob = std::function<absl::Status(std::size_t number, std::size_t w
 [[nodiscard]] absl::Status RunJobs(std::size_t num_threads, std::size_t num_jobs,
                                    const NumberedJob& job,
                                    const std::function<void(std::size_t num_done)>& told);
+
+/// Does the tasks on up to so many threads; on this one, if it is to be one. ResourceExhausted: no
+/// thread could be started.
+[[nodiscard]] absl::Status RunTasks(std::size_t num_threads,
+                                    std::span<const std::function<void()>> tasks);
 
 }  // namespace scanloc
