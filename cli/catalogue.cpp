@@ -6,23 +6,30 @@
 
 #include <CLI/CLI.hpp>
 #include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "absl/strings/str_split.h"
 #include "absl/time/time.h"
 #include "cli/command.hpp"
 #include "cli/output.hpp"
 #include "scanloc/catalogue/store.hpp"
 #include "scanloc/core/printable.hpp"
+#include "scanloc/geo/geo_frame.hpp"
 #include "scanloc/mapdb/map_file.hpp"
 
 namespace scanloc::cli {
 namespace {
 
+using catalogue::Area;
 using catalogue::Catalogue;
+using catalogue::Corner;
 using catalogue::Version;
 
 void AddCatalogueOption(CLI::App& app, std::string* url) {
@@ -43,14 +50,17 @@ std::string TimeText(std::int64_t unix_ms) {
 }
 
 nlohmann::json ToJson(const Version& version, bool is_live) {
-  const catalogue::Area& area = version.area;
+  nlohmann::json corners = nlohmann::json::array();
+  for (const catalogue::Corner& corner : version.area.corners) {
+    corners.push_back({corner.x, corner.y});
+  }
   return {{"region", version.region},
           {"content_id", version.content_id},
           {"file", version.FileName()},
           {"sha256", version.sha256},
           {"num_bytes", version.num_bytes},
           {"num_places", version.num_places},
-          {"area_m", {area.min_x_m, area.min_y_m, area.max_x_m, area.max_y_m}},
+          {"area", {{"on_earth", version.area.is_on_earth}, {"corners", std::move(corners)}}},
           {"published_by", version.published_by},
           {"published_ms", version.published_ms},
           {"live", is_live}};
@@ -79,6 +89,13 @@ class PublishCommand : public Command {
         ->type_name("URL")
         ->required();
     app.add_option("--region", region_, "Name by which robots ask for it")->required();
+    app.add_option(
+           "--area", area_,
+           "Where it is, by which queries with a place on earth are led to it and neighbours "
+           "are found: corners, two of a box or all of a polygon, in longitude and latitude, "
+           "or in metres of a map that does not know where on earth it stands; or a file with "
+           "a GeoJSON polygon [the convex hull of its places]")
+        ->type_name("X,Y,X,Y,...|FILE");
     app.add_option("--by", by_, "Who publishes it [login name]");
     app.footer(
         "The map is verified first. It is in force once this has ended well; else, and while it\n"
@@ -130,14 +147,64 @@ class PublishCommand : public Command {
                     .num_places = info->num_places,
                     .area = {},
                     .published_by = by_.empty() ? LoginName() : by_};
-    if (!info->extent_m.isEmpty()) {
-      version.area = {info->extent_m.min().x(), info->extent_m.min().y(), info->extent_m.max().x(),
-                      info->extent_m.max().y()};
-    }
+    absl::StatusOr<Area> area = AreaOf(*info);
+    if (!area.ok()) return area.status();
+    version.area = *std::move(area);
     return version;
   }
 
-  std::string map_, catalogue_, store_, region_, by_;
+  /// As given, else round the places.
+  [[nodiscard]] absl::StatusOr<Area> AreaOf(const mapdb::FileInfo& info) const {
+    if (!area_.empty()) return GivenArea(info.geo_origin.has_value());
+    const absl::StatusOr<std::vector<mapdb::PlaceRecord>> places = mapdb::ReadPlaces(map_);
+    if (!places.ok()) return places.status();
+    if (places->empty()) return Area();
+    std::vector<Corner> corners;
+    for (const mapdb::PlaceRecord& record : *places) {
+      const Eigen::Vector3d at = record.place.T_map_place.translation();
+      corners.push_back({at.x(), at.y()});
+    }
+    Area area{.corners = catalogue::ConvexHull(std::move(corners)), .is_on_earth = false};
+    if (!info.geo_origin) return area;
+    const absl::StatusOr<geo::GeoFrame> frame = geo::GeoFrame::Create(*info.geo_origin);
+    if (!frame.ok()) return frame.status();
+    area.is_on_earth = true;
+    for (Corner& corner : area.corners) {
+      const geo::GeoPosition at = frame->ToGeo(Eigen::Vector3d(corner.x, corner.y, 0.0));
+      corner = {at.longitude_deg, at.latitude_deg};
+    }
+    return area;
+  }
+
+  [[nodiscard]] absl::StatusOr<Area> GivenArea(bool is_on_earth) const {
+    std::vector<double> numbers;
+    for (const absl::string_view part : absl::StrSplit(area_, ',')) {
+      double number = 0.0;
+      if (!absl::SimpleAtod(part, &number)) {
+        std::ifstream file(area_, std::ios::binary);
+        const std::string text{std::istreambuf_iterator<char>(file),
+                               std::istreambuf_iterator<char>()};
+        if (file) return catalogue::AreaFromGeoJson(text);
+        return absl::NotFoundError(absl::StrCat(
+            "--area ", Printable(area_), " is neither a list of numbers nor a file to be read"));
+      }
+      numbers.push_back(number);
+    }
+    if (numbers.size() % 2 != 0 || numbers.size() < 4) {
+      return absl::InvalidArgumentError(
+          absl::StrCat("--area has ", numbers.size(),
+                       " numbers; it takes X,Y of two opposite corners of a box, or of each corner "
+                       "of a polygon"));
+    }
+    Area area{.corners = {}, .is_on_earth = is_on_earth};
+    for (std::size_t i = 0; i < numbers.size(); i += 2) {
+      area.corners.push_back({numbers[i], numbers[i + 1]});
+    }
+    if (area.corners.size() == 2) area.corners = catalogue::CornersOf(catalogue::BoxOf(area));
+    return area;
+  }
+
+  std::string map_, catalogue_, store_, region_, by_, area_;
 };
 
 class RollbackCommand : public Command {

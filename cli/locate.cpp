@@ -57,6 +57,8 @@ class LocateCommand : public Command {
     return std::chrono::milliseconds(options_.budget_ms.value_or(0));
   }
   [[nodiscard]] absl::StatusOr<std::vector<dataset::ScanFile>> ChooseScans() const;
+  /// Has a server that fetches maps fetch those that a prior on earth reaches.
+  [[nodiscard]] absl::Status LeadToMaps(const client::LocalizationClient& client) const;
   /// By file name; empty without --truth.
   [[nodiscard]] absl::StatusOr<std::map<std::string, Pose>> ReadTruth() const;
   /// By file name; empty without --odometry.
@@ -76,6 +78,14 @@ class LocateCommand : public Command {
   std::string first_skipped_;
 };
 
+absl::Status LocateCommand::LeadToMaps(const client::LocalizationClient& client) const {
+  if (!options_.prior.on_earth || !options_.map_name.empty()) return absl::OkStatus();
+  // What a scan without points is answered does not matter.
+  const absl::Status status =
+      client.LocalizeScan({}, {.query = {.prior = options_.prior}}).status();
+  return absl::IsUnavailable(status) || absl::IsNotFound(status) ? status : absl::OkStatus();
+}
+
 absl::StatusOr<LocateCommand::Answerer> LocateCommand::OpenAnswerer() const {
   Answerer answerer;
   if (options_.server.address.empty()) {
@@ -89,6 +99,7 @@ absl::StatusOr<LocateCommand::Answerer> LocateCommand::OpenAnswerer() const {
     absl::StatusOr<client::Client> online = Connect(server);
     if (!online.ok()) return online.status();
     answerer.client = std::make_shared<const client::Client>(*std::move(online));
+    if (absl::Status status = LeadToMaps(*answerer.client); !status.ok()) return status;
   }
   absl::StatusOr<MapInfo> info = answerer.client->GetMapInfo(options_.map_name);
   if (absl::IsNotFound(info.status()) && options_.map_name.empty() && !options_.sequence) {

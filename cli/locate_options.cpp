@@ -105,6 +105,19 @@ void LocateOptions::DeclarePrior(CLI::App& app) {
       ->type_name("X,Y,RADIUS")
       ->group(group);
   AddParsedOption(
+      app, "--prior-geo",
+      [this](const std::string& text) -> absl::Status {
+        const auto n = ParseNumbers(text, 3, "LAT,LON,RADIUS");
+        if (!n.ok()) return n.status();
+        prior.on_earth = {.latitude_deg = (*n)[0], .longitude_deg = (*n)[1], .radius_m = (*n)[2]};
+        return Validate(prior);
+      },
+      "Within this radius [m] of a point on earth, of a map, or of all at a server, that know "
+      "where "
+      "they stand")
+      ->type_name("LAT,LON,RADIUS")
+      ->group(group);
+  AddParsedOption(
       app, "--prior-heights",
       [this](const std::string& text) -> absl::Status {
         const auto n = ParseNumbers(text, 2, "Z0,Z1");

@@ -7,8 +7,11 @@
 #include <charconv>
 #include <utility>
 
+#include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "absl/strings/str_join.h"
+#include "absl/strings/str_split.h"
 #include "absl/strings/strip.h"
 
 namespace scanloc::catalogue {
@@ -32,6 +35,16 @@ constexpr const char* kLockRegion =
 constexpr const char* kInsertVersion =
     "INSERT INTO scanloc_versions (region, content_id, sha256, num_bytes, num_places, area,"
     " published_by) VALUES ($1, $2, $3, $4, $5, $6, $7) RETURNING id";
+// Databases of before polygons on earth lack the column. Who publishes the first adds it; who only
+// reads need not be allowed to.
+constexpr const char* kHasOnEarth =
+    "SELECT FROM pg_attribute WHERE attrelid = 'scanloc_versions'::regclass AND attname = "
+    "'on_earth'";
+constexpr const char* kAddOnEarth =
+    "ALTER TABLE scanloc_versions ADD COLUMN IF NOT EXISTS on_earth BOOLEAN NOT NULL DEFAULT false";
+constexpr const char* kInsertOnEarth =
+    "INSERT INTO scanloc_versions (region, content_id, sha256, num_bytes, num_places, area,"
+    " published_by, on_earth) VALUES ($1, $2, $3, $4, $5, $6, $7, true) RETURNING id";
 constexpr const char* kPutInForce =
     "INSERT INTO scanloc_live (region, version) VALUES ($1, $2) ON CONFLICT (region)"
     " DO UPDATE SET version = EXCLUDED.version, since = clock_timestamp()";
@@ -43,8 +56,8 @@ constexpr const char* kFindContent =
     "SELECT id FROM scanloc_versions WHERE region = $1 AND content_id = $2 ORDER BY id DESC LIMIT "
     "1";
 constexpr const char* kColumns =
-    "SELECT v.region, v.content_id, v.sha256, v.num_bytes, v.num_places, ((box(v.area))[1])[0],"
-    " ((box(v.area))[1])[1], ((box(v.area))[0])[0], ((box(v.area))[0])[1], v.published_by,"
+    "SELECT v.region, v.content_id, v.sha256, v.num_bytes, v.num_places, v.area,"
+    " coalesce(to_jsonb(v) ->> 'on_earth', 'false'), v.published_by,"
     " (extract(epoch FROM v.published_at) * 1000)::BIGINT FROM scanloc_versions v";
 constexpr const char* kNotify = "SELECT pg_notify('scanloc_live', $1)";
 constexpr const char* kListen = "LISTEN scanloc_live";
@@ -57,24 +70,46 @@ bool Parse(const char* text, T& value) {
   return std::from_chars(all.data(), all.data() + all.size(), value).ptr == all.data() + all.size();
 }
 
+/// As PostgreSQL writes a polygon: ((x,y),(x,y)).
+std::string PolygonText(const std::vector<Corner>& corners) {
+  return absl::StrCat("(",
+                      absl::StrJoin(corners, ",",
+                                    [](std::string* text, const Corner& corner) {
+                                      absl::StrAppendFormat(text, "(%.17g,%.17g)", corner.x,
+                                                            corner.y);
+                                    }),
+                      ")");
+}
+
+bool ParsePolygon(absl::string_view text, std::vector<Corner>& corners) {
+  const std::vector<absl::string_view> numbers =
+      absl::StrSplit(text, absl::ByAnyChar("(),"), absl::SkipEmpty());
+  corners.resize(numbers.size() / 2);
+  bool is_read = numbers.size() % 2 == 0;
+  for (std::size_t i = 0; is_read && i < corners.size(); ++i) {
+    is_read = absl::SimpleAtod(numbers[2 * i], &corners[i].x) &&
+              absl::SimpleAtod(numbers[2 * i + 1], &corners[i].y);
+  }
+  return is_read;
+}
+
 class PostgresCatalogue : public Catalogue {
  public:
   explicit PostgresCatalogue(std::string url) : url_(std::move(url)) {}
 
   absl::Status Publish(const Version& version) override {
     if (absl::Status status = Validate(version); !status.ok()) return status;
-    const Area& area = version.area;
-    const std::string polygon = absl::StrFormat(
-        "((%.17g,%.17g),(%.17g,%.17g),(%.17g,%.17g),(%.17g,%.17g))", area.min_x_m, area.min_y_m,
-        area.max_x_m, area.min_y_m, area.max_x_m, area.max_y_m, area.min_x_m, area.max_y_m);
     return Transaction([&]() -> absl::Status {
       if (absl::Status status = Run(kLockRegion, {version.region}).status(); !status.ok()) {
         return status;
       }
-      const auto inserted =
-          Run(kInsertVersion,
-              {version.region, version.content_id, version.sha256, absl::StrCat(version.num_bytes),
-               absl::StrCat(version.num_places), polygon, version.published_by});
+      if (version.area.is_on_earth) {
+        if (absl::Status status = AddOnEarth(); !status.ok()) return status;
+      }
+      const auto inserted = Run(version.area.is_on_earth ? kInsertOnEarth : kInsertVersion,
+                                {version.region, version.content_id, version.sha256,
+                                 absl::StrCat(version.num_bytes), absl::StrCat(version.num_places),
+                                 PolygonText(version.area.corners), version.published_by});
       if (!inserted.ok()) return inserted.status();
       return PutInForce(version.region, PQgetvalue(inserted->get(), 0, 0));
     });
@@ -226,6 +261,12 @@ class PostgresCatalogue : public Catalogue {
     return status.ok() ? Run(kNotify, {region}).status() : status;
   }
 
+  absl::Status AddOnEarth() {
+    const auto found = Run(kHasOnEarth, {});
+    if (!found.ok() || PQntuples(found->get()) > 0) return found.status();
+    return Run(kAddOnEarth, {}).status();
+  }
+
   absl::StatusOr<std::vector<Version>> Select(const std::string& sql, const Texts& parameters) {
     if (absl::Status status = Connect(); !status.ok()) return status;
     const auto rows = Run(sql, parameters);
@@ -236,13 +277,11 @@ class PostgresCatalogue : public Catalogue {
       Version version{.region = text(0),
                       .content_id = text(1),
                       .sha256 = text(2),
-                      .area = {},
-                      .published_by = text(9)};
+                      .area = {.corners = {}, .is_on_earth = text(6) == std::string_view("true")},
+                      .published_by = text(7)};
       const bool is_read =
           Parse(text(3), version.num_bytes) && Parse(text(4), version.num_places) &&
-          Parse(text(5), version.area.min_x_m) && Parse(text(6), version.area.min_y_m) &&
-          Parse(text(7), version.area.max_x_m) && Parse(text(8), version.area.max_y_m) &&
-          Parse(text(10), version.published_ms);
+          ParsePolygon(text(5), version.area.corners) && Parse(text(8), version.published_ms);
       const absl::Status status = Validate(version);
       if (!is_read || !status.ok()) {
         return absl::DataLossError(absl::StrCat("the catalogue's database holds no version in row ",

@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <cmath>
 #include <string_view>
 
 #include "absl/strings/escaping.h"
@@ -52,12 +51,7 @@ absl::Status Validate(const Version& version) {
   if (version.num_bytes <= 0 || version.num_places < 0) {
     return Bad("the size", absl::StrCat(version.num_bytes), "that of a map file");
   }
-  const Area& area = version.area;
-  for (const double value_m : {area.min_x_m, area.min_y_m, area.max_x_m, area.max_y_m}) {
-    if (!(std::abs(value_m) <= limits::kMaxTranslation_m)) {
-      return Bad("the area", absl::StrCat(value_m), "within 1e8 m of the map frame's origin");
-    }
-  }
+  if (absl::Status status = Validate(version.area); !status.ok()) return status;
   if (version.published_by.size() > limits::kMaxNameBytes) {
     return Bad("the publisher", version.published_by, "at most 255 bytes");
   }

@@ -1,19 +1,44 @@
 #include "version_json.hpp"
 
+#include <utility>
+
 #include "absl/strings/str_cat.h"
 #include "scanloc/catalogue/version_file.hpp"
 #include "text_file.hpp"
 
 namespace scanloc::catalogue {
 
+namespace {
+
+/// Those of before polygons have a box of the map frame.
+Area AreaOf(const nlohmann::json& json) {
+  Area area{.corners = {}, .is_on_earth = json.value("on_earth", false)};
+  if (!json.contains("corners")) {
+    const nlohmann::json& box = json.at("area");
+    area.corners = CornersOf({box.at(0), box.at(1), box.at(2), box.at(3)});
+  } else {
+    for (const nlohmann::json& corner : json.at("corners")) {
+      area.corners.push_back({corner.at(0), corner.at(1)});
+    }
+  }
+  return area;
+}
+
+}  // namespace
+
 nlohmann::json ToJson(const Version& version) {
-  const Area& area = version.area;
+  // Programs that know of no polygons read the box.
+  const Box box = BoxOf(version.area);
+  nlohmann::json corners = nlohmann::json::array();
+  for (const Corner& corner : version.area.corners) corners.push_back({corner.x, corner.y});
   return {{"region", version.region},
           {"content_id", version.content_id},
           {"sha256", version.sha256},
           {"num_bytes", version.num_bytes},
           {"num_places", version.num_places},
-          {"area", {area.min_x_m, area.min_y_m, area.max_x_m, area.max_y_m}},
+          {"area", {box.min_x, box.min_y, box.max_x, box.max_y}},
+          {"corners", std::move(corners)},
+          {"on_earth", version.area.is_on_earth},
           {"published_by", version.published_by},
           {"published_ms", version.published_ms}};
 }
@@ -28,8 +53,7 @@ absl::StatusOr<Version> FromJson(const nlohmann::json& json) {
                     .area = {},
                     .published_by = json.at("published_by"),
                     .published_ms = json.at("published_ms")};
-    const nlohmann::json& area = json.at("area");
-    version.area = {area.at(0), area.at(1), area.at(2), area.at(3)};
+    version.area = AreaOf(json);
     if (absl::Status status = Validate(version); !status.ok()) {
       return absl::DataLossError(status.message());
     }

@@ -9,18 +9,32 @@ namespace scanloc {
 namespace {
 
 bool IsCoordinate(double value) { return std::abs(value) <= limits::kMaxTranslation_m; }
+bool IsRadius(double value) { return value > 0.0 && IsCoordinate(value); }  // NaN is none
 
 }  // namespace
 
 absl::Status Validate(const Prior& prior) {
   if (prior.disc) {
     const Prior::Disc& disc = *prior.disc;
-    const bool has_radius = disc.radius_m > 0.0 && IsCoordinate(disc.radius_m);  // NaN has none
-    if (!IsCoordinate(disc.x_m) || !IsCoordinate(disc.y_m) || !has_radius) {
+    if (!IsCoordinate(disc.x_m) || !IsCoordinate(disc.y_m) || !IsRadius(disc.radius_m)) {
       return absl::InvalidArgumentError(absl::StrFormat(
           "the prior is within %g m of (%g, %g) m; the radius must be above 0, and all of them "
           "within ±%g m",
           disc.radius_m, disc.x_m, disc.y_m, limits::kMaxTranslation_m));
+    }
+  }
+  if (prior.on_earth) {
+    const Prior::GeoDisc& disc = *prior.on_earth;
+    if (!(std::abs(disc.latitude_deg) <= 90.0) || !(std::abs(disc.longitude_deg) <= 180.0) ||
+        !IsRadius(disc.radius_m)) {
+      return absl::InvalidArgumentError(absl::StrFormat(
+          "the prior is within %g m of latitude %g, longitude %g; the radius must be above 0 and "
+          "at most %g m, and these within ±90 and ±180 degrees",
+          disc.radius_m, disc.latitude_deg, disc.longitude_deg, limits::kMaxTranslation_m));
+    }
+    if (prior.disc) {
+      return absl::InvalidArgumentError(
+          "the prior has a disc on the map and one on earth; give one");
     }
   }
   if (prior.heights) {

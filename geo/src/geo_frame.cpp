@@ -93,6 +93,34 @@ Eigen::Vector3d GeoFrame::ToMap(const GeoPosition& position) const {
   return impl_->anchor_m + offset;
 }
 
+Prior::Disc GeoFrame::ToMap(const Prior::GeoDisc& disc) const {
+  constexpr double kFar_m = 1e7;
+  const Eigen::Vector3d offset = ToMap(GeoPosition{disc.latitude_deg, disc.longitude_deg,
+                                                   impl_->east_north_up.HeightOrigin()}) -
+                                 impl_->anchor_m;
+  Eigen::Vector2d plane = offset.head<2>();
+  // Beyond, what lies farther off would come nearer again in the plane.
+  if (-offset.z() > plane.norm()) {
+    plane = plane.norm() > 0.0 ? Eigen::Vector2d(plane.normalized() * kFar_m)
+                               : Eigen::Vector2d(kFar_m, 0.0);
+  }
+  plane += impl_->anchor_m.head<2>();
+  return {.x_m = plane.x(), .y_m = plane.y(), .radius_m = disc.radius_m};
+}
+
+absl::StatusOr<Prior> InMapFrame(const Prior& prior, const std::optional<GeoFrame>& frame) {
+  if (!prior.on_earth) return prior;
+  if (!frame) {
+    return absl::FailedPreconditionError(
+        "the prior is a place on earth, and the map does not know where on earth it stands "
+        "(scanloc edit --geo-origin)");
+  }
+  Prior in_map = prior;
+  in_map.disc = frame->ToMap(*prior.on_earth);
+  in_map.on_earth.reset();
+  return in_map;
+}
+
 void TellOnEarth(const std::optional<GeoFrame>& frame, Answer& answer) {
   if (!frame) return;
   for (Candidate& candidate : answer.candidates)

@@ -60,6 +60,12 @@ absl::StatusOr<Prior> FromProto(const v1::Prior& message) {
   if (message.has_heights()) {
     prior.heights = {.min_m = message.heights().min_m(), .max_m = message.heights().max_m()};
   }
+  if (message.has_on_earth()) {
+    const v1::Prior::GeoDisc& disc = message.on_earth();
+    prior.on_earth = {.latitude_deg = disc.latitude_deg(),
+                      .longitude_deg = disc.longitude_deg(),
+                      .radius_m = disc.radius_m()};
+  }
   for (const std::string& session : message.sessions()) {
     auto status = CheckLength("options.prior.sessions", session, limits::kMaxNameBytes);
     if (!status.ok()) return status;
@@ -81,6 +87,11 @@ v1::Prior ToProto(const Prior& prior) {
   if (prior.heights) {
     message.mutable_heights()->set_min_m(prior.heights->min_m);
     message.mutable_heights()->set_max_m(prior.heights->max_m);
+  }
+  if (prior.on_earth) {
+    message.mutable_on_earth()->set_latitude_deg(prior.on_earth->latitude_deg);
+    message.mutable_on_earth()->set_longitude_deg(prior.on_earth->longitude_deg);
+    message.mutable_on_earth()->set_radius_m(prior.on_earth->radius_m);
   }
   message.mutable_sessions()->Add(prior.sessions.begin(), prior.sessions.end());
   return message;

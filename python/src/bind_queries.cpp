@@ -37,8 +37,13 @@ SensorMount MountOf(const std::optional<nb::object>& T_base_sensor, double min_r
 
 Prior PriorOf(const std::optional<Disc>& disc,
               const std::optional<std::pair<double, double>>& heights,
-              const std::vector<std::string>& sessions) {
+              const std::vector<std::string>& sessions, const std::optional<Disc>& on_earth) {
   Prior prior{.sessions = sessions};
+  if (on_earth) {
+    const auto& [latitude_deg, longitude_deg, radius_m] = *on_earth;
+    prior.on_earth = {
+        .latitude_deg = latitude_deg, .longitude_deg = longitude_deg, .radius_m = radius_m};
+  }
   if (disc) {
     const auto& [x_m, y_m, radius_m] = *disc;
     prior.disc = {.x_m = x_m, .y_m = y_m, .radius_m = radius_m};
@@ -68,8 +73,10 @@ void BindQueries(nb::module_& m) {
                     "there, are not looked at. Coordinates are those of the map [m]. Immutable.")
       .def(nb::new_(&PriorOf), nb::kw_only(), nb::arg("disc") = nb::none(),
            nb::arg("heights") = nb::none(), nb::arg("sessions") = std::vector<std::string>{},
+           nb::arg("on_earth") = nb::none(),
            "disc: x, y, radius. heights: lowest and highest z of the sensor; one floor, say. "
-           "sessions: names of the map's.");
+           "sessions: names of the map's. on_earth: latitude, longitude [deg] and radius [m], in "
+           "place of disc.");
 }
 
 }  // namespace scanloc::python

@@ -20,6 +20,11 @@ Json PriorToJson(const Prior& prior) {
     json["disc"] = {
         {"x", prior.disc->x_m}, {"y", prior.disc->y_m}, {"radius_m", prior.disc->radius_m}};
   }
+  if (prior.on_earth) {
+    json["on_earth"] = {{"latitude", prior.on_earth->latitude_deg},
+                        {"longitude", prior.on_earth->longitude_deg},
+                        {"radius_m", prior.on_earth->radius_m}};
+  }
   if (prior.heights) json["heights"] = {prior.heights->min_m, prior.heights->max_m};
   return json;
 }

@@ -183,6 +183,8 @@ absl::Status Server::State::Listen() {
     keeper.ServeWithoutMaps();
     keeper.OnDamage([this](const std::string& name) { catalogue_maps->Lost(name); });
     maps.OnUnknown([this](const std::string& name) { return catalogue_maps->Want(name); });
+    maps.OnPlaceOnEarth(
+        [this](const Prior::GeoDisc& disc) { return catalogue_maps->Elsewhere(disc); });
   }
   if (!options.metrics_listen.empty()) {
     auto endpoint = MetricsEndpoint::Listen(options.metrics_listen, metrics);

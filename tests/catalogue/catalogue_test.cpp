@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <nlohmann/json.hpp>
 #include <thread>
 
 #include "support/postgres.hpp"
@@ -22,7 +23,7 @@ Version VersionOf(const std::string& region, char digit) {
           .sha256 = std::string(64, digit),
           .num_bytes = 1000 + digit,
           .num_places = 7,
-          .area = {-1.5, -2.25, 3e6, 0.1},
+          .area = {.corners = {{-1.5, -2.25}, {3e6, 0.1}, {1.0 / 3.0, 7}}, .is_on_earth = false},
           .published_by = "somebody"};
 }
 
@@ -64,6 +65,18 @@ TEST_P(CatalogueTest, TellsWhatIsInForceAndWhatWas) {
   EXPECT_GT(expected.published_ms, 1'700'000'000'000);
   EXPECT_THAT(*catalogue->History("town"), ElementsAre(IsOf('b'), IsOf('a')));
   EXPECT_THAT(*catalogue->History("nowhere"), IsEmpty());
+}
+
+TEST_P(CatalogueTest, KeepsAreasOnEarth) {
+  Version version = VersionOf("town", 'a');
+  version.area = {.corners = {{11.512345678901234, 48.1}, {-179.5, -89}, {0.1, 1e-300}},
+                  .is_on_earth = true};
+  ASSERT_TRUE(Open()->Publish(version).ok());
+  ASSERT_TRUE(Open()->Publish(VersionOf("hall", 'b')).ok());
+  const auto live = Open()->Live();
+  ASSERT_TRUE(live.ok()) << live.status();
+  EXPECT_EQ(live->front().area, VersionOf("hall", 'b').area);
+  EXPECT_EQ(live->back().area, version.area);
 }
 
 TEST_P(CatalogueTest, RollsBackAndForward) {
@@ -132,7 +145,7 @@ TEST_P(CatalogueTest, RefusesWhatCouldDoHarmAsAName) {
   version.sha256.pop_back();
   EXPECT_FALSE(catalogue->Publish(version).ok());
   version = VersionOf("town", 'a');
-  version.area.max_x_m = std::numeric_limits<double>::infinity();
+  version.area.corners[1].x = std::numeric_limits<double>::infinity();
   EXPECT_FALSE(catalogue->Publish(version).ok());
   EXPECT_THAT(*catalogue->Live(), IsEmpty());
 }
@@ -140,6 +153,46 @@ TEST_P(CatalogueTest, RefusesWhatCouldDoHarmAsAName) {
 INSTANTIATE_TEST_SUITE_P(Of, CatalogueTest, testing::Bool(), [](const auto& test) {
   return std::string(test.param ? "Postgres" : "AFolder");
 });
+
+// As versions before polygons wrote it, and read it.
+TEST(FolderCatalogue, GoesOnWithOneOfBoxes) {
+  const test::TempDir dir;
+  dir.Write(
+      "catalogue.json",
+      R"({"live": {"town": 0}, "versions": [{"area": [-1.0, -2.0, 3.0, 4.0], "content_id": ")" +
+          std::string(32, 'a') + R"(", "num_bytes": 7, "num_places": 7, "published_by": "x",
+                "published_ms": 5, "region": "town", "sha256": ")" +
+          std::string(64, 'a') + R"("}]})");
+  auto catalogue = *OpenCatalogue(dir.path().string());
+  auto live = catalogue->Live();
+  ASSERT_TRUE(live.ok()) << live.status();
+  EXPECT_EQ(live->front().area, (Area{.corners = CornersOf({-1, -2, 3, 4})}));
+  ASSERT_TRUE(catalogue->Publish(VersionOf("town", 'b')).ok());
+  const auto json = nlohmann::json::parse(test::ReadFile(dir.File("catalogue.json")));
+  EXPECT_EQ(json["versions"][1]["area"], nlohmann::json({-1.5, -2.25, 3e6, 7.0}));
+}
+
+TEST(PostgresCatalogue, GoesOnWithADatabaseOfBefore) {
+  if (!test::Postgres::IsInstalled()) GTEST_SKIP() << "PostgreSQL 15 is not installed";
+  const test::Postgres database;
+  ASSERT_TRUE((*OpenCatalogue(database.Url()))->Live().ok()) << "makes the tables";
+  (void)database.Sql(
+      "INSERT INTO scanloc_versions (region, content_id, sha256, num_bytes, num_places, area,"
+      " published_by) VALUES ('town', repeat('a', 32), repeat('a', 64), 7, 7,"
+      " '((-1,-2),(3,-2),(3,4),(-1,4))', 'x');"
+      "INSERT INTO scanloc_live SELECT 'town', id FROM scanloc_versions");
+  auto catalogue = *OpenCatalogue(database.Url());
+  auto live = catalogue->Live();
+  ASSERT_TRUE(live.ok()) << live.status();
+  EXPECT_EQ(live->front().area, (Area{.corners = CornersOf({-1, -2, 3, 4})}));
+  Version on_earth = VersionOf("port", 'b');
+  on_earth.area = {.corners = {{11.5, 48.1}}, .is_on_earth = true};
+  ASSERT_TRUE(catalogue->Publish(on_earth).ok());
+  live = catalogue->Live();
+  ASSERT_TRUE(live.ok()) << live.status();
+  EXPECT_EQ(live->front().area, on_earth.area);
+  EXPECT_FALSE(live->back().area.is_on_earth);
+}
 
 TEST(FolderCatalogue, SaysThatItIsDamaged) {
   const test::TempDir dir;

@@ -24,6 +24,14 @@ TEST(Prior, RefusesWhatIsOutOfRange) {
        {Prior::Heights{1, 1}, Prior::Heights{2, 1}, Prior::Heights{kNan, 1}}) {
     EXPECT_TRUE(absl::IsInvalidArgument(Validate(Prior{.heights = heights})));
   }
+  for (const Prior::GeoDisc& disc :
+       {Prior::GeoDisc{91, 0, 1}, Prior::GeoDisc{0, -181, 1}, Prior::GeoDisc{kNan, 0, 1},
+        Prior::GeoDisc{0, kNan, 1}, Prior::GeoDisc{0, 0, 0}, Prior::GeoDisc{0, 0, kNan}}) {
+    EXPECT_TRUE(absl::IsInvalidArgument(Validate(Prior{.on_earth = disc}))) << disc.latitude_deg;
+  }
+  EXPECT_TRUE(Validate(Prior{.on_earth = Prior::GeoDisc{48, 11, 500}}).ok());
+  EXPECT_TRUE(absl::IsInvalidArgument(
+      Validate(Prior{.disc = Prior::Disc{0, 0, 1}, .on_earth = Prior::GeoDisc{48, 11, 500}})));
   Prior many;
   many.sessions.assign(1001, "x");
   EXPECT_TRUE(absl::IsInvalidArgument(Validate(many)));
@@ -36,6 +44,11 @@ class PriorTest : public testing::Test {
   const ScanDescriptor scan_ =
       Describer::Create(Params{})->Describe(test::QueryScan(1, 3));  // at (21.3, 0.9)
 };
+
+TEST_F(PriorTest, IsNotLeftOutWhereNobodyBroughtItIntoTheMap) {
+  const Query query{.prior = {.on_earth = Prior::GeoDisc{48, 11, 500}}};
+  EXPECT_TRUE(absl::IsInvalidArgument(localizer_->Localize(scan_, query).status()));
+}
 
 TEST_F(PriorTest, LeavesOutPlacesElsewhere) {
   for (const char* method : {"auto", "a-pc", "pc-brute"}) {

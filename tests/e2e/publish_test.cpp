@@ -19,9 +19,15 @@ json Catalogue(const TempDir& dir, const Args& more = {}) {
   return json::parse(MustScanloc(args));
 }
 
-ProcessResult Publish(const TempDir& dir, const std::string& map, const std::string& region) {
-  return Scanloc({"publish", map, "--catalogue", dir.File("catalogue"), "--store",
-                  dir.File("store"), "--region", region, "--by", "somebody"});
+ProcessResult Publish(const TempDir& dir, const std::string& map, const std::string& region,
+                      const Args& more = {}) {
+  Args args = {"publish",     map,
+               "--catalogue", dir.File("catalogue"),
+               "--store",     dir.File("store"),
+               "--region",    region,
+               "--by",        "somebody"};
+  args.insert(args.end(), more.begin(), more.end());
+  return Scanloc(args);
 }
 
 TEST(Publish, PutsAMapInForceAndRollsItBack) {
@@ -49,6 +55,43 @@ TEST(Publish, PutsAMapInForceAndRollsItBack) {
   EXPECT_EQ(Catalogue(dir)[0].at("content_id"), ContentId(second));
   MustScanloc({"rollback", "town", "--catalogue", dir.File("catalogue"), "--withdraw"});
   EXPECT_EQ(Catalogue(dir), json::array());
+}
+
+TEST(Publish, SaysWhereARegionIs) {
+  const TempDir dir;
+  const auto area = [&](const std::string& map, const Args& more = {}) {
+    const ProcessResult published = Publish(dir, map, "town", more);
+    EXPECT_EQ(published.status, 0) << published.err;
+    return Catalogue(dir).at(0).at("area");
+  };
+  const json in_map = area(Town().map1);
+  EXPECT_EQ(in_map.at("on_earth"), false);
+  EXPECT_GE(in_map.at("corners").size(), 2U);
+  EXPECT_LE(in_map.at("corners").size(), TinyTown::kNumScans);
+  EXPECT_EQ(area(Town().map1, {"--area", "-5,-6,7,8"}),
+            json({{"on_earth", false}, {"corners", {{-5, -6}, {7, -6}, {7, 8}, {-5, 8}}}}));
+
+  const std::string on_earth = dir.File("on-earth.scanloc");
+  MustScanloc({"edit", Town().map1, on_earth, "--geo-origin", "48.1374,11.5755,519", "--quiet"});
+  const json hull = area(on_earth);
+  EXPECT_EQ(hull.at("on_earth"), true);
+  for (const json& corner : hull.at("corners")) {
+    EXPECT_NEAR(corner.at(0), 11.5755, 0.1);
+    EXPECT_NEAR(corner.at(1), 48.1374, 0.1);
+  }
+  EXPECT_EQ(area(on_earth, {"--area", "11.5,48.1,11.6,48.1,11.6,48.2"}),
+            json({{"on_earth", true}, {"corners", {{11.5, 48.1}, {11.6, 48.1}, {11.6, 48.2}}}}));
+  const std::string file = dir.Write(
+      "area.geojson",
+      R"({"type": "Polygon", "coordinates": [[[11.5, 48], [11.6, 48], [11.6, 48.1], [11.5, 48]]]})");
+  EXPECT_EQ(area(Town().map1, {"--area", file}),
+            json({{"on_earth", true}, {"corners", {{11.5, 48}, {11.6, 48}, {11.6, 48.1}}}}));
+  for (const std::string& bad : {std::string("1,2,3"), std::string("1,2"), dir.File("none"),
+                                 std::string("11.5,48,200,49"), Town().map1}) {
+    const ProcessResult result = Publish(dir, on_earth, "town", {"--area", bad});
+    EXPECT_EQ(result.status, 1) << bad;
+    EXPECT_EQ(CountLines(result.err), 1) << result.err;
+  }
 }
 
 TEST(Publish, RefusesWhatCannotBeServed) {

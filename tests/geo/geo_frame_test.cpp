@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <optional>
 
 namespace scanloc::geo {
 namespace {
@@ -37,6 +38,32 @@ TEST(GeoFrame, PutsEastNorthAndUpWhereTheyAre) {
       EarthCentred({48.1374, 11.5755, 519.0}) + 1000.0 * east + 2000.0 * up.cross(east) + 30.0 * up;
   EXPECT_LT((EarthCentred(there) - expected).norm(), 1e-6);
   EXPECT_LT((frame.ToMap(there) - Eigen::Vector3d(1000.0, 2000.0, 30.0)).norm(), 1e-6);
+}
+
+TEST(GeoFrame, BringsPriorsIntoTheMap) {
+  GeoOrigin origin = kMunich;
+  origin.anchor_m = Eigen::Vector3d(700.0, -300.0, 5.0);
+  const GeoFrame frame = *GeoFrame::Create(origin);
+  const GeoPosition there = frame.ToGeo({3000.0, 4000.0, 30.0});
+  Prior asked{.heights = Prior::Heights{1.0, 2.0},
+              .sessions = {"march"},
+              .on_earth = Prior::GeoDisc{there.latitude_deg, there.longitude_deg, 50.0}};
+  const auto prior = InMapFrame(asked, frame);
+  ASSERT_TRUE(prior.ok()) << prior.status();
+  ASSERT_TRUE(prior->disc.has_value());
+  EXPECT_NEAR(prior->disc->x_m, 3000.0, 0.1);
+  EXPECT_NEAR(prior->disc->y_m, 4000.0, 0.1);
+  EXPECT_EQ(prior->disc->radius_m, 50.0);
+  EXPECT_FALSE(prior->on_earth.has_value());
+  EXPECT_EQ(prior->heights, asked.heights);
+  EXPECT_EQ(prior->sessions, asked.sessions);
+  EXPECT_TRUE(absl::IsFailedPrecondition(InMapFrame(asked, std::nullopt).status()));
+  EXPECT_EQ(*InMapFrame(Prior{.sessions = {"x"}}, std::nullopt), Prior{.sessions = {"x"}});
+  // The other side of the earth lies below the map, and yet far from it.
+  for (const double longitude_deg : {kMunich.longitude_deg - 180.0, -160.0, -90.0}) {
+    const Prior::Disc far = frame.ToMap(Prior::GeoDisc{-48.1374, longitude_deg, 50.0});
+    EXPECT_GT(std::hypot(far.x_m, far.y_m), 5e6) << longitude_deg;
+  }
 }
 
 TEST(GeoFrame, TurnsByTheHeadingOfX) {

@@ -66,7 +66,7 @@ completes() {
     exit 1
   }
 }
-completes "--prior --prior-heights --prior-session" scanloc locate --pri
+completes "--prior --prior-geo --prior-heights --prior-session" scanloc locate --pri
 completes report-diff scanloc report-
 scanloc simulate "$work/drive" --town-seed 1 --session-seed 1 --length-m 30 --quiet >/dev/null
 scanloc build "$work/town.scanloc" --scans "$work/drive" --poses "$work/drive/poses.txt" --quiet \

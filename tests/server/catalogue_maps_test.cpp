@@ -1,5 +1,6 @@
 // Servers that fetch their maps: real processes, a real database, a real web server.
 #include <filesystem>
+#include <optional>
 
 #include "metered_scanlocd.hpp"
 #include "scanloc/catalogue/catalogue.hpp"
@@ -42,7 +43,8 @@ class CatalogueMapsTest : public MeteredScanlocdTest {
   }
 
   /// Puts the map of a seed in force for a region, as scanloc publish does.
-  catalogue::Version Publish(const std::string& region, std::uint64_t seed) {
+  catalogue::Version Publish(const std::string& region, std::uint64_t seed,
+                             const std::optional<catalogue::Area>& area = {}) {
     const std::string path = WriteMap("of-" + std::to_string(seed), seed);
     catalogue::Version version{
         .region = region,
@@ -50,7 +52,7 @@ class CatalogueMapsTest : public MeteredScanlocdTest {
         .sha256 = *catalogue::Sha256OfFile(path),
         .num_bytes = static_cast<std::int64_t>(fs::file_size(path)),
         .num_places = kNumPlaces,
-        .area = {1e6 * static_cast<double>(seed), 0, 1e6 * static_cast<double>(seed) + 1, 1}};
+        .area = area.value_or(catalogue::Area{.corners = {{1e6 * static_cast<double>(seed), 0}}})};
     EXPECT_TRUE((*catalogue::OpenStore(store_folder_))->Put(version.FileName(), path).ok());
     EXPECT_TRUE(OpenCatalogue()->Publish(version).ok());
     fs::remove(path);
@@ -93,6 +95,32 @@ TEST_F(CatalogueMapsTest, FetchesWhatItIsAskedFor) {
   test::ExpectSameAnswer(reply->answer,
                          *expected->Localize(describer.Describe(test::QueryScan(1, 2))));
   EXPECT_EQ(Connect().GetMapInfo("nowhere").status().code(), absl::StatusCode::kNotFound);
+  ExpectStopsWell();
+}
+
+TEST_F(CatalogueMapsTest, IsLedToARegionByAPlaceOnEarth) {
+  const auto area = [](double longitude_deg, double latitude_deg) {
+    return catalogue::Area{
+        .corners = catalogue::CornersOf(
+            {longitude_deg, latitude_deg, longitude_deg + 0.1, latitude_deg + 0.1}),
+        .is_on_earth = true};
+  };
+  const catalogue::Version town = Publish("town", 1, area(11.5, 48.1));
+  const catalogue::Version port = Publish("port", 2, area(10.0, 53.5));
+  StartWorker();
+  client::RequestOptions asked;
+  const auto ask = [&](double latitude_deg, double longitude_deg) {
+    asked.query.prior.on_earth = Prior::GeoDisc{latitude_deg, longitude_deg, 2000.0};
+    return Connect().LocalizeScan(test::QueryScan(1, 2), asked).status();
+  };
+  Await("the town is in service, and does not know where on earth it is", [&] {
+    const absl::Status status = ask(48.21, 11.55);  // a kilometre north of it
+    EXPECT_TRUE(absl::IsUnavailable(status) || absl::IsFailedPrecondition(status)) << status;
+    return absl::IsFailedPrecondition(status);
+  });
+  EXPECT_TRUE(fs::exists(cache_ + "/" + town.FileName()));
+  EXPECT_FALSE(fs::exists(cache_ + "/" + port.FileName())) << "it lies elsewhere";
+  EXPECT_TRUE(absl::IsNotFound(ask(48.25, 11.55))) << "nothing lies there";
   ExpectStopsWell();
 }
 

@@ -52,7 +52,7 @@ class FleetTest : public ScanlocdTest {
                                      .sha256 = *catalogue::Sha256OfFile(path),
                                      .num_bytes = static_cast<std::int64_t>(fs::file_size(path)),
                                      .num_places = kNumPlaces,
-                                     .area = {x_m, 0, x_m + 1, 1}};
+                                     .area = {.corners = {{x_m, 0}}}};
     ASSERT_TRUE((*catalogue::OpenStore(folder_))->Put(version.FileName(), path).ok());
     ASSERT_TRUE((*catalogue::OpenCatalogue(database_->Url()))->Publish(version).ok());
     const std::lock_guard lock(mutex_);

@@ -77,6 +77,41 @@ TEST_F(UnnamedMapTest, IsAmbiguousWhereTwoMapsHoldThePlace) {
   EXPECT_EQ(response_.candidates(0).map(), "");
 }
 
+TEST_F(UnnamedMapTest, LooksOnlyWhereAPriorOnEarthLies) {
+  const GeoOrigin munich{48.1374, 11.5755, 519.0, 90.0, Eigen::Vector3d::Zero()};
+  const GeoOrigin berlin{52.52, 13.405, 34.0, 0.0, Eigen::Vector3d::Zero()};
+  Map north = test::SmallMap(1, 12);
+  Map twin = north;
+  twin.content_id = "another";
+  v1::LocalizeRequest request = ScanOf(1, 5);
+  v1::Prior::GeoDisc& disc = *request.mutable_options()->mutable_prior()->mutable_on_earth();
+  disc.set_latitude_deg(48.137);
+  disc.set_longitude_deg(11.576);
+  disc.set_radius_m(500.0);
+
+  Start({{"north", north}, {"twin", twin}});
+  EXPECT_EQ(Ask(request), Code::FAILED_PRECONDITION) << "no map knows where it stands";
+  north.geo_origin = munich;
+  Start({{"north", north}, {"twin", twin}});
+  ASSERT_EQ(Ask(request), Code::OK) << error_;
+  EXPECT_EQ(response_.outcome(), v1::OUTCOME_AMBIGUOUS) << "the twin may stand there, too";
+  twin.geo_origin = berlin;
+  Start({{"north", north}, {"twin", twin}});
+  ASSERT_EQ(Ask(request), Code::OK) << error_;
+  EXPECT_EQ(response_.outcome(), v1::OUTCOME_LOCALIZED) << response_.reason();
+  EXPECT_EQ(response_.map(), "north");
+  disc.set_latitude_deg(52.52);
+  disc.set_longitude_deg(13.405);
+  ASSERT_EQ(Ask(request), Code::OK) << error_;
+  EXPECT_EQ(response_.map(), "twin");
+  disc.set_radius_m(0.5);  // place 5 is farther off
+  ASSERT_EQ(Ask(request), Code::OK) << error_;
+  EXPECT_NE(response_.outcome(), v1::OUTCOME_LOCALIZED);
+  request.set_map("north");
+  ASSERT_EQ(Ask(request), Code::OK) << error_;
+  EXPECT_EQ(response_.outcome(), v1::OUTCOME_NOT_RECOGNIZED);
+}
+
 TEST_F(UnnamedMapTest, CountsMapsOfOneContentOnce) {
   Start({{"north", test::SmallMap(1, 12)}, {"default", test::SmallMap(1, 12)}});
   ASSERT_EQ(Ask(ScanOf(1, 5)), Code::OK) << error_;

@@ -99,7 +99,11 @@ struct OfflineClient::State {
                                                      std::int64_t began_ns) const {
     const Terms terms{options.budget, options.timeout};
     if (auto status = terms.Check(); !status.ok()) return status;
-    auto answer = localizer->Localize(descriptor, options.query, terms.ControlSince(began_ns));
+    Query query = options.query;
+    absl::StatusOr<Prior> prior = geo::InMapFrame(query.prior, geo);
+    if (!prior.ok()) return prior.status();
+    query.prior = *std::move(prior);
+    auto answer = localizer->Localize(descriptor, query, terms.ControlSince(began_ns));
     if (!answer.ok()) return terms.Told(answer.status());
     TellOfBase(mount, *answer);
     geo::TellOnEarth(geo, *answer);
@@ -231,8 +235,11 @@ absl::StatusOr<RobotStream> OfflineClient::OpenStream(const StreamOptions& optio
   if (auto status = state_->CheckName(options.map); !status.ok()) return status;
   const Terms terms{options.budget, options.timeout};
   if (auto status = terms.Check(); !status.ok()) return status;
-  auto tracker = Tracker::Create(state_->localizer,
-                                 {.query = options.query, .max_step_m = options.max_step_m});
+  TrackerOptions tracked{.query = options.query, .max_step_m = options.max_step_m};
+  absl::StatusOr<Prior> prior = geo::InMapFrame(options.query.prior, state_->geo);
+  if (!prior.ok()) return prior.status();
+  tracked.query.prior = *std::move(prior);
+  auto tracker = Tracker::Create(state_->localizer, tracked);
   if (!tracker.ok()) return tracker.status();
   return RobotStream(std::make_unique<TrackedRobot>(state_, *std::move(tracker),
                                                     proto::AsReceived(options.mount), terms));

@@ -42,6 +42,10 @@ bool Holds(const Prior& prior, const Eigen::Vector3d& position_m) {
 
 absl::StatusOr<Narrowing> Narrow(const Map& map, const Prior& prior,
                                  const std::vector<bool>* excluded) {
+  if (prior.on_earth) {
+    return absl::InvalidArgumentError(
+        "the prior is a place on earth; geo::InMapFrame makes one of the map of it");
+  }
   const absl::StatusOr<std::vector<bool>> sessions = SessionsOf(map, prior);
   if (!sessions.ok()) return sessions.status();
   Narrowing narrowing;

@@ -21,9 +21,12 @@ constexpr std::chrono::seconds kLongestPause{30};
 /// Regions so near to each other are neighbours.
 constexpr double kNear_m = 300.0;
 
-bool AreNeighbours(const catalogue::Area& a, const catalogue::Area& b) {
-  return a.min_x_m - kNear_m <= b.max_x_m && b.min_x_m - kNear_m <= a.max_x_m &&
-         a.min_y_m - kNear_m <= b.max_y_m && b.min_y_m - kNear_m <= a.max_y_m;
+absl::Status IsFetched(const std::string& region) {
+  return proto::WithRetryAfter(
+      proto::WithReason(v1::ERROR_REASON_MAP_LOADING,
+                        absl::UnavailableError(absl::StrCat("the map of region ", region,
+                                                            " is being fetched; try again later"))),
+      kRetry_s);
 }
 
 std::string Message(const absl::Status& status) { return absl::StrCat(status.message()); }
@@ -97,11 +100,6 @@ void CatalogueMaps::Stop() {
   if (fetcher_.joinable()) fetcher_.join();
 }
 
-bool CatalogueMaps::IsStopping() {
-  const std::lock_guard lock(mutex_);
-  return is_stopping_;
-}
-
 void CatalogueMaps::Queue(const std::string& region, bool is_asked_for) {
   const auto same = std::find_if(wanted_.begin(), wanted_.end(),
                                  [&](const Wanted& wanted) { return wanted.region == region; });
@@ -111,6 +109,25 @@ void CatalogueMaps::Queue(const std::string& region, bool is_asked_for) {
   has_news_.notify_all();
 }
 
+absl::StatusOr<std::set<std::string>> CatalogueMaps::Elsewhere(const Prior::GeoDisc& disc) {
+  const catalogue::Area middle{.corners = {{disc.longitude_deg, disc.latitude_deg}},
+                               .is_on_earth = true};
+  std::set<std::string> elsewhere;
+  absl::Status status;
+  const std::lock_guard lock(mutex_);
+  for (const auto& [region, version] : live_) {
+    if (!version.area.is_on_earth) continue;
+    if (catalogue::Distance_m(middle, version.area) > disc.radius_m) {
+      elsewhere.insert(region);
+    } else if (!served_.contains(region)) {
+      Queue(region, true);
+      status = IsFetched(region);
+    }
+  }
+  if (!status.ok()) return status;
+  return elsewhere;
+}
+
 absl::Status CatalogueMaps::Want(const std::string& region) {
   const std::lock_guard lock(mutex_);
   if (!live_.contains(region)) {
@@ -118,11 +135,7 @@ absl::Status CatalogueMaps::Want(const std::string& region) {
                                             absl::Utf8SafeCHexEscape(region), "\" in force"));
   }
   Queue(region, true);
-  return proto::WithRetryAfter(
-      proto::WithReason(v1::ERROR_REASON_MAP_LOADING,
-                        absl::UnavailableError(absl::StrCat("the map of region ", region,
-                                                            " is being fetched; try again later"))),
-      kRetry_s);
+  return IsFetched(region);
 }
 
 void CatalogueMaps::Listen() {
@@ -327,7 +340,7 @@ void CatalogueMaps::WantNeighboursOf(const catalogue::Version& version) {
   const std::lock_guard lock(mutex_);
   for (const auto& [region, other] : live_) {
     if (region != version.region && !served_.contains(region) &&
-        AreNeighbours(other.area, version.area)) {
+        catalogue::Distance_m(other.area, version.area) <= kNear_m) {
       Queue(region, false);
     }
   }

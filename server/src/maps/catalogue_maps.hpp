@@ -20,6 +20,7 @@
 #include "ops/metrics.hpp"
 #include "scanloc/catalogue/catalogue.hpp"
 #include "scanloc/catalogue/store.hpp"
+#include "scanloc/core/prior.hpp"
 #include "scanloc/server/map_registry.hpp"
 #include "scanloc/server/server_options.hpp"
 
@@ -53,6 +54,11 @@ class CatalogueMaps {
   /// NotFound: the catalogue has none of that name.
   [[nodiscard]] absl::Status Want(const std::string& region);
 
+  /// Somebody asks all maps about a place on earth: the regions in force that lie wholly elsewhere.
+  /// Those of which the catalogue does not say where on earth they are, are not among them.
+  /// Unavailable: one that reaches the disc is not in service yet, and is fetched.
+  [[nodiscard]] absl::StatusOr<std::set<std::string>> Elsewhere(const Prior::GeoDisc& disc);
+
   /// The map in service under a name was found damaged: it is fetched anew, if it is a region's.
   void Lost(const std::string& name);
 
@@ -83,9 +89,12 @@ class CatalogueMaps {
   void WantNeighboursOf(const catalogue::Version& version);
   void TakeOut(const std::string& region);
 
+  [[nodiscard]] bool IsStopping() {
+    const std::lock_guard lock(mutex_);
+    return is_stopping_;
+  }
   /// With mutex_ held.
   void Queue(const std::string& region, bool is_asked_for);
-  [[nodiscard]] bool IsStopping();
 
   const CatalogueOptions options_;
   MapCacheDir folder_;

@@ -145,12 +145,19 @@ absl::StatusOr<std::shared_ptr<const ServedMap>> MapRegistry::Find(const std::st
 }
 
 absl::StatusOr<std::vector<std::shared_ptr<const ServedMap>>> MapRegistry::FindAll(
-    const std::string& name) const {
+    const std::string& name, const std::optional<Prior::GeoDisc>& on_earth) const {
   std::vector<std::shared_ptr<const ServedMap>> found;
   if (name.empty()) {
+    std::set<std::string> elsewhere;
+    if (on_earth && find_elsewhere_) {
+      auto told = find_elsewhere_(*on_earth);
+      if (!told.ok()) return told.status();
+      elsewhere = *std::move(told);
+    }
     std::set<std::string> contents;
     const std::lock_guard lock(mutex_);
     for (const Slots::const_iterator slot : Unnamed()) {
+      if (elsewhere.contains(slot->first)) continue;
       auto map = ServedIn(*slot);
       if (!map.ok()) return map.status();
       if (contents.insert((*map)->info.content_id).second) found.push_back(*std::move(map));
@@ -162,6 +169,11 @@ absl::StatusOr<std::vector<std::shared_ptr<const ServedMap>>> MapRegistry::FindA
     }
   }
   if (!found.empty()) return found;
+  if (name.empty() && on_earth && find_elsewhere_) {
+    return absl::NotFoundError(absl::StrCat("no map lies within ", on_earth->radius_m,
+                                            " m of latitude ", on_earth->latitude_deg,
+                                            ", longitude ", on_earth->longitude_deg));
+  }
   auto only = Find(name);
   if (!only.ok()) return only.status();
   found.push_back(*std::move(only));

@@ -27,9 +27,12 @@ using ServedMaps = std::vector<std::shared_ptr<const ServedMap>>;
 /// Whether several maps can be asked one question whose answers can be compared.
 absl::Status CheckComparable(const ServedMaps& maps, const Query& query) {
   if (maps.size() == 1) return absl::OkStatus();
-  if (!query.prior.is_open()) {
+  Prior of_one_map = query.prior;
+  of_one_map.on_earth.reset();
+  if (!of_one_map.is_open()) {
     return absl::InvalidArgumentError(
-        "options.prior goes with the name of a map, whose coordinates and sessions it tells");
+        "options.prior goes with the name of a map, whose coordinates and sessions it tells; of "
+        "several maps only on_earth");
   }
   const ServedMap& first = *maps.front();
   const Method method = MethodOf(query, first.info.params);
@@ -43,6 +46,15 @@ absl::Status CheckComparable(const ServedMaps& maps, const Query& query) {
                          " and ", MethodName(MethodOf(query, map->info.params)), "; name either")));
   }
   return absl::OkStatus();
+}
+
+/// The prior as a map takes it. One that does not know where on earth it stands is looked at as a
+/// whole, if others do.
+absl::StatusOr<Prior> PriorOf(const ServedMaps& maps, const ServedMap& map, const Prior& asked) {
+  const bool does_any_know = std::any_of(maps.begin(), maps.end(),
+                                         [](const auto& other) { return other->geo.has_value(); });
+  if (!asked.on_earth || map.geo || !does_any_know) return geo::InMapFrame(asked, map.geo);
+  return Prior{};
 }
 
 /// Each candidate by the map that it is in, which it names where several were asked.
@@ -73,6 +85,9 @@ absl::StatusOr<std::vector<MapAnswer>> AskEach(
     }
     Query query = asked;
     LimitCandidates(map->info.params, max_candidates, query);
+    absl::StatusOr<Prior> prior = PriorOf(maps, *map, asked.prior);
+    if (!prior.ok()) return prior.status();
+    query.prior = *std::move(prior);
     const ScanDescriptor& descriptor = described.at(map->signature).descriptor;
     auto answer = map->localizer->Localize(descriptor, query, control);
     if (!answer.ok()) return error_of(answer.status(), *map);
@@ -146,7 +161,7 @@ absl::StatusOr<LocalizeReply> LocalizationService::Answer(
   if (!asked.ok()) return asked.status();
   auto header = proto::HeaderFromProto(request);
   if (!header.ok()) return header.status();
-  const auto maps = maps_.FindAll(request.map());
+  const auto maps = maps_.FindAll(request.map(), asked->query.prior.on_earth);
   if (!maps.ok()) return maps.status();
   for (const auto& map : *maps) {
     if (auto status = Validate(asked->query, map->info.params); !status.ok()) return status;

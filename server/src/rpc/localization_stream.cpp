@@ -113,6 +113,9 @@ absl::StatusOr<std::shared_ptr<const ServedMap>> LocalizationService::ReadyMap(R
   if (!map.ok() || *map == robot.map) return map;
   TrackerOptions tracker_options{.query = robot.asked.query, .max_step_m = robot.max_step_m};
   LimitCandidates((*map)->info.params, limits_.max_candidates, tracker_options.query);
+  auto prior = geo::InMapFrame(tracker_options.query.prior, (*map)->geo);
+  if (!prior.ok()) return prior.status();
+  tracker_options.query.prior = *std::move(prior);
   auto tracker = Tracker::Create((*map)->localizer, tracker_options);
   if (!tracker.ok()) return tracker.status();
   robot.tracker = *std::move(tracker);

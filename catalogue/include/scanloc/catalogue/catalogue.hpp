@@ -8,19 +8,10 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "scanloc/catalogue/area.hpp"
 
 /// Which map of each region is in force, who published it when, and what was before.
 namespace scanloc::catalogue {
-
-/// An axis-parallel box across the map frame [m].
-struct Area {
-  double min_x_m = 0.0;
-  double min_y_m = 0.0;
-  double max_x_m = 0.0;
-  double max_y_m = 0.0;
-
-  friend bool operator==(const Area&, const Area&) = default;
-};
 
 /// One map file that was published for a region.
 struct Version {

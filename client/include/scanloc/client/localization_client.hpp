@@ -17,7 +17,8 @@ namespace scanloc::client {
 /// What one query may say beside the scan.
 struct RequestOptions {
   /// Empty: all maps that there are. Each candidate then tells its map, and an equally good place
-  /// in another map makes the answer ambiguous; a prior needs the name of its map.
+  /// in another map makes the answer ambiguous; a prior but Prior::on_earth needs the name of its
+  /// map.
   std::string map;
   Query query;
   /// How the sensor that saw the scan sits on its robot; poses told are those of the base. Not for

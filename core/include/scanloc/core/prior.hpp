@@ -25,11 +25,22 @@ struct Prior {
 
     friend bool operator==(const Heights&, const Heights&) = default;
   };
+  /// On earth (WGS 84), for one or several maps that know where they stand.
+  struct GeoDisc {
+    double latitude_deg = 0.0;
+    double longitude_deg = 0.0;
+    double radius_m = 0.0;  ///< as of Disc
+
+    friend bool operator==(const GeoDisc&, const GeoDisc&) = default;
+  };
   std::optional<Disc> disc = {};
   std::optional<Heights> heights = {};
   std::vector<std::string> sessions = {};  ///< by name; empty: all
 
-  [[nodiscard]] bool is_open() const { return !disc && !heights && sessions.empty(); }
+  /// In place of disc: geo::InMapFrame makes that of it, before a map is searched.
+  std::optional<GeoDisc> on_earth = {};
+
+  [[nodiscard]] bool is_open() const { return !disc && !heights && sessions.empty() && !on_earth; }
 
   friend bool operator==(const Prior&, const Prior&) = default;
 };

@@ -7,6 +7,7 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -15,6 +16,7 @@
 #include "absl/status/statusor.h"
 #include "scanloc/core/localizer.hpp"
 #include "scanloc/core/map/map.hpp"
+#include "scanloc/core/prior.hpp"
 #include "scanloc/geo/geo_frame.hpp"
 #include "scanloc/proto/messages.hpp"
 
@@ -65,6 +67,12 @@ class MapRegistry {
     ask_unknown_ = std::move(ask);
   }
 
+  /// From then on asked which maps lie wholly elsewhere than a disc on earth, from any thread.
+  /// Before the first FindAll.
+  using FindElsewhere =
+      std::function<absl::StatusOr<std::set<std::string>>(const Prior::GeoDisc& disc)>;
+  void OnPlaceOnEarth(FindElsewhere find) { find_elsewhere_ = std::move(find); }
+
   /// When a map in service was last found by its name; the clock's least where it never was.
   [[nodiscard]] std::chrono::steady_clock::time_point LastUsed(const std::string& name) const;
 
@@ -78,9 +86,10 @@ class MapRegistry {
       const std::string& name) const;
 
   /// The map of that name; empty stands for all that are in service, in order of name, those of one
-  /// content once. Errors as of Find; Unavailable, too, while one of them loads at the start.
+  /// content once, without those known to lie elsewhere on earth. Errors as of Find; Unavailable,
+  /// too, while one of them loads at the start. NotFound: all lie elsewhere.
   [[nodiscard]] absl::StatusOr<std::vector<std::shared_ptr<const ServedMap>>> FindAll(
-      const std::string& name) const;
+      const std::string& name, const std::optional<Prior::GeoDisc>& on_earth = {}) const;
 
   /// Every map, in order of name.
   [[nodiscard]] std::vector<MapSummary> List() const;
@@ -103,6 +112,7 @@ class MapRegistry {
   [[nodiscard]] std::string KnownNames() const;
 
   std::function<absl::Status(const std::string& name)> ask_unknown_;
+  FindElsewhere find_elsewhere_;
   mutable std::mutex mutex_;
   Slots slots_;
   std::map<std::string, std::uint64_t> generations_;  // of removed ones, too
