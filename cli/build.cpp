@@ -193,8 +193,8 @@ absl::StatusOr<std::string> BuildCommand::Align(const mapdb::ScanLoader& load_sc
   progress.Clear();
   if (!drive.ok()) return drive.status();
   return absl::StrFormat(
-      "  aligned     by %d of %d constraints that were found; the others contradict them\n",
-      drive->num_on(), drive->constraints.size());
+      "  aligned     by %d of %d constraints that were found; %d contradict the rest\n",
+      drive->num_on(), drive->constraints.size(), drive->constraints.size() - drive->num_on());
 }
 
 absl::StatusOr<mapdb::BuildSummary> BuildCommand::Build(const mapdb::BuildOptions& options,

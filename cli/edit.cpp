@@ -50,6 +50,7 @@ class ThinningCost {
 
   [[nodiscard]] absl::StatusOr<std::string> Measure(const std::string& in,
                                                     const std::string& out) const {
+    if (asked_.empty()) return "  recall      thinning left out no place\n";
     absl::StatusOr<Map> map = mapdb::LoadMap(out);
     if (!map.ok()) return map.status();
     const auto localizer = Localizer::Create(std::make_shared<const Map>(*std::move(map)));

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_replace.h"
 #include "folder.hpp"
 #include "map_rows.hpp"
 #include "map_writer.hpp"
@@ -260,8 +261,12 @@ absl::StatusOr<std::string> WriteCopy(const std::string& out, const std::vector<
   if (status.ok() && finish) status = finish(partial);
   if (status.ok()) status = RenameNew(partial, out);
   if (!status.ok()) content_id = status;
-  if (!content_id.ok()) RemovePartial(partial);
-  return content_id;
+  if (content_id.ok()) return content_id;
+  RemovePartial(partial);
+  return absl::Status(
+      content_id.status().code(),
+      absl::StrReplaceAll(content_id.status().message(),
+                          {{partial, out}, {kResumeAdvice, "; nothing is kept of it: make room"}}));
 }
 
 }  // namespace scanloc::mapdb

@@ -23,9 +23,9 @@ constexpr absl::string_view kIsDamaged = "' is damaged: ";
 constexpr absl::string_view kDamageAdvice = "; restore it from a copy or build it again";
 
 absl::Status NoRoomError(const std::string& path, const std::string& what) {
-  return absl::ResourceExhaustedError(
-      absl::StrCat("cannot write map '", path, "': ", what, "; the disk is full, over its quota or",
-                   " failing. What was committed is kept: make room, then build with --resume"));
+  return absl::ResourceExhaustedError(absl::StrCat("cannot write map '", path, "': ", what,
+                                                   "; the disk is full, over its quota or",
+                                                   " failing", kResumeAdvice));
 }
 
 // SQLite tells ENOSPC as SQLITE_FULL, but a quota or a limit on file size as a failed write.

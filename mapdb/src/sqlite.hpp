@@ -23,6 +23,10 @@ struct sqlite3_stmt;
 /// The only way to SQLite: owners that close, and results that are absl::Status.
 namespace scanloc::mapdb {
 
+/// How an error of a disk without room ends, for who builds a map.
+inline constexpr absl::string_view kResumeAdvice =
+    ". What was committed is kept: make room, then build with --resume";
+
 /// One prepared statement of a Connection, which must outlive it.
 class Statement {
  public:
