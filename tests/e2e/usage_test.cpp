@@ -66,6 +66,8 @@ TEST(Usage, WrongUsageEndsWithTwoAndOneLine) {
       {"locate", map, "--scans", Town().drive1, "--prior", "0,0"},
       {"locate", map, "--scans", Town().drive1, "--prior", "0,zero,5"},
       {"locate", map, "--scans", Town().drive1, "--prior-heights", "3,2"},
+      {"locate", map, "--scans", Town().drive1, "--prior-geo", "95,11,300"},
+      {"locate", map, "--scans", Town().drive1, "--prior", "0,0,5", "--prior-geo", "48,11,300"},
       with(build, {"--calib", "calib.txt", "--T-base-sensor", "0,0,1,0,0,0"}),
       {"bag"},
       with(build, {"--bag", "x.bag"}),

@@ -101,7 +101,12 @@ TEST(ConvertPrior, BringsItBackAndRefusesWhatIsOutOfRange) {
   const Query query{
       .prior = {.disc = {{1.0, -2.0, 30.0}}, .heights = {{-1.0, 2.5}}, .sessions = {"one", "two"}}};
   EXPECT_EQ(*FromProto(ToProto(query)), query);
+  const Query on_earth{.prior = {.on_earth = {{48.1, -11.5, 300.0}}}};
+  EXPECT_EQ(*FromProto(ToProto(on_earth)), on_earth);
   v1::LocalizeOptions options;
+  options.mutable_prior()->mutable_on_earth()->set_latitude_deg(kNan);
+  ExpectInvalid(FromProto(options).status(), "options.prior: the prior is within 0 m");
+  options.mutable_prior()->clear_on_earth();
   options.mutable_prior()->mutable_disc();
   ExpectInvalid(FromProto(options).status(), "options.prior: the prior is within 0 m");
   options.mutable_prior()->clear_disc();
