@@ -170,25 +170,20 @@ TEST(Localizer, TellsABoundedShiftOfMoreThanHalfTheColumns) {
 TEST(Localizer, IsTheSameWhoeverBuildsItsTreesInWhateverOrder) {
   const World world;
   const auto map = std::make_shared<const Map>(world.localizer->map());
-  std::size_t num_tasks = 0;
-  const auto made = Localizer::Create(map, [&](std::span<const std::function<void()>> tasks) {
-    num_tasks = tasks.size();
+  const auto made = Localizer::Create(map, [](std::span<const std::function<void()>> tasks) {
+    EXPECT_EQ(tasks.size(), 3U) << "auto, polar and cart contexts";
     for (std::size_t i = tasks.size(); i-- > 0;) std::thread(tasks[i]).join();
     return absl::OkStatus();
   });
   ASSERT_TRUE(made.ok()) << made.status();
-  EXPECT_EQ(num_tasks, 3U) << "auto, polar and cart contexts";
-  auto describer = *Describer::Create(world.params);
+  const ScanDescriptor scan = Describer::Create(world.params)->Describe(world.scans[3]);
   for (const char* method : {"auto", "a-pc", "a-cc"}) {
     const Query query{.method = *ParseMethod(method)};
-    const ScanDescriptor scan = describer.Describe(world.scans[3]);
     test::ExpectSameAnswer(*(*made)->Localize(scan, query),
                            *world.localizer->Localize(scan, query));
   }
-  const auto failed = Localizer::Create(map, [](std::span<const std::function<void()>>) {
-    return absl::ResourceExhaustedError("no thread");
-  });
-  EXPECT_TRUE(absl::IsResourceExhausted(failed.status())) << failed.status();
+  const auto fail = [](auto) { return absl::ResourceExhaustedError("no thread"); };
+  EXPECT_TRUE(absl::IsResourceExhausted(Localizer::Create(map, fail).status()));
 }
 
 TEST(Localizer, SaysThatItsMapIsHalfBuilt) {
