@@ -119,6 +119,17 @@ TEST(BagDrive, LeavesOutCloudsThatHaveNoPoseInTime) {
                     HasSubstr("those of the poses 1700003599.900 to 1700003601.950 s")));
 }
 
+TEST(BagDrive, LeavesOutCloudsThatNameNoFrameWhereOthersDo) {
+  const auto drive = OpenBagDrive({.paths = {BagPath("odd_clouds.mcap")}, .poses_from = "/odom"});
+  ASSERT_TRUE(drive.ok()) << drive.status();
+  ASSERT_EQ(drive->frames.size(), 5U);
+  EXPECT_EQ(drive->frames[0].stamp_ns, 1'700'000'000'100'000'000) << "the first names none";
+  EXPECT_THAT(drive->notes,
+              Contains(HasSubstr("2 clouds of \"/points\" name no frame, where others "
+                                 "are of \"velodyne\": they are left out")));
+  for (const Frame& frame : drive->frames) EXPECT_LT(WorstError(frame), 0.03);
+}
+
 TEST(BagDrive, RefusesWithTheTopicsThereAre) {
   const std::string bag = BagPath("zstd.mcap");
   const TempDir dir;

@@ -10,6 +10,7 @@
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_join.h"
 #include "bag/bag_topics.hpp"
+#include "bag/pose_gaps.hpp"
 #include "decimal_time.hpp"
 #include "file_bytes.hpp"
 #include "scanloc/dataset/bag.hpp"
@@ -30,6 +31,7 @@ constexpr std::int64_t kMaxStamp_ns = 9'000'000'000'000'000'000;  // room to add
 struct CloudHead {
   std::size_t id;
   std::int64_t stamp_ns;
+  bool names_frame;
 };
 
 // The clouds of a bag, and where their sensor was.
@@ -42,6 +44,11 @@ class BagScans : public ScanStore {
 
   [[nodiscard]] bool has_poses() const { return chain_.has_value(); }
   [[nodiscard]] const std::vector<CloudHead>& clouds() const { return clouds_; }
+  [[nodiscard]] std::vector<std::int64_t> Stamps() const {
+    std::vector<std::int64_t> stamps_ns;
+    for (const CloudHead& cloud : clouds_) stamps_ns.push_back(cloud.stamp_ns);
+    return stamps_ns;
+  }
   [[nodiscard]] std::optional<Pose> PoseOf(std::size_t index) const {
     return chain_->At(clouds_[index].stamp_ns);
   }
@@ -112,8 +119,8 @@ absl::Status BagScans::ChoosePoses(const BagDriveOptions& options, bool needs_po
 absl::Status BagScans::AddCloud(const BagMessage& message) {
   const absl::StatusOr<MessageHead> head = DecodeHead(message.topic->format, message.bytes);
   if (!head.ok()) return absl::DataLossError(head.status().message());
-  if (clouds_.empty()) sensor_frame_ = head->frame;
-  if (head->frame != sensor_frame_) {
+  if (sensor_frame_.empty()) sensor_frame_ = head->frame;
+  if (!head->frame.empty() && head->frame != sensor_frame_) {
     return Invalid(absl::StrCat("clouds of frame ", Quote(head->frame), " and of ",
                                 Quote(sensor_frame_), " are on one topic; one sensor is needed"));
   }
@@ -122,7 +129,7 @@ absl::Status BagScans::AddCloud(const BagMessage& message) {
   if (stamp_ns < 0 || stamp_ns > kMaxStamp_ns) {
     return absl::DataLossError(absl::StrCat("its stamp, ", stamp_ns, " ns, is none"));
   }
-  clouds_.push_back({message.id, stamp_ns});
+  clouds_.push_back({message.id, stamp_ns, !head->frame.empty()});
   return absl::OkStatus();
 }
 
@@ -163,6 +170,16 @@ absl::Status BagScans::ReadHeads() {
   if (!damage.empty()) notes_.push_back(damage.Text());
   if (clouds_.empty()) {
     return absl::DataLossError(absl::StrCat(paths_, ": no cloud is left: ", damage.Text()));
+  }
+  // Where others name the frame of the sensor, what names none may be of any.
+  if (!sensor_frame_.empty()) {
+    const std::size_t num_nameless =
+        std::erase_if(clouds_, [](const CloudHead& cloud) { return !cloud.names_frame; });
+    if (num_nameless > 0) {
+      notes_.push_back(absl::StrCat(num_nameless, " clouds of ", Quote(cloud_topic_->name),
+                                    " name no frame, where others are of ", Quote(sensor_frame_),
+                                    ": they are left out"));
+    }
   }
   std::stable_sort(clouds_.begin(), clouds_.end(),
                    [](const CloudHead& a, const CloudHead& b) { return a.stamp_ns < b.stamp_ns; });
@@ -272,30 +289,6 @@ ScanFile BagScans::FileOf(std::size_t index, std::shared_ptr<const BagScans> sel
           .index = index};
 }
 
-// What keeps clouds without a pose.
-std::string GapText(const BagScans& scans, const std::vector<std::size_t>& without) {
-  std::size_t first = without.front(), last = without.front();
-  double longest_s = 0.0;
-  std::size_t begin = without.front();
-  for (std::size_t i = 0; i < without.size(); ++i) {
-    if (i > 0 && without[i] != without[i - 1] + 1) begin = without[i];
-    const double gap_s = kSPerNs * static_cast<double>(scans.clouds()[without[i]].stamp_ns -
-                                                       scans.clouds()[begin].stamp_ns);
-    if (gap_s < longest_s) continue;
-    longest_s = gap_s;
-    first = begin;
-    last = without[i];
-  }
-  return absl::StrFormat("the longest gap is that of clouds %d to %d, %.1f s from %.3f s on", first,
-                         last, longest_s,
-                         kSPerNs * static_cast<double>(scans.clouds()[first].stamp_ns));
-}
-
-std::string SpanText(std::int64_t first_ns, std::int64_t last_ns) {
-  return absl::StrFormat("%.3f to %.3f s", kSPerNs * static_cast<double>(first_ns),
-                         kSPerNs * static_cast<double>(last_ns));
-}
-
 }  // namespace
 
 absl::StatusOr<Drive> OpenBagDrive(const BagDriveOptions& options) {
@@ -331,7 +324,7 @@ absl::StatusOr<Drive> OpenBagDrive(const BagDriveOptions& options) {
     drive.notes.push_back(absl::StrCat(without.size(), " of the ", scans->clouds().size(),
                                        " clouds are left out: no poses lie around them within ",
                                        kSPerNs * static_cast<double>(kMaxPoseGap_ns),
-                                       " s of each other; ", GapText(*scans, without)));
+                                       " s of each other; ", GapText(scans->Stamps(), without)));
   }
   return drive;
 }

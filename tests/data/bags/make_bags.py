@@ -137,6 +137,25 @@ def messages(store):
             yield '/points', 'sensor_msgs/msg/PointCloud2', ns, cloud(store, ns, VELODYNE)
 
 
+def odd_clouds(store):
+    """Two of seven clouds name no frame, the first among them."""
+    steps = 0
+    for topic, kind, ns, message in messages(store):
+        if topic == '/points':
+            if steps in (0, 3):
+                message.header.frame_id = ''
+            steps += 1
+        yield topic, kind, ns, message
+
+
+def unseen(store):
+    """All points of all clouds are NaN."""
+    for topic, kind, ns, message in messages(store):
+        if topic == '/points':
+            message.data = np.full(len(message.data), 0xff, np.uint8)
+        yield topic, kind, ns, message
+
+
 def write1(path, compression):
     bag = Writer1(path)
     if compression:
@@ -212,6 +231,8 @@ def main():
     write_mcap(HERE / 'unchunked_checksum.mcap', use_chunking=False, enable_data_crcs=True)
     write_mcap(HERE / 'gap.mcap', source=lambda store: without_poses(store, lambda step: step < 4 or step > 30))
     write_mcap(HERE / 'late.mcap', source=lambda store: without_poses(store, lambda step: True, 3600))
+    write_mcap(HERE / 'odd_clouds.mcap', source=odd_clouds, compression=CompressionType.ZSTD)
+    write_mcap(HERE / 'all_nan.mcap', source=unseen, compression=CompressionType.ZSTD)
     write_mcap(HERE / 'called_json.mcap', source=layouts, encoding='json', compression=CompressionType.ZSTD)
     write_mcap(HERE / 'layouts.mcap', source=layouts, compression=CompressionType.ZSTD)
 

@@ -35,8 +35,8 @@ struct BagDriveOptions {
 /// moved to where they would be seen at the stamp of their cloud.
 ///
 /// Errors as of Bag::Open. InvalidArgument too, with the topics there are: no such topic, of
-/// another type, or several to choose from; clouds of several frames; transforms that do not
-/// connect; or no cloud with a pose.
+/// another type, or several to choose from; clouds of several frames (those that name none are left
+/// out beside others, and counted); transforms that do not connect; or no cloud with a pose.
 [[nodiscard]] absl::StatusOr<Drive> OpenBagDrive(const BagDriveOptions& options);
 
 /// The clouds alone. Motion is taken out by the poses, if they are given or there is one topic of

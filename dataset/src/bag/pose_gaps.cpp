@@ -1,0 +1,34 @@
+#include "bag/pose_gaps.hpp"
+
+#include "absl/strings/str_format.h"
+
+namespace scanloc::dataset {
+namespace {
+
+constexpr double kSPerNs = 1e-9;
+
+}  // namespace
+
+std::string GapText(const std::vector<std::int64_t>& stamps_ns,
+                    const std::vector<std::size_t>& without) {
+  std::size_t first = without.front(), last = without.front();
+  double longest_s = 0.0;
+  std::size_t begin = without.front();
+  for (std::size_t i = 0; i < without.size(); ++i) {
+    if (i > 0 && without[i] != without[i - 1] + 1) begin = without[i];
+    const double gap_s = kSPerNs * static_cast<double>(stamps_ns[without[i]] - stamps_ns[begin]);
+    if (gap_s < longest_s) continue;
+    longest_s = gap_s;
+    first = begin;
+    last = without[i];
+  }
+  return absl::StrFormat("the longest gap is that of clouds %d to %d, %.1f s from %.3f s on", first,
+                         last, longest_s, kSPerNs * static_cast<double>(stamps_ns[first]));
+}
+
+std::string SpanText(std::int64_t first_ns, std::int64_t last_ns) {
+  return absl::StrFormat("%.3f to %.3f s", kSPerNs * static_cast<double>(first_ns),
+                         kSPerNs * static_cast<double>(last_ns));
+}
+
+}  // namespace scanloc::dataset
