@@ -119,14 +119,41 @@ absl::StatusOr<std::vector<Spot>> AutoSearch::Find(const ScanDescriptor& query,
     const Hypothesis& hypothesis = spots[i].hypothesis;
     const Structure& place = structures.Of(hypothesis.place);
     match.SetPlace(place);
-    spots[i].covariance = Rotated(T_map_level(static_cast<std::size_t>(hypothesis.place)).linear(),
-                                  CovarianceInLevel(match, hypothesis.T_place_query));
+    spots[i].covariance =
+        Rotated(T_map_level(static_cast<std::size_t>(hypothesis.place)).linear(),
+                CovarianceInLevel(match, structure, place, hypothesis.T_place_query,
+                                  UnevennessAround(hypothesis.place, control)));
     if (static_cast<int>(i) >= options.num_supported) continue;
     spots[i].support = SupportOf(match, structure, place, hypothesis.T_place_query);
   }
   times.verify_ns = control.Now_ns() - start_ns;
   if (!payload.status().ok()) return payload.status();
   return spots;
+}
+
+Unevenness AutoSearch::UnevennessAround(std::int32_t place, const SearchControl& control) const {
+  const auto here = static_cast<std::size_t>(place);
+  const Pose T_map_here = T_map_level(here);
+  Unevenness unevenness(map_.params.automatic.ground);
+  // However densely places stand: some at half of the reach, and some near its end.
+  std::vector<std::size_t> around;
+  for (const double share : {0.4, 0.8}) {
+    const double far_m = share * unevenness.reach_m();
+    for (const auto& [x, y] :
+         {std::pair(1, 0), std::pair(-1, 0), std::pair(0, 1), std::pair(0, -1)}) {
+      const auto nearest = places_.Nearest(T_map_here * Eigen::Vector3d(x * far_m, y * far_m, 0.0),
+                                           control.excluded);
+      if (nearest && *nearest != here) around.push_back(*nearest);
+    }
+  }
+  std::sort(around.begin(), around.end());
+  around.erase(std::unique(around.begin(), around.end()), around.end());
+  for (const std::size_t other : around) {
+    unevenness.Add(T_map_here.inverse() * T_map_level(other),
+                   static_cast<double>(map_.grounds[other].ground.height_m) -
+                       static_cast<double>(map_.grounds[here].ground.height_m));
+  }
+  return unevenness;
 }
 
 void AutoSearch::ScoreWithInliers(const QueryMatch& match, PlaceStructures& places,

@@ -17,6 +17,7 @@
 #include "scanloc/core/search_control.hpp"
 #include "scanloc/core/structural/verify.hpp"
 #include "structural/evidence.hpp"
+#include "structural/uncertainty.hpp"
 
 namespace scanloc {
 
@@ -120,6 +121,8 @@ class AutoSearch {
                                                         PlaceStructures& places,
                                                         const Options& options,
                                                         const SearchControl& control) const;
+  /// What the places around say of a place's ground; those excluded say nothing.
+  [[nodiscard]] Unevenness UnevennessAround(std::int32_t place, const SearchControl& control) const;
   /// Scores the spots; one with a hopeless hypothesis has no inliers. Sorts them, best first.
   void ScoreWithInliers(const QueryMatch& match, PlaceStructures& places,
                         std::vector<Spot>& spots) const;
