@@ -222,6 +222,18 @@ absl::StatusOr<mapdb::BuildSummary> BuildCommand::Build(const mapdb::BuildOption
         "interrupted after ", last.num_done, " of ", plan.scans.size(), " scans; ", map_,
         " keeps what was built: go on by giving the same command with --resume"));
   }
+  if (absl::IsInvalidArgument(summary.status()) && last.num_done == 0) {
+    std::string text(summary.status().message());
+    if (counts->num_not_finite > 0) {
+      absl::StrAppend(&text, "; beside these, ", counts->num_not_finite.load(),
+                      " points that are not finite were left out");
+    }
+    if (counts->num_masked > 0) {
+      absl::StrAppend(&text, "; --min-range-m and --self-box left out ", counts->num_masked.load(),
+                      " points");
+    }
+    return absl::InvalidArgumentError(text);
+  }
   return summary;
 }
 

@@ -1,12 +1,15 @@
 #include "scanloc/mapdb/build_map.hpp"
 
 #include <algorithm>
+#include <filesystem>
+#include <system_error>
 #include <utility>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "scanloc/core/scan/descriptor.hpp"
 #include "scanloc/jobs/ordered_jobs.hpp"
+#include "scanloc/mapdb/map_file.hpp"
 
 namespace scanloc::mapdb {
 namespace {
@@ -56,34 +59,83 @@ absl::Status WriteScan(const DescribedScan& scan, bool skip_unreadable, MapBuild
   return builder.Add(scan.descriptor);
 }
 
+DescribedScan LoadAndDescribe(const ScanLoader& load_scan, std::size_t scan, Describer& describer) {
+  DescribedScan described;
+  const absl::StatusOr<PointCloud> points = load_scan(scan);
+  described.load_status = points.status();
+  if (points.ok()) described.descriptor = describer.DescribePlace(*points, &described.counts);
+  return described;
+}
+
+// The scans up to the first that makes a place or stops the build, so that of a drive that shows
+// nothing nothing is written.
+absl::StatusOr<std::vector<DescribedScan>> DescribeToFirstPlace(const BuildOptions& options,
+                                                                const SessionPlan& plan,
+                                                                const ScanLoader& load_scan) {
+  Params params = options.params;
+  if (options.mode == BuildMode::kAppend) {
+    const absl::StatusOr<FileInfo> map = ReadInfo(options.path);
+    if (!map.ok()) return map.status();
+    params = map->params;
+  }
+  absl::StatusOr<Describer> describer = Describer::Create(params);
+  if (!describer.ok()) return describer.status();
+  std::vector<DescribedScan> described;
+  std::size_t num_points = 0, num_not_finite = 0, num_unreadable = 0;
+  absl::Status first_unreadable;
+  for (std::size_t scan = 0; scan < plan.scans.size(); ++scan) {
+    DescribedScan next = LoadAndDescribe(load_scan, scan, *describer);
+    if (!next.load_status.ok()) {
+      absl::Status named = NameScan(next.load_status, plan, scan);
+      if (!options.skip_unreadable || absl::IsCancelled(next.load_status)) return named;
+      if (num_unreadable++ == 0) first_unreadable = std::move(named);
+    }
+    num_points += next.counts.num_points;
+    num_not_finite += next.counts.num_not_finite;
+    const bool is_place = next.descriptor.num_voxels > 0;
+    if (!is_place) next.descriptor = {};  // there may be many of them
+    described.push_back(std::move(next));
+    if (is_place) return described;
+  }
+  std::string seen =
+      absl::StrCat("none of the ", plan.scans.size(), " scans of session '", plan.name,
+                   "' makes a place: ", plan.scans.size() - num_unreadable,
+                   " have no point in range, of ", num_points, " points in all");
+  if (num_not_finite > 0) absl::StrAppend(&seen, ", ", num_not_finite, " of them not finite");
+  if (num_unreadable > 0) {
+    absl::StrAppend(&seen, ", ", num_unreadable, " cannot be read; ", first_unreadable.message());
+  }
+  return absl::InvalidArgumentError(absl::StrCat(seen, ". Nothing was written"));
+}
+
+// Those described already come first.
 absl::Status BuildAll(const BuildOptions& options, const ScanLoader& load_scan,
-                      const ProgressCallback& progress, MapBuilder& builder,
-                      BuildSummary& summary) {
+                      const ProgressCallback& progress, const std::vector<DescribedScan>& already,
+                      MapBuilder& builder, BuildSummary& summary) {
   const std::size_t num_scans = builder.plan().scans.size();
-  const std::size_t num_left = num_scans - builder.next_scan();
-  if (num_left == 0) return absl::OkStatus();
+  const std::size_t first = builder.next_scan() + already.size();
+  int num_uncommitted = 0;
+  const auto write = [&](const DescribedScan& scan) {
+    absl::Status status = WriteScan(scan, options.skip_unreadable, builder, summary);
+    if (status.ok() && ++num_uncommitted % options.commit_interval == 0) status = builder.Commit();
+    if (status.ok() && progress) progress({builder.next_scan(), num_scans});
+    return status;
+  };
+  for (const DescribedScan& scan : already) {
+    if (absl::Status status = write(scan); !status.ok()) return status;
+  }
+  if (first == num_scans) return absl::OkStatus();
   const std::size_t num_threads =
-      std::min({NumThreads(options.num_threads), num_left, std::size_t{kMaxThreads}});
+      std::min({NumThreads(options.num_threads), num_scans - first, std::size_t{kMaxThreads}});
   absl::StatusOr<std::vector<Describer>> describers = MakeDescribers(builder.params(), num_threads);
   if (!describers.ok()) return describers.status();
-  OrderedJobs<DescribedScan> scans(builder.next_scan(), num_scans, kWindowPerThread * num_threads,
+  OrderedJobs<DescribedScan> scans(first, num_scans, kWindowPerThread * num_threads,
                                    [&](std::size_t scan, std::size_t worker) {
-                                     DescribedScan described;
-                                     const absl::StatusOr<PointCloud> points = load_scan(scan);
-                                     described.load_status = points.status();
-                                     if (points.ok()) {
-                                       described.descriptor = (*describers)[worker].DescribePlace(
-                                           *points, &described.counts);
-                                     }
-                                     return described;
+                                     return LoadAndDescribe(load_scan, scan, (*describers)[worker]);
                                    });
   if (absl::Status status = scans.Start(num_threads); !status.ok()) return status;
-
-  for (int num_uncommitted = 1; builder.next_scan() < num_scans; ++num_uncommitted) {
-    absl::Status status = WriteScan(scans.Take(), options.skip_unreadable, builder, summary);
-    if (status.ok() && num_uncommitted % options.commit_interval == 0) status = builder.Commit();
-    if (!status.ok()) return status;
-    if (progress) progress({builder.next_scan(), num_scans});
+  while (builder.next_scan() < num_scans) {
+    if (absl::Status status = write(scans.Take()); !status.ok()) return status;
   }
   return absl::OkStatus();
 }
@@ -107,10 +159,19 @@ absl::StatusOr<BuildSummary> BuildMap(const BuildOptions& options, const Session
                                       const ScanLoader& load_scan,
                                       const ProgressCallback& progress) {
   if (absl::Status status = Validate(options); !status.ok()) return status;
+  if (absl::Status status = Validate(plan); !status.ok()) return status;
+  std::vector<DescribedScan> already;
+  std::error_code no_error;
+  if (options.mode != BuildMode::kResume || !std::filesystem::exists(options.path, no_error)) {
+    absl::StatusOr<std::vector<DescribedScan>> described =
+        DescribeToFirstPlace(options, plan, load_scan);
+    if (!described.ok()) return described.status();
+    already = *std::move(described);
+  }
   absl::StatusOr<MapBuilder> builder = OpenBuilder(options, plan);
   if (!builder.ok()) return builder.status();
   BuildSummary summary;
-  if (absl::Status status = BuildAll(options, load_scan, progress, *builder, summary);
+  if (absl::Status status = BuildAll(options, load_scan, progress, already, *builder, summary);
       !status.ok()) {
     const absl::Status committed = builder->Commit();
     return committed.ok() ? status : committed;

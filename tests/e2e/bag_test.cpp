@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <string>
 
@@ -64,7 +65,21 @@ TEST(BagOnTheCommandLine, SaysInOneLineWhatCannotBeRead) {
     EXPECT_EQ(result.status, 1) << result.err;
     EXPECT_EQ(CountLines(result.err), 1) << result.err;
     EXPECT_THAT(result.err, HasSubstr(reason));
+    EXPECT_FALSE(std::filesystem::exists(dir.File("m")));
   }
+}
+
+TEST(BagOnTheCommandLine, BuildsNoMapOfCloudsThatShowNothing) {
+  const TempDir dir;
+  const ProcessResult result = Scanloc({"build", dir.File("m"), "--bag", BagPath("all_nan.mcap"),
+                                        "--poses-from", "/odom", "--spacing-m", "0", "--quiet"});
+  EXPECT_EQ(result.status, 1) << result.err;
+  EXPECT_THAT(
+      result.err,
+      HasSubstr("none of the 7 scans of session 'all_nan' makes a place: 7 have no point in "
+                "range, of 0 points in all. Nothing was written; beside these, 49 points "
+                "that are not finite were left out"));
+  EXPECT_FALSE(std::filesystem::exists(dir.File("m")));
 }
 
 }  // namespace

@@ -147,6 +147,31 @@ TEST_F(BuildMapTest, CountsPointsAndScansWithoutAPointInRange) {
   EXPECT_TRUE(ReadInfo(path_)->complete);
 }
 
+TEST_F(BuildMapTest, WritesNothingOfASessionThatShowsNothing) {
+  const ScanLoader load = [](std::size_t scan) -> absl::StatusOr<PointCloud> {
+    if (scan == 1) return absl::DataLossError("file ends after 3 points");
+    return PointCloud{{1000.0F, 0.0F, 0.0F}, {std::numeric_limits<float>::quiet_NaN(), 0.0F, 0.0F}};
+  };
+  BuildOptions options = SmallOptions(path_);
+  options.commit_interval = 1;
+  options.skip_unreadable = true;
+  const absl::Status status = BuildMap(options, SmallPlan("one", 3), load).status();
+  EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_EQ(std::string(status.message()),
+            "none of the 3 scans of session 'one' makes a place: 2 have no point in range, of 4 "
+            "points in all, 2 of them not finite, 1 cannot be read; scan 2 of 3 ('000001.bin'): "
+            "file ends after 3 points. Nothing was written");
+  options.mode = BuildMode::kResume;  // which creates what is not there
+  EXPECT_EQ(BuildMap(options, SmallPlan("one", 3), load).status(), status);
+  EXPECT_FALSE(std::filesystem::exists(path_));
+
+  ASSERT_TRUE(test::BuildSmallMap(path_, 4).ok());
+  const std::string before = test::ReadFile(path_);
+  options.mode = BuildMode::kAppend;
+  EXPECT_FALSE(BuildMap(options, SmallPlan("two", 3), load).ok());
+  EXPECT_EQ(test::ReadFile(path_), before);
+}
+
 // Scan 7 cannot be read.
 absl::StatusOr<PointCloud> LoadAllButOne(std::size_t scan) {
   if (scan == 7) return absl::DataLossError("file ends after 3 points");

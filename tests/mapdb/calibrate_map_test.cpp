@@ -137,10 +137,8 @@ TEST_F(CalibrateMapTest, RefusesWhatCannotBeCalibrated) {
 }
 
 TEST_F(CalibrateMapTest, OfAMapWithoutPlacesGivesTheDefaults) {
-  BuildOptions options = test::SmallOptions(path_);
-  ASSERT_TRUE(BuildMap(options, test::SmallPlan("one", 2), [](std::size_t) {
-                return absl::StatusOr<PointCloud>(PointCloud());
-              }).ok());
+  auto empty = MapBuilder::Create(path_, test::SmallParams(), test::SmallPlan("one", 1));
+  ASSERT_TRUE(empty.ok() && empty->Skip(SkipReason::kEmpty).ok() && empty->Finish().ok());
   const auto summary = CalibrateMap({.path = path_});
   ASSERT_TRUE(summary.ok()) << summary.status();
   EXPECT_EQ(summary->calibration, Calibration());

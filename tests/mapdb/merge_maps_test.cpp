@@ -91,10 +91,11 @@ TEST_F(MergeMapsTest, TakesAllSessionsOfAllInputsInTheirOrder) {
 }
 
 TEST_F(MergeMapsTest, LeavesOutSessionsWithoutAPlace) {
-  const auto empty =
-      BuildMap(test::SmallOptions(dir_.File("empty")), test::SmallPlan("empty", 2),
-               [](std::size_t) -> absl::StatusOr<PointCloud> { return PointCloud(); });
+  auto empty =
+      MapBuilder::Create(dir_.File("empty"), test::SmallParams(), test::SmallPlan("empty", 1));
   ASSERT_TRUE(empty.ok()) << empty.status();
+  ASSERT_TRUE(empty->Skip(SkipReason::kEmpty).ok());
+  ASSERT_TRUE(empty->Finish().ok());
   ASSERT_TRUE(MergeMaps(out_, {dir_.File("empty"), Input("one", 2, 1)}).ok());
   EXPECT_EQ(LoadMap(out_)->sessions, std::vector<std::string>{"one"});
   std::filesystem::remove(out_);

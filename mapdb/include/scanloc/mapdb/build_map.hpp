@@ -58,7 +58,9 @@ using ProgressCallback = std::function<void(const BuildProgress&)>;
 ///
 /// The map is the same for any number of threads and however often the build was killed and
 /// resumed. Holds a few scans per thread in memory. The first scan, in the order of the plan, that
-/// cannot be read stops the build with its status and name; all before it is committed.
+/// cannot be read stops the build with its status and name; all before it is committed, from the
+/// first place on. Of a session without any nothing is written: InvalidArgument, with what was seen
+/// of its scans.
 /// Other errors are those of MapBuilder.
 [[nodiscard]] absl::StatusOr<BuildSummary> BuildMap(const BuildOptions& options,
                                                     const SessionPlan& plan,
