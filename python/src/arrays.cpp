@@ -123,17 +123,37 @@ Scan::Scan(nb::handle points)
                         "; it must be (N, 3) or (N, 4): x y z [m] and what else there is, a row "
                         "a point"));
   }
+}
+
+bool Scan::IsPacked() const {
+  return array_.stride(1) == 1 && (array_.stride(0) == 3 || array_.shape(0) == 1);
+}
+
+PointView Scan::points() const {
   static_assert(sizeof(Point) == 3 * sizeof(float));
-  const auto* data = static_cast<const float*>(array_.data());
   const std::size_t num_points = array_.shape(0);
-  if (num_points == 0) return;
-  if (array_.shape(1) == 3 && array_.stride(1) == 1 && (array_.stride(0) == 3 || num_points == 1)) {
-    points_ = {reinterpret_cast<const Point*>(data), num_points};
-    return;
+  if (num_points == 0) return {};
+  if (IsPacked()) return {static_cast<const Point*>(array_.data()), num_points};
+  if (copy_.empty()) {
+    copy_ = std::move(spare);
+    CopyRows(array_, copy_);
   }
-  copy_ = std::move(spare);
-  CopyRows(array_, copy_);
-  points_ = copy_;
+  return copy_;
+}
+
+PointRows Scan::rows() const {
+  const bool are_rows = array_.shape(0) > 1 && array_.stride(1) == 1 && array_.stride(0) >= 3;
+  if (are_rows) {
+    return {static_cast<const float*>(array_.data()), array_.shape(0),
+            static_cast<std::size_t>(array_.stride(0))};
+  }
+  const PointView packed = points();
+  return {reinterpret_cast<const float*>(packed.data()), packed.size(), 3};
+}
+
+PointCloud Scan::Take() && {
+  const PointView packed = points();
+  return copy_.empty() ? PointCloud(packed.begin(), packed.end()) : std::move(copy_);
 }
 
 Scan::~Scan() {

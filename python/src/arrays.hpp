@@ -15,8 +15,8 @@
 /// names the array, what it is and what it should be.
 namespace scanloc::python {
 
-/// A scan that Python lent for a call: N×3 of float32, one row behind the other, is looked at where
-/// it lies; N×k with k > 3 or other strides is copied, x y z of each row.
+/// A scan that Python lent for a call: N×k of float32. N×3 in one piece is looked at where it lies;
+/// of others x y z of each row are copied where points are asked for one behind the other.
 class Scan {
  public:
   explicit Scan(nanobind::handle points);
@@ -24,15 +24,16 @@ class Scan {
   Scan(const Scan&) = delete;
   Scan& operator=(const Scan&) = delete;
 
-  [[nodiscard]] PointView points() const { return points_; }
-  [[nodiscard]] PointCloud Take() && {
-    return copy_.empty() ? PointCloud(points_.begin(), points_.end()) : std::move(copy_);
-  }
+  [[nodiscard]] PointView points() const;
+  [[nodiscard]] PointCloud Take() &&;
+  /// Not copied where each row is in one piece and in front of the next.
+  [[nodiscard]] PointRows rows() const;
 
  private:
+  [[nodiscard]] bool IsPacked() const;
+
   nanobind::ndarray<nanobind::ro> array_;  // keeps the points alive
-  PointCloud copy_;
-  PointView points_;
+  mutable PointCloud copy_;                // made when asked for
 };
 
 /// A 4×4 or 3×4 matrix of float64 or float32.

@@ -22,7 +22,7 @@ struct SharedDescriber {
 
   absl::StatusOr<SignedDescriptor> Describe(const Scan& scan) {
     const std::lock_guard<std::mutex> lock(mutex);
-    return SignedDescriptor{signature, describer.Describe(scan.points())};
+    return SignedDescriptor{signature, describer.DescribeRows(scan.rows())};
   }
 
   const std::string signature;
@@ -88,7 +88,7 @@ void BindLocalizer(nb::module_& m) {
           nb::arg("points").none(),
           nb::sig("def describe(self, points: numpy.typing.ArrayLike) -> ScanDescriptor"),
           "points: N x 3 or N x 4 float32, sensor frame, x forward, y left, z up [m]. Points that "
-          "are not finite are skipped. N x 3 in one piece is not copied.");
+          "are not finite are skipped. Rows in one piece, however far apart, are not copied.");
 
   nb::class_<PythonLocalizer>(m, "Localizer", "Answers queries against one map; thread-safe.")
       .def(nb::init<const PythonMap&>(), nb::arg("map"), "Builds the search trees.")

@@ -236,12 +236,16 @@ absl::StatusOr<Describer> Describer::Create(const Params& params) {
 }
 
 ScanDescriptor Describer::Describe(PointView scan, ScanCounts* counts) {
-  const PointCloud& found = state_->filter.Apply(scan, counts);
+  return DescribeRows({reinterpret_cast<const float*>(scan.data()), scan.size(), 3}, counts);
+}
+
+ScanDescriptor Describer::DescribeRows(const PointRows& scan, ScanCounts* counts) {
+  const PointCloud& found = state_->filter.ApplyToRows(scan, counts);
   ScanDescriptor descriptor;
   if (state_->params.structure.enabled) {
     std::optional<VoxelFilter>& own = state_->post_filter;
     descriptor.structure =
-        state_->structure.Find(own ? own->Apply(scan) : found, &descriptor.knows_up);
+        state_->structure.Find(own ? own->ApplyToRows(scan) : found, &descriptor.knows_up);
   }
   const PointCloud& voxels = state_->ForContexts(descriptor.structure);
   std::uint32_t num_polar = 0;

@@ -86,6 +86,20 @@ SCANLOC_SIMD std::size_t JoinRuns(const Point* __restrict points, std::size_t nu
   return static_cast<std::size_t>(run - runs.data()) + 1;
 }
 
+/// x y z of at least one row.
+void PackRows(const float* __restrict row, std::size_t num_points, std::size_t stride,
+              Point* __restrict packed) {
+  auto* out = reinterpret_cast<char*>(packed);
+  // Four numbers at once, of which the next point overwrites the last; behind the last row of all
+  // there may be nothing.
+  for (std::size_t i = 0; i + 1 < num_points; ++i) {
+    std::memcpy(out, row, 4 * sizeof(float));
+    out += sizeof(Point);
+    row += stride;
+  }
+  std::memcpy(out, row, sizeof(Point));
+}
+
 void CountSkipped(PointView points, ScanCounts& counts) {
   for (const Point& p : points) {
     const bool finite = std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
@@ -144,17 +158,22 @@ void VoxelFilter::Grow() {
 }
 
 const PointCloud& VoxelFilter::Apply(PointView scan, ScanCounts* counts) {
-  ScanCounts found{.num_points = scan.size()};
+  return ApplyToRows({reinterpret_cast<const float*>(scan.data()), scan.size(), 3}, counts);
+}
+
+const PointCloud& VoxelFilter::ApplyToRows(const PointRows& scan, ScanCounts* counts) {
+  ScanCounts found{.num_points = scan.size};
   VoxelKeys keys;
   Runs runs;
-  std::array<Point, kBlockPoints + 1>
-      last_points;  // copied, as JoinRuns looks behind the last point
-  for (std::size_t begin = 0; begin < scan.size(); begin += kBlockPoints) {
-    PointView points = scan.subspan(begin, std::min(kBlockPoints, scan.size() - begin));
-    if (begin + points.size() == scan.size()) {
-      std::copy(points.begin(), points.end(), last_points.begin());
-      points = PointView(last_points).first(points.size());
-    }
+  std::array<Point, kBlockPoints + 1> copied;  // stays in the processor's cache
+  for (std::size_t begin = 0; begin < scan.size; begin += kBlockPoints) {
+    const float* const first_row = scan.data + begin * scan.stride;
+    const std::size_t num_points = std::min(kBlockPoints, scan.size - begin);
+    // The last ones too, as JoinRuns looks behind the last point.
+    const bool is_copied = scan.stride != 3 || begin + num_points == scan.size;
+    if (is_copied) PackRows(first_row, num_points, scan.stride, copied.data());
+    const PointView points(is_copied ? copied.data() : reinterpret_cast<const Point*>(first_row),
+                           num_points);
     MakeKeys(points.data(), points.size(), 1.0F / voxel_size_m_, keys);
     const std::size_t num_runs = JoinRuns(points.data(), points.size(), keys, runs);
     for (std::size_t r = 0; r < num_runs; ++r) {

@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
+#include <cstring>
 #include <limits>
 
 #include "support/brute_force.hpp"
@@ -86,6 +88,26 @@ TEST(VoxelFilter, SkipsAndCountsPointsThatAreNotFiniteOrImpossiblyFar) {
   EXPECT_EQ(
       counts,
       (ScanCounts{.num_points = 7, .num_not_finite = 3, .num_beyond_limit = 2, .num_voxels = 2}));
+}
+
+TEST(VoxelFilter, TakesRowsWithNumbersBetweenForThePointsAlone) {
+  for (const std::size_t num_points : {1U, 3U, 512U, 1300U}) {
+    for (const std::size_t stride : {3U, 4U, 7U}) {
+      // To the last byte: what is behind the last z is not there.
+      std::vector<float> rows((num_points - 1) * stride + 3, 1e9F);
+      PointCloud scan;
+      for (std::size_t i = 0; i < num_points; ++i) {
+        const auto at = static_cast<float>(i);
+        scan.push_back({0.01F * at, -0.02F * at, i == 700 ? NAN : 1.0F});
+        std::memcpy(&rows[i * stride], &scan.back(), sizeof(Point));
+      }
+      VoxelFilter of_points(0.5), of_rows(0.5);
+      ScanCounts points_counted, rows_counted;
+      EXPECT_EQ(of_rows.ApplyToRows({rows.data(), num_points, stride}, &rows_counted),
+                of_points.Apply(scan, &points_counted));
+      EXPECT_EQ(rows_counted, points_counted);
+    }
+  }
 }
 
 TEST(VoxelFilter, AnswersAnEmptyScanWithNothing) {

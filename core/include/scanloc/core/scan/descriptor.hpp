@@ -82,6 +82,7 @@ class Describer {
 
   /// The descriptors of a query. An empty scan gives zeros.
   [[nodiscard]] ScanDescriptor Describe(PointView scan, ScanCounts* counts = nullptr);
+  [[nodiscard]] ScanDescriptor DescribeRows(const PointRows& scan, ScanCounts* counts = nullptr);
 
   /// The descriptors of a place of a map: those of Describe and the root-shifted polar contexts.
   [[nodiscard]] PlaceDescriptor DescribePlace(PointView scan, ScanCounts* counts = nullptr);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <span>
 #include <vector>
 
@@ -18,5 +19,12 @@ static_assert(sizeof(Point) == 3 * sizeof(float), "points are sent and stored as
 /// One scan, in the order in which the sensor or the file gave the points.
 using PointCloud = std::vector<Point>;
 using PointView = std::span<const Point>;
+
+/// Points with other numbers between them, as in an N×4 array: x y z are the first of each row.
+struct PointRows {
+  const float* data = nullptr;
+  std::size_t size = 0;    ///< rows
+  std::size_t stride = 3;  ///< floats from one row to the next, at least 3
+};
 
 }  // namespace scanloc

@@ -35,6 +35,7 @@ class VoxelFilter {
   /// The centroids of the scan's voxels; valid until the next call.
   /// counts, if not null, is overwritten.
   const PointCloud& Apply(PointView scan, ScanCounts* counts = nullptr);
+  const PointCloud& ApplyToRows(const PointRows& scan, ScanCounts* counts = nullptr);
 
   /// What the last Apply returned.
   [[nodiscard]] const PointCloud& centroids() const { return centroids_; }
