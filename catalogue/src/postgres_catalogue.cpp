@@ -198,15 +198,11 @@ class PostgresCatalogue : public Catalogue {
     }
     is_listening_ = false;
     // A host that is gone is noticed within seconds, in a query, too.
+    constexpr const char* kOptions =
+        "-c statement_timeout=10000 -c lock_timeout=10000 -c client_min_messages=warning";
     const char* names[] = {"dbname",          "connect_timeout", "tcp_user_timeout",
                            "keepalives_idle", "options",         nullptr};
-    const char* values[] = {url_.c_str(),
-                            "5",
-                            "5000",
-                            "5",
-                            "-c statement_timeout=10000 -c lock_timeout=10000 "
-                            "-c client_min_messages=warning",
-                            nullptr};
+    const char* values[] = {url_.c_str(), "5", "5000", "5", kOptions, nullptr};
     connection_.reset(PQconnectdbParams(names, values, 1));
     if (connection_ == nullptr) return absl::ResourceExhaustedError("out of memory");
     if (PQstatus(connection_.get()) != CONNECTION_OK) {

@@ -45,7 +45,7 @@ class Copier {
     if (!places.ok()) return places.status();
     places_ = *std::move(places);
     next_ = 0;
-    const absl::Status visited = VisitDescriptors(
+    absl::Status visited = VisitDescriptors(
         part.source->path, [&](std::size_t place, const PlaceDescriptor& descriptor) {
           if (next_ == places_.size() || places_[next_].place != static_cast<std::int64_t>(place)) {
             return absl::OkStatus();

@@ -90,6 +90,7 @@ std::vector<std::int32_t> AgeingPlaces(const MapUse& use, std::span<const Place>
   std::stable_sort(ageing.begin(), ageing.end(),
                    [](const Seen* a, const Seen* b) { return a->alone > b->alone; });
   std::vector<std::int32_t> worst_first;
+  worst_first.reserve(ageing.size());
   for (const Seen* one : ageing) worst_first.push_back(one->place);
   return worst_first;
 }

@@ -64,9 +64,10 @@ class Grid {
       }
     }
     std::sort(near.begin(), near.end());
+    near.resize(std::min(near.size(), kMostOthers));
     std::vector<std::size_t> nearest;
+    nearest.reserve(near.size());
     for (const auto& [distance_m, i] : near) nearest.push_back(i);
-    nearest.resize(std::min(nearest.size(), kMostOthers));
     return nearest;
   }
 

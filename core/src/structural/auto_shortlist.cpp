@@ -129,12 +129,12 @@ std::array<std::vector<AutoSearch::Listed>, 2> AutoSearch::List(
       std::find_if(listed.begin(), listed.end(), [](const Listed& here) { return !here.is_usual; });
   const std::vector<Listed> further(unusual, listed.end());
   listed.erase(unusual, listed.end());
-  const auto num_places = static_cast<std::size_t>(2 * params.num_places);
+  const auto num_places = 2 * static_cast<std::size_t>(params.num_places);
   std::array<std::vector<Listed>, 2> parts;
   parts[0] = TakeApart(listed, num_places);
   if (shortlist > params.num_places) {
     listed.insert(listed.end(), further.begin(), further.end());
-    parts[1] = TakeApart(listed, static_cast<std::size_t>(2 * shortlist) - num_places);
+    parts[1] = TakeApart(listed, 2 * static_cast<std::size_t>(shortlist) - num_places);
   }
   return parts;
 }

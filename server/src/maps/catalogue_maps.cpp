@@ -144,7 +144,7 @@ void CatalogueMaps::Listen() {
     absl::Status status;
     absl::StatusOr<std::vector<catalogue::Version>> live = catalogue_->Live();
     status = live.status();
-    if (live.ok()) Follow(*std::move(live));
+    if (live.ok()) Follow(*live);
     if (status.ok()) status = catalogue_->AwaitChange(kPoll);
     if (std::exchange(was_reachable, status.ok()) != status.ok()) {
       status.ok() ? spdlog::info("the catalogue can be read again")
@@ -159,9 +159,9 @@ void CatalogueMaps::Listen() {
   }
 }
 
-void CatalogueMaps::Follow(std::vector<catalogue::Version> live) {
+void CatalogueMaps::Follow(const std::vector<catalogue::Version>& live) {
   Versions now;
-  for (catalogue::Version& version : live) now[version.region] = version;
+  for (const catalogue::Version& version : live) now[version.region] = version;
   std::vector<std::string> withdrawn;
   {
     const std::lock_guard lock(mutex_);

@@ -79,7 +79,7 @@ class CatalogueMaps {
   void Listen();
   void FetchAll();
   /// What the catalogue says now. Takes out what is no longer in force and asks for what is new.
-  void Follow(std::vector<catalogue::Version> live);
+  void Follow(const std::vector<catalogue::Version>& live);
   void TakeOutStale();
   /// Fetches the version if need be and puts it in service.
   [[nodiscard]] absl::Status Serve(const catalogue::Version& version, bool is_asked_for);
