@@ -1,9 +1,10 @@
-// `scanloc merge`, `align` and `optimize` killed at any moment, or without room: what they read
-// stays as it was, and what they write is there whole or not at all.
+// `scanloc merge`, `edit`, `align` and `optimize` killed at any moment, or without room: what they
+// read stays as it was, and what they write is there whole or not at all.
 #include <gtest/gtest.h>
 
 #include <chrono>
 #include <csignal>
+#include <cstdint>
 #include <filesystem>
 #include <map>
 #include <random>
@@ -39,6 +40,7 @@ class KilledWriter : public testing::TestWithParam<std::string> {
     MustScanloc(Write());
     whole_ = Clock::now() - start;
     written_ = Written();
+    size_ = fs::file_size(out_);
     fs::remove(out_);
   }
 
@@ -49,6 +51,10 @@ class KilledWriter : public testing::TestWithParam<std::string> {
 
   [[nodiscard]] Args Write() const {
     if (GetParam() == "merge") return {"merge", out_, MapOf("1"), MapOf("2"), "--quiet"};
+    if (GetParam() == "edit") {
+      return {"edit",   MapOf("1"), out_, "--thin", "0.1", "--rename-session", "drive-1=renamed",
+              "--quiet"};
+    }
     Args args = {GetParam()};
     if (GetParam() == "align") args.push_back(MapOf("1"));
     for (const std::string& more :
@@ -60,7 +66,7 @@ class KilledWriter : public testing::TestWithParam<std::string> {
   }
   /// What the output says.
   [[nodiscard]] std::string Written() const {
-    if (GetParam() != "merge") return ReadFile(out_);
+    if (GetParam() != "merge" && GetParam() != "edit") return ReadFile(out_);
     const ProcessResult verified = Scanloc({"verify", out_});
     return verified.status == 0 ? ContentId(out_) : verified.err;
   }
@@ -76,13 +82,14 @@ class KilledWriter : public testing::TestWithParam<std::string> {
   const std::string out_ = dir_.File("out");
   std::map<std::string, std::string> before_;  // what each input held
   std::string written_;
+  std::uintmax_t size_ = 0;
   Clock::duration whole_{};
 };
 
 TEST_P(KilledWriter, LeavesAWholeFileOrNone) {
   std::mt19937 random(5);
   int num_none = 0;
-  for (int i = 0; i < (LongTests() ? 60 : 10); ++i) {
+  for (int i = 0; i < (LongTests() ? 100 : 20); ++i) {
     SCOPED_TRACE(i);
     Process writer(Command(kScanloc, Write()), {.merge_stderr = true});
     std::this_thread::sleep_for(whole_ * static_cast<int>(random() % 1000) / 1000);  // any moment
@@ -103,8 +110,9 @@ TEST_P(KilledWriter, TellsOfADiskWithoutRoom) {
   GTEST_SKIP() << "the sanitizer writes a file of its own, before main, and dies of the limit";
 #endif
   if (!fs::exists("/usr/bin/prlimit")) GTEST_SKIP() << "needs /usr/bin/prlimit";
-  for (const char* limit : {"0", "1000"}) {
-    Args command = {"/usr/bin/prlimit", "--fsize=" + std::string(limit), kScanloc};
+  for (std::uintmax_t tenths = 0; tenths < 10; tenths += 3) {
+    SCOPED_TRACE(tenths);
+    Args command = {"/usr/bin/prlimit", "--fsize=" + std::to_string(size_ * tenths / 10), kScanloc};
     const Args write = Write();
     command.insert(command.end(), write.begin(), write.end());
     const ProcessResult result = RunProcess(command);
@@ -119,7 +127,7 @@ TEST_P(KilledWriter, TellsOfADiskWithoutRoom) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Of, KilledWriter, testing::Values("merge", "align", "optimize"),
+INSTANTIATE_TEST_SUITE_P(Of, KilledWriter, testing::Values("merge", "edit", "align", "optimize"),
                          [](const auto& command) { return command.param; });
 
 }  // namespace
