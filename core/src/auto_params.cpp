@@ -13,8 +13,8 @@ void Scale(double scale, RegistrationParams& steps) {
 }
 
 /// Begun as scripts/fit_evidence.py fits them to rooms, halls, homes, offices and warehouses at
-/// scale 0.35, then made more careful by hand: of 23,036 wrong answers there one is localized, and
-/// the next has .76, as bench/evidence_dump tells (docs/algorithm.md, "Confidence").
+/// scale 0.35, then made more careful by hand: of 23,036 wrong answers there one is localized
+/// (docs/algorithm.md, "Confidence").
 EvidenceParams IndoorEvidence() {
   EvidenceParams params;
   params.bias = -18.5;
