@@ -49,8 +49,9 @@ AutoParams AutoParamsAtScale(double scale) {
        {&params.posts.cell_m, &params.posts.reach_m, &params.posts.min_extent_m,
         &params.ground.reach_m, &params.ground.cell_m, &params.ground.wide_m,
         &params.ground.narrow_m, &params.shortlist.apart_m, &params.shortlist.bearing_ring_m,
-        &params.verify.cutoff_m, &params.verify.coarse_cell_m, &params.verify.fine_cell_m,
-        &params.verify.met_m, &params.verify.overlap_m, &params.verify.horizon_margin_m}) {
+        &params.shortlist.aside_m, &params.verify.cutoff_m, &params.verify.coarse_cell_m,
+        &params.verify.fine_cell_m, &params.verify.met_m, &params.verify.overlap_m,
+        &params.verify.horizon_margin_m}) {
     *length_m *= scale;
   }
   Scale(scale, params.verify.first.steps);
@@ -58,6 +59,9 @@ AutoParams AutoParamsAtScale(double scale) {
   Scale(scale, params.verify.at_once.steps);
   Scale(scale, params.verify.fine.steps);
   if (scale < 1.0) {
+    // One aisle of twenty is not better than the others before all that stands there is looked at.
+    params.shortlist.num_hypotheses = 600;
+    params.verify.num_survivors = 160;
     params.verify.heights_share = 0.8;
     params.evidence = IndoorEvidence();
   }

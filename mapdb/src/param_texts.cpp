@@ -101,7 +101,10 @@ int VersionOf(std::string_view name) {
                                                          {"auto.evidence.cohort_share", 10},
                                                          {"auto.evidence.cohort_size", 10},
                                                          {"auto.evidence.undecided", 10},
-                                                         {"auto.evidence.equal_floors", 10}};
+                                                         {"auto.evidence.equal_floors", 10},
+                                                         {"auto.shortlist.aside_m", 11},
+                                                         {"auto.shortlist.num_asides", 11},
+                                                         {"auto.shortlist.num_hypotheses", 11}};
   for (const auto& [later, version] : kLater) {
     if (later == name) return version;
   }

@@ -98,7 +98,7 @@ TEST_F(MapOnDemandTest, GoesOutOfServiceOnceDamageIsFound) {
 TEST_F(MapOnDemandTest, GoesOutOfServiceWhenAQueryReadsDamage) {
   StartOnTown();
   AwaitChecked();
-  test::Sql(path_, "UPDATE contexts SET cells = zeroblob(20)");
+  test::Sql(path_, "UPDATE structures SET posts = zeroblob(4)");
   EXPECT_EQ(AskAll(), 0);
   ExpectOutOfService();
 }

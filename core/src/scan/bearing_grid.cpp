@@ -12,29 +12,92 @@
 namespace scanloc {
 namespace {
 
-constexpr double kSector_rad = 2.0 * std::numbers::pi / BearingGrid::kNumSectors;
+constexpr std::size_t kBlock = 8;
+constexpr std::size_t kNoRing = BearingGrid::kNumRings;  // out of reach: nothing stands there
+constexpr std::size_t kNextTo = 2;
+constexpr int kNumSectors = BearingGrid::kNumSectors;
+constexpr std::uint16_t kNowhere = kNoRing * BearingGrid::kNumSectors;
 
-/// Three bits added up, in each of 64 positions.
-struct Carried {
-  std::uint64_t sum = 0;
-  std::uint64_t carry = 0;
+/// Ring × 64 + sector of a block of points; beyond the last ring for those out of reach.
+SCANLOC_SIMD void FindCells(const float* __restrict x_m, const float* __restrict y_m, float per_m,
+                            std::int32_t* __restrict cells) {
+  for (std::size_t i = 0; i < kBlock; ++i) {
+    const float ring = __builtin_sqrtf(x_m[i] * x_m[i] + y_m[i] * y_m[i]) * per_m;
+    const auto bounded = static_cast<std::int32_t>(std::min(ring, static_cast<float>(kNoRing)));
+    cells[i] = bounded * kNumSectors + SectorFromRear(x_m[i], y_m[i], kNumSectors);
+  }
+}
+
+/// Four words side by side, one a grid.
+using Words = std::uint64_t __attribute__((vector_size(8 * BearingQuery::kAtOnce)));
+
+/// The rings of several grids, word beside word; behind the last is one where nothing stands.
+struct GridBlock {
+  Words rings[BearingGrid::kNumRings + 1] = {};
 };
 
-inline Carried AddBits(std::uint64_t a, std::uint64_t b, std::uint64_t c) {
-  const std::uint64_t either = a ^ b;
-  return {either ^ c, (a & b) | (either & c)};
+/// In each position, adds two bits to a third; what is carried goes to the next digit.
+inline void AddBits(Words& sum, const Words& a, const Words& b, Words& carry) {
+  const Words either = sum ^ a;
+  carry = (sum & a) | (either & b);
+  sum = either ^ b;
+}
+
+/// Adds the rings' words, each turned back by a cell's sector so that its bits are turns of the
+/// query: 64 turns of four grids at once, as numbers in binary digits.
+SCANLOC_SIMD void AddTurned(const GridBlock& grids, const std::uint16_t* __restrict cells,
+                            std::size_t num_cells, Words* __restrict digits) {
+  Words ones = {};
+  Words twos = {};
+  Words fours = {};
+  for (std::size_t begin = 0; begin < num_cells; begin += kBlock) {
+    Words turned[kBlock];
+    for (std::size_t i = 0; i < kBlock; ++i) {
+      const Words& ring = grids.rings[cells[begin + i] / BearingGrid::kNumSectors];
+      const std::uint64_t sector = cells[begin + i] % BearingGrid::kNumSectors;
+      turned[i] = (ring >> sector) | (ring << ((64U - sector) % 64U));
+    }
+    Words carry_twos[4];
+    Words carry_fours[2];
+    Words eights;
+    for (std::size_t i = 0; i < 4; ++i) {
+      AddBits(ones, turned[2 * i], turned[2 * i + 1], carry_twos[i]);
+    }
+    for (std::size_t i = 0; i < 2; ++i) {
+      AddBits(twos, carry_twos[2 * i], carry_twos[2 * i + 1], carry_fours[i]);
+    }
+    AddBits(fours, carry_fours[0], carry_fours[1], eights);
+    for (std::size_t digit = 3; digit < TurnCounts::kNumDigits; ++digit) {
+      const Words carry = digits[digit] & eights;
+      digits[digit] ^= eights;
+      eights = carry;
+    }
+  }
+  digits[0] = ones;
+  digits[1] = twos;
+  digits[2] = fours;
 }
 
 }  // namespace
 
-BearingGrid::BearingGrid(std::span<const Post> posts, double ring_m) {
-  const auto ring = static_cast<float>(ring_m);
-  for (const Post& post : posts) {
-    const float x_m = static_cast<float>(post.x_cm) * 0.01F;
-    const float y_m = static_cast<float>(post.y_cm) * 0.01F;
-    const auto index = static_cast<std::size_t>(std::sqrt(x_m * x_m + y_m * y_m) / ring);
-    if (index >= rings_.size()) continue;
-    rings_[index] |= std::uint64_t{1} << SectorFromRear(x_m, y_m, kNumSectors);
+BearingGrid::BearingGrid(std::span<const Post> posts, double ring_m, double aside_m) {
+  const auto per_m = static_cast<float>(1.0 / ring_m);
+  const auto farther_m = static_cast<float>(aside_m);
+  float x_m[kBlock] = {};
+  float y_m[kBlock] = {};
+  std::int32_t cells[kBlock];
+  for (std::size_t begin = 0; begin < posts.size(); begin += kBlock) {
+    const std::size_t num_posts = std::min(kBlock, posts.size() - begin);
+    for (std::size_t i = 0; i < num_posts; ++i) {
+      x_m[i] = static_cast<float>(posts[begin + i].x_cm) * 0.01F;
+      y_m[i] = static_cast<float>(posts[begin + i].y_cm) * 0.01F + farther_m;
+    }
+    FindCells(x_m, y_m, per_m, cells);
+    for (std::size_t i = 0; i < num_posts; ++i) {
+      const auto cell = static_cast<std::size_t>(cells[i]);
+      if (cell >= kNowhere) continue;
+      rings_[cell / kNumSectors] |= std::uint64_t{1} << cell % kNumSectors;
+    }
   }
 }
 
@@ -46,69 +109,108 @@ BearingGrid BearingGrid::Widened() const {
   return wide;
 }
 
-int BearingGrid::num_sectors() const {
+SCANLOC_SIMD int BearingGrid::num_sectors() const {
   int count = 0;
   for (const std::uint64_t ring : rings_) count += std::popcount(ring);
   return count;
 }
 
-SCANLOC_SIMD BearingGrid::Agreement BearingGrid::AgreementByTurn(
-    const TurnedBearings& query) const {
-  // How many rings agree in a sector, as a number of four binary digits in four words: fifteen bits
-  // are added by eleven full adders, for several turns at once.
-  static_assert(kNumRings == 15);
-  std::array<std::array<std::uint64_t, kNumSectors>, 4> digits;
-  for (std::size_t turn = 0; turn < kNumSectors; ++turn) {
-    std::uint64_t bits[kNumRings];
-    for (std::size_t i = 0; i < kNumRings; ++i) bits[i] = rings_[i] & query.rings_[i][turn];
-    Carried twos[7];
-    Carried fours[3];
-    for (std::size_t i = 0; i < 5; ++i) {
-      twos[i] = AddBits(bits[3 * i], bits[3 * i + 1], bits[3 * i + 2]);
+bool TurnCounts::Turn::IsNextTo(const Turn& other) const {
+  const std::size_t apart = (sectors - other.sectors) % BearingGrid::kNumSectors;
+  return std::min(apart, BearingGrid::kNumSectors - apart) <= kNextTo;
+}
+
+TurnCounts::Turn TurnCounts::Most(std::uint64_t among) const {
+  Turn most;
+  for (std::size_t digit = kNumDigits; digit-- > 0;) {
+    const std::uint64_t greater = among & digits_[digit];
+    if (greater == 0U) continue;
+    among = greater;
+    most.count |= 1 << digit;
+  }
+  most.sectors = static_cast<std::size_t>(std::countr_zero(among)) % BearingGrid::kNumSectors;
+  return most;
+}
+
+std::vector<TurnCounts::Turn> TurnCounts::Best(std::size_t max_turns) const {
+  std::vector<Turn> best;
+  std::uint64_t among = ~std::uint64_t{0};
+  while (best.size() < max_turns && among != 0U) {
+    const Turn most = Most(among);
+    if (most.count == 0) break;
+    best.push_back(most);
+    among &= ~std::rotl((std::uint64_t{1} << (2 * kNextTo + 1)) - 1U,
+                        static_cast<int>(most.sectors) - static_cast<int>(kNextTo));
+  }
+  return best;
+}
+
+SCANLOC_SIMD int TurnCounts::Sum() const {
+  int sum = 0;
+  for (std::size_t digit = 0; digit < kNumDigits; ++digit) {
+    sum += std::popcount(digits_[digit]) << digit;
+  }
+  return sum;
+}
+
+int TurnCounts::operator[](std::size_t turn) const {
+  int count = 0;
+  for (std::size_t digit = 0; digit < kNumDigits; ++digit) {
+    count += static_cast<int>((digits_[digit] >> turn) & 1U) << digit;
+  }
+  return count;
+}
+
+double HeadingOf(const TurnCounts::Turn& turn) {
+  constexpr double kSector_rad = 2.0 * std::numbers::pi / BearingGrid::kNumSectors;
+  return WrapAngle(static_cast<double>(turn.sectors) * kSector_rad);
+}
+
+BearingQuery::BearingQuery(const BearingGrid& grid) : num_sectors_(grid.num_sectors()) {
+  for (std::size_t ring = 0; ring < BearingGrid::kNumRings; ++ring) {
+    for (std::uint64_t left = grid.rings()[ring]; left != 0U; left &= left - 1U) {
+      cells_.push_back(static_cast<std::uint16_t>(
+          ring * BearingGrid::kNumSectors + static_cast<std::size_t>(std::countr_zero(left))));
     }
-    twos[5] = AddBits(twos[0].sum, twos[1].sum, twos[2].sum);
-    twos[6] = AddBits(twos[5].sum, twos[3].sum, twos[4].sum);
-    fours[0] = AddBits(twos[0].carry, twos[1].carry, twos[2].carry);
-    fours[1] = AddBits(twos[3].carry, twos[4].carry, twos[5].carry);
-    fours[2] = AddBits(fours[0].sum, fours[1].sum, twos[6].carry);
-    const Carried last = AddBits(fours[0].carry, fours[1].carry, fours[2].carry);
-    digits[0][turn] = twos[6].sum;
-    digits[1][turn] = fours[2].sum;
-    digits[2][turn] = last.sum;
-    digits[3][turn] = last.carry;
   }
-  Agreement agreement;
-  for (std::size_t turn = 0; turn < kNumSectors; ++turn) {
-    agreement[turn] = std::popcount(digits[0][turn]) + 2 * std::popcount(digits[1][turn]) +
-                      4 * std::popcount(digits[2][turn]) + 8 * std::popcount(digits[3][turn]);
-  }
-  return agreement;
+  cells_.resize((cells_.size() + kBlock - 1) / kBlock * kBlock, kNowhere);
 }
 
-std::vector<double> BearingGrid::BestHeadings(const BearingGrid& query, int max_headings) const {
-  return BestHeadings(AgreementByTurn(TurnedBearings(query)), max_headings);
+void BearingQuery::Count(std::span<const BearingGrid* const> grids,
+                         std::span<TurnCounts> counts) const {
+  for (std::size_t begin = 0; begin < grids.size(); begin += kAtOnce) {
+    const std::size_t num_grids = std::min(kAtOnce, grids.size() - begin);
+    GridBlock block;
+    for (std::size_t i = 0; i < num_grids; ++i) {
+      const BearingGrid::Rings& rings = grids[begin + i]->rings();
+      for (std::size_t ring = 0; ring < rings.size(); ++ring) block.rings[ring][i] = rings[ring];
+    }
+    Words digits[TurnCounts::kNumDigits] = {};
+    AddTurned(block, cells_.data(), cells_.size(), digits);
+    for (std::size_t i = 0; i < num_grids; ++i) {
+      for (std::size_t digit = 0; digit < TurnCounts::kNumDigits; ++digit) {
+        counts[begin + i].digits_[digit] = digits[digit][i];
+      }
+    }
+  }
 }
 
-std::vector<double> BearingGrid::BestHeadings(Agreement agreement, int max_headings) {
+TurnCounts BearingQuery::Count(const BearingGrid& grid) const {
+  TurnCounts counts;
+  const BearingGrid* const grids[] = {&grid};
+  Count(grids, {&counts, 1});
+  return counts;
+}
+
+std::vector<double> AgreeingHeadings(std::span<const Post> place, std::span<const Post> query,
+                                     double ring_m, std::size_t max_headings) {
+  const BearingQuery bearings(BearingGrid(query, ring_m));
   std::vector<double> headings;
-  while (static_cast<int>(headings.size()) < max_headings) {
-    const auto best = std::max_element(agreement.begin(), agreement.end());
-    if (*best <= 0) break;
-    const auto turn = static_cast<int>(best - agreement.begin());
-    headings.push_back(WrapAngle(turn * kSector_rad));
-    for (int near = turn - 2; near <= turn + 2; ++near) {
-      agreement[static_cast<std::size_t>((near + kNumSectors) % kNumSectors)] = -1;
-    }
+  for (const TurnCounts::Turn& turn :
+       bearings.Count(BearingGrid(place, ring_m).Widened()).Best(max_headings)) {
+    headings.push_back(HeadingOf(turn));
   }
   return headings;
-}
-
-TurnedBearings::TurnedBearings(const BearingGrid& query) : num_sectors_(query.num_sectors()) {
-  for (std::size_t i = 0; i < rings_.size(); ++i) {
-    for (std::size_t turn = 0; turn < rings_[i].size(); ++turn) {
-      rings_[i][turn] = std::rotl(query.rings_[i], static_cast<int>(turn));
-    }
-  }
 }
 
 }  // namespace scanloc

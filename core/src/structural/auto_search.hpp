@@ -83,34 +83,34 @@ class AutoSearch {
   [[nodiscard]] std::optional<Hypothesis> HypothesisAt(const Structure& query,
                                                        const Pose& T_map_query,
                                                        const SearchControl& control) const;
+  /// A query's posts in the directions in which they stand from a spot beside it.
+  struct Aside {
+    double left_m = 0.0;  ///< how far farther to the left than from the query they are taken to be
+    BearingQuery bearings;
+  };
   /// A place that the keys have found.
   struct Listed {
     std::int32_t place = 0;
     int rank = 0;  ///< the better one of both kinds of key
-    std::optional<std::size_t> polar_entry = {};
-    std::optional<std::size_t> cart_entry = {};
     double score = 0.0;
     bool is_usual = false;  ///< of rank num_usual or better
   };
   /// The places that are nearest by each kind of key, the usual ones first, best score first.
-  [[nodiscard]] std::vector<Listed> Retrieve(const Keys& polar_keys, const Keys& cart_keys,
-                                             const TurnedBearings& bearings, int num_usual,
+  [[nodiscard]] std::vector<Listed> Retrieve(const ScanDescriptor& query,
+                                             std::span<const Aside> asides, int num_usual,
                                              int num_places, const SearchControl& control) const;
   /// Takes so many of those listed out of the list: first those that are apart from all better
   /// ones.
   [[nodiscard]] std::vector<Listed> TakeApart(std::vector<Listed>& listed,
                                               std::size_t num_places) const;
   /// The shortlist: the places that every query looks at, and those that it asks for beyond.
-  [[nodiscard]] std::array<std::vector<Listed>, 2> List(const Keys& polar_keys,
-                                                        const Keys& cart_keys,
-                                                        const TurnedBearings& bearings,
+  [[nodiscard]] std::array<std::vector<Listed>, 2> List(const ScanDescriptor& query,
+                                                        std::span<const Aside> asides,
                                                         int shortlist,
                                                         const SearchControl& control) const;
-  /// How the query may lie on one of them: as its aligning keys and the posts' bearings say.
-  [[nodiscard]] std::vector<Hypothesis> GuessesOn(const Listed& here, const ContextView& polar,
-                                                  const ContextView& cart,
-                                                  const TurnedBearings& bearings,
-                                                  PayloadView& payload) const;
+  /// How the query may lie on each of them, scored by how many directions agree.
+  [[nodiscard]] std::vector<Hypothesis> GuessesOn(std::span<const Listed> listed,
+                                                  std::span<const Aside> asides) const;
   /// How the query may lie on the places of the shortlist, as List has them.
   [[nodiscard]] std::array<std::vector<Hypothesis>, 2> Propose(const ScanDescriptor& query,
                                                                int shortlist, PayloadView& payload,

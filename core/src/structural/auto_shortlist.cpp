@@ -1,15 +1,16 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <numeric>
 #include <utility>
 
 #include "absl/container/flat_hash_map.h"
-#include "scanloc/core/scan_context/match.hpp"
+#include "scanloc/core/scan/bearing_grid.hpp"
 #include "structural/auto_search.hpp"
 
-// Which places a query may be of, and how it may lie on each: by the keys of both kinds of context,
-// and of what they find by the bearings of what stands there.
+// Which places a query may be of, by the keys of both kinds of context, and how it may lie on each,
+// by the directions in which posts stand.
 
 namespace scanloc {
 namespace {
@@ -18,37 +19,51 @@ constexpr double kAlikeHeading = 0.7;  // cosine of what two places may look apa
 /// How much of what agrees whichever way the query is turned does not count.
 constexpr double kOfChance = 0.5;
 
-/// How well a place's bearings agree with a query's in the best heading, over the root of what both
-/// have.
-double BestAgreement(const BearingGrid& place, const TurnedBearings& query) {
-  const BearingGrid::Agreement agreement = place.AgreementByTurn(query);
-  const int most = *std::max_element(agreement.begin(), agreement.end());
-  const int all = std::accumulate(agreement.begin(), agreement.end(), 0);
-  const double seen = static_cast<double>(place.num_sectors()) * query.num_sectors();
-  return (most - kOfChance * all / BearingGrid::kNumSectors) / std::sqrt(std::max(seen, 1.0));
-}
+/// How much agrees, over the root of what both have.
+class AgreementScore {
+ public:
+  AgreementScore(const TurnCounts& counts, int num_place, int num_query)
+      : of_chance_(kOfChance * counts.Sum() / static_cast<double>(BearingGrid::kNumSectors)),
+        both_(std::sqrt(std::max(1.0, static_cast<double>(num_place) * num_query))) {}
 
-/// One retrieved entry's relative pose by its aligning key: a polar column is a turn, a cart column
-/// a lateral displacement.
-PlanarPose PolarGuess(const ContextTable& table, const ContextView& query, std::size_t entry,
-                      const ContextView& context) {
-  const int shift = PreAlign(query, context, {ShiftMode::kCircular});
-  const double sector_rad = 2.0 * std::numbers::pi / table.num_cols();
-  return {0.0, table.entry(entry).root_shift_m, WrapAngle(shift * sector_rad)};
-}
+  [[nodiscard]] double Of(int count) const { return (count - of_chance_) / both_; }
 
-PlanarPose CartGuess(const ContextTable& table, const CartParams& params, const ContextView& query,
-                     std::size_t entry, const ContextView& context) {
-  const int shift = PreAlign(query, context, {ShiftMode::kBounded, params.max_shift_cols});
-  const double lateral_m = shift * 2.0 * params.max_y_m / params.num_cols;
-  return table.entry(entry).flipped ? PlanarPose{0.0, -lateral_m, std::numbers::pi}
-                                    : PlanarPose{0.0, lateral_m, 0.0};
+ private:
+  double of_chance_, both_;
+};
+
+/// The grids of some places, and how the query agrees with them from one spot.
+struct GridsAtOnce {
+  std::array<const BearingGrid*, BearingQuery::kAtOnce> grids{};
+  std::array<int, BearingQuery::kAtOnce> num_sectors{};
+  std::array<TurnCounts, BearingQuery::kAtOnce> counts;
+  std::size_t size = 0;
+
+  void Add(const BearingGrid& grid) {
+    grids[size] = &grid;
+    num_sectors[size++] = grid.num_sectors();
+  }
+  void Count(const BearingQuery& query) { query.Count(std::span(grids).first(size), counts); }
+  [[nodiscard]] AgreementScore ScoreOf(std::size_t i, const BearingQuery& query) const {
+    return {counts[i], num_sectors[i], query.num_sectors()};
+  }
+};
+
+/// Leaves the best of the guesses, in their order; all that are as good as the last of them.
+void KeepBest(std::size_t num_guesses, std::vector<Hypothesis>& guesses) {
+  if (guesses.size() <= num_guesses) return;
+  std::vector<double> scores;
+  scores.reserve(guesses.size());
+  for (const Hypothesis& guess : guesses) scores.push_back(guess.score);
+  const auto last = scores.begin() + static_cast<std::ptrdiff_t>(num_guesses) - 1;
+  std::nth_element(scores.begin(), last, scores.end(), std::greater<>());
+  std::erase_if(guesses, [&](const Hypothesis& guess) { return guess.score < *last; });
 }
 
 }  // namespace
 
-std::vector<AutoSearch::Listed> AutoSearch::Retrieve(const Keys& polar_keys, const Keys& cart_keys,
-                                                     const TurnedBearings& bearings, int num_usual,
+std::vector<AutoSearch::Listed> AutoSearch::Retrieve(const ScanDescriptor& query,
+                                                     std::span<const Aside> asides, int num_usual,
                                                      int num_places,
                                                      const SearchControl& control) const {
   std::vector<Listed> listed;
@@ -56,26 +71,38 @@ std::vector<AutoSearch::Listed> AutoSearch::Retrieve(const Keys& polar_keys, con
   // Where places are excluded, the nearest of the others may be anywhere.
   const KeyEffort effort =
       control.excluded == nullptr ? EffortFor(map_.places.size(), num_places) : KeyEffort();
-  const auto add = [&](const KeyIndex* index, const ContextTable& table, const Keys& keys,
-                       std::optional<std::size_t> Listed::*entry_of) {
+  const auto add = [&](const KeyIndex* index, const ContextTable& table, const Context& context) {
     if (index == nullptr) return;
-    const auto found = index->Search(keys.retrieval_cm, num_places, true, control.excluded, effort);
+    const auto found =
+        index->Search(MakeKeys(context).retrieval_cm, num_places, true, control.excluded, effort);
     for (std::size_t rank = 0; rank < found.size(); ++rank) {
       const std::int32_t place = table.entry(found[rank].entry).place;
       const auto [slot, is_new] = slots.try_emplace(place, listed.size());
       if (is_new) listed.push_back({.place = place, .rank = static_cast<int>(rank)});
       Listed& here = listed[slot->second];
       here.rank = std::min(here.rank, static_cast<int>(rank));
-      here.*entry_of = found[rank].entry;
     }
   };
-  add(polar_.get(), map_.polar, polar_keys, &Listed::polar_entry);
-  add(cart_.get(), map_.cart, cart_keys, &Listed::cart_entry);
+  add(polar_.get(), map_.polar, query.polar);
+  add(cart_.get(), map_.cart, query.cart);
+
   const double per_octave = map_.params.automatic.shortlist.agreement_per_octave;
-  for (Listed& here : listed) {
-    here.score = BestAgreement(map_.bearings[static_cast<std::size_t>(here.place)], bearings) -
-                 per_octave * std::log2(5.0 + here.rank);
-    here.is_usual = here.rank < num_usual;
+  for (std::size_t begin = 0; begin < listed.size(); begin += BearingQuery::kAtOnce) {
+    const std::span<Listed> block =
+        std::span(listed).subspan(begin, std::min(BearingQuery::kAtOnce, listed.size() - begin));
+    GridsAtOnce grids;
+    for (const Listed& here : block) grids.Add(map_.bearings[static_cast<std::size_t>(here.place)]);
+    for (const Aside& aside : asides) {
+      grids.Count(aside.bearings);
+      for (std::size_t i = 0; i < block.size(); ++i) {
+        block[i].score = std::max(
+            block[i].score, grids.ScoreOf(i, aside.bearings).Of(grids.counts[i].Most().count));
+      }
+    }
+    for (Listed& here : block) {
+      here.score -= per_octave * std::log2(5.0 + here.rank);
+      here.is_usual = here.rank < num_usual;
+    }
   }
   std::stable_sort(listed.begin(), listed.end(), [](const Listed& a, const Listed& b) {
     return std::pair(!a.is_usual, -a.score) < std::pair(!b.is_usual, -b.score);
@@ -117,14 +144,14 @@ std::vector<AutoSearch::Listed> AutoSearch::TakeApart(std::vector<Listed>& liste
 }
 
 std::array<std::vector<AutoSearch::Listed>, 2> AutoSearch::List(
-    const Keys& polar_keys, const Keys& cart_keys, const TurnedBearings& bearings, int shortlist,
+    const ScanDescriptor& query, std::span<const Aside> asides, int shortlist,
     const SearchControl& control) const {
   const ShortlistParams& params = map_.params.automatic.shortlist;
   const double share = params.found_share * static_cast<double>(map_.places.size());
   const int num_usual =
       std::max(params.num_places, static_cast<int>(std::min<double>(params.max_found, share)));
   std::vector<Listed> listed =
-      Retrieve(polar_keys, cart_keys, bearings, num_usual, std::max(shortlist, num_usual), control);
+      Retrieve(query, asides, num_usual, std::max(shortlist, num_usual), control);
   const auto unusual =
       std::find_if(listed.begin(), listed.end(), [](const Listed& here) { return !here.is_usual; });
   const std::vector<Listed> further(unusual, listed.end());
@@ -139,27 +166,50 @@ std::array<std::vector<AutoSearch::Listed>, 2> AutoSearch::List(
   return parts;
 }
 
-std::vector<Hypothesis> AutoSearch::GuessesOn(const Listed& here, const ContextView& polar,
-                                              const ContextView& cart,
-                                              const TurnedBearings& bearings,
-                                              PayloadView& payload) const {
-  std::vector<Hypothesis> guesses;
-  const auto add = [&](const PlanarPose& T_place_query) {
-    const Hypothesis guess{here.place, T_place_query};
-    if (!HasMet(guess, guesses, map_.params.automatic.verify)) guesses.push_back(guess);
+std::vector<Hypothesis> AutoSearch::GuessesOn(std::span<const Listed> listed,
+                                              std::span<const Aside> asides) const {
+  const auto max_guesses = static_cast<std::size_t>(map_.params.automatic.shortlist.num_headings);
+  struct Guess {
+    double score;
+    std::size_t aside;
+    TurnCounts::Turn turn;
   };
-  if (here.polar_entry) {
-    add(PolarGuess(map_.polar, polar, *here.polar_entry,
-                   payload.Context(DescriptorKind::kPolar, *here.polar_entry)));
-  }
-  if (here.cart_entry) {
-    add(CartGuess(map_.cart, map_.params.cart, cart, *here.cart_entry,
-                  payload.Context(DescriptorKind::kCart, *here.cart_entry)));
-  }
-  const BearingGrid& place = map_.bearings[static_cast<std::size_t>(here.place)];
-  for (const double yaw_rad : BearingGrid::BestHeadings(
-           place.AgreementByTurn(bearings), map_.params.automatic.shortlist.num_headings)) {
-    add({0.0, 0.0, yaw_rad});
+  std::vector<Hypothesis> guesses;
+  for (std::size_t begin = 0; begin < listed.size(); begin += BearingQuery::kAtOnce) {
+    const std::span<const Listed> block =
+        listed.subspan(begin, std::min(BearingQuery::kAtOnce, listed.size() - begin));
+    GridsAtOnce grids;
+    for (const Listed& here : block) grids.Add(map_.bearings[static_cast<std::size_t>(here.place)]);
+    std::array<std::vector<Guess>, BearingQuery::kAtOnce> found;
+    for (std::size_t aside = 0; aside < asides.size(); ++aside) {
+      const BearingQuery& bearings = asides[aside].bearings;
+      grids.Count(bearings);
+      for (std::size_t i = 0; i < block.size(); ++i) {
+        for (const TurnCounts::Turn& turn : grids.counts[i].Best(max_guesses)) {
+          found[i].push_back({grids.ScoreOf(i, bearings).Of(turn.count), aside, turn});
+        }
+      }
+    }
+    for (std::size_t i = 0; i < block.size(); ++i) {
+      std::stable_sort(found[i].begin(), found[i].end(),
+                       [](const Guess& a, const Guess& b) { return a.score > b.score; });
+      std::vector<Guess> taken;
+      for (const Guess& guess : found[i]) {
+        if (taken.size() == max_guesses) break;
+        // Turned as a better one and a step aside of it, it ends where that one does.
+        const bool is_known = std::any_of(taken.begin(), taken.end(), [&](const Guess& other) {
+          return std::max(guess.aside, other.aside) - std::min(guess.aside, other.aside) <= 1 &&
+                 guess.turn.IsNextTo(other.turn);
+        });
+        if (is_known) continue;
+        taken.push_back(guess);
+        const double yaw_rad = HeadingOf(guess.turn);
+        const double left_m = asides[guess.aside].left_m;
+        guesses.push_back({block[i].place,
+                           {-std::sin(yaw_rad) * left_m, std::cos(yaw_rad) * left_m, yaw_rad},
+                           guess.score});
+      }
+    }
   }
   return guesses;
 }
@@ -168,35 +218,35 @@ std::array<std::vector<Hypothesis>, 2> AutoSearch::Propose(const ScanDescriptor&
                                                            int shortlist, PayloadView& payload,
                                                            const SearchControl& control,
                                                            StageTimes& times) const {
-  const auto view = [](const Context& context, const Keys& keys) {
-    return ContextView{context.num_rows, context.num_cols, context.cells_cm, keys.aligning_cm};
-  };
   const std::int64_t start_ns = control.Now_ns();
-  const Keys polar_keys = polar_ ? MakeKeys(query.polar) : Keys{};
-  const Keys cart_keys = cart_ ? MakeKeys(query.cart) : Keys{};
-  const TurnedBearings bearings(
-      BearingGrid(query.structure.posts, map_.params.automatic.shortlist.bearing_ring_m));
-  const std::array<std::vector<Listed>, 2> parts =
-      List(polar_keys, cart_keys, bearings, shortlist, control);
+  const ShortlistParams& params = map_.params.automatic.shortlist;
+  std::vector<Aside> asides;
+  for (int i = -params.num_asides; i <= params.num_asides; ++i) {
+    const double left_m = i * params.aside_m;
+    asides.push_back(
+        {left_m, BearingQuery(BearingGrid(query.structure.posts, params.bearing_ring_m, left_m))});
+  }
+  const std::array<std::vector<Listed>, 2> parts = List(query, asides, shortlist, control);
   const std::int64_t retrieved_ns = control.Now_ns();
-  for (const std::vector<Listed>& part : parts) {
-    for (const Listed& here : part) {
-      if (here.polar_entry) payload.WillUse(DescriptorKind::kPolar, *here.polar_entry);
-      if (here.cart_entry) payload.WillUse(DescriptorKind::kCart, *here.cart_entry);
-      payload.WillUseStructure(static_cast<std::size_t>(here.place));
+  std::array<std::vector<Hypothesis>, 2> proposed;
+  for (std::size_t part = 0; part < parts.size(); ++part) {
+    proposed[part] = GuessesOn(parts[part], asides);
+    // As many of a longer list as of the usual one.
+    const double share =
+        static_cast<double>(parts[part].size()) / std::max<double>(1.0, 2.0 * params.num_places);
+    KeepBest(static_cast<std::size_t>(std::ceil(params.num_hypotheses * std::max(share, 1.0))),
+             proposed[part]);
+    for (Hypothesis& guess : proposed[part]) {
+      guess.is_usual = part == 0;
+      payload.WillUseStructure(static_cast<std::size_t>(guess.place));
     }
   }
   payload.Fetch();
-  std::array<std::vector<Hypothesis>, 2> proposed;
-  for (std::size_t part = 0; part < parts.size(); ++part) {
-    for (const Listed& here : parts[part]) {
-      // Read last of what is looked at here: without it the time was over.
-      if (!payload.HasStructure(static_cast<std::size_t>(here.place))) continue;
-      std::vector<Hypothesis> guesses = GuessesOn(here, view(query.polar, polar_keys),
-                                                  view(query.cart, cart_keys), bearings, payload);
-      for (Hypothesis& guess : guesses) guess.is_usual = part == 0;
-      proposed[part].insert(proposed[part].end(), guesses.begin(), guesses.end());
-    }
+  for (std::vector<Hypothesis>& part : proposed) {
+    // What was not read: the time was over.
+    std::erase_if(part, [&](const Hypothesis& guess) {
+      return !payload.HasStructure(static_cast<std::size_t>(guess.place));
+    });
   }
   times.retrieve_ns = retrieved_ns - start_ns;
   times.match_ns = control.Now_ns() - retrieved_ns;

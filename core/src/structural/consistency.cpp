@@ -161,9 +161,7 @@ PairCheck CheckPair(const ScanPair& pair, const Pose& T_map_first, const Pose& T
   std::vector<Hypothesis> guesses{{0, told, 0.0}, {0, {}, 0.0}, {0, {0.0, 0.0, told.yaw_rad}, 0.0}};
   const double ring_m = params.shortlist.bearing_ring_m;
   for (const double yaw_rad :
-       BearingGrid(pair.first_structure.posts, ring_m)
-           .Widened()
-           .BestHeadings(BearingGrid(pair.second_structure.posts, ring_m), 3)) {
+       AgreeingHeadings(pair.first_structure.posts, pair.second_structure.posts, ring_m, 3)) {
     guesses.push_back({0, {0.0, 0.0, yaw_rad}, 0.0});
   }
   // What agrees is judged from above: heights and inliers say more of which place than of how it

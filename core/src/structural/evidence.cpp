@@ -55,7 +55,7 @@ struct Mirrored {
 /// The scores of the place's mirror image, laid on the query as well as it will.
 Mirrored MirrorScore(QueryMatch& match, const Structure& query, const Structure& place,
                      const PlanarPose& pose) {
-  constexpr int kNumHeadings = 4;
+  constexpr std::size_t kNumHeadings = 4;
   const double ring_m = match.params().shortlist.bearing_ring_m;
   Structure mirrored = place;
   for (Post& post : mirrored.posts) post.y_cm = static_cast<std::int16_t>(-post.y_cm);
@@ -63,9 +63,7 @@ Mirrored MirrorScore(QueryMatch& match, const Structure& query, const Structure&
   std::vector<PlanarPose> guesses = {
       {pose.x_m, -pose.y_m, -pose.yaw_rad},
       {pose.x_m, -pose.y_m, WrapAngle(std::numbers::pi - pose.yaw_rad)}};
-  for (const double yaw_rad : BearingGrid(mirrored.posts, ring_m)
-                                  .Widened()
-                                  .BestHeadings(BearingGrid(query.posts, ring_m), kNumHeadings)) {
+  for (const double yaw_rad : AgreeingHeadings(mirrored.posts, query.posts, ring_m, kNumHeadings)) {
     guesses.push_back({0.0, 0.0, yaw_rad});
   }
   match.SetPlace(mirrored);

@@ -15,8 +15,6 @@ constexpr std::uint32_t kAllHeights = (1U << static_cast<unsigned>(Post::kNumHei
 constexpr int kMargin = 3;
 
 struct View {
-  const std::uint32_t* __restrict cells;
-  const float* __restrict reach_squared_m;  // by sector
   int side;
   float cosine, sine, x_m, y_m, cells_per_m, middle, last;
   // In cells above the lowest height.
@@ -28,57 +26,51 @@ struct MetCounts {
   int num_met = 0;
 };
 
-/// The bits that are set; not std::popcount, so that loops over it become vectors.
-inline int CountBits(std::uint32_t bits) {
-  bits -= (bits >> 1U) & 0x55555555U;
-  bits = (bits & 0x33333333U) + ((bits >> 2U) & 0x33333333U);
-  bits = (bits + (bits >> 4U)) & 0x0f0f0f0fU;
-  return static_cast<int>((bits * 0x01010101U) >> 24U);
+/// A number of heights, counted from the lowest.
+inline std::int32_t Bounded(float num_heights) {
+  return static_cast<std::int32_t>(
+      std::min(std::max(num_heights, 0.0F), static_cast<float>(Post::kNumHeights)));
 }
 
-/// The lowest so many heights.
-inline std::uint32_t Lowest(float num_heights) {
-  const float bounded =
-      std::min(std::max(num_heights, 0.0F), static_cast<float>(Post::kNumHeights));
-  return (1U << static_cast<std::uint32_t>(static_cast<std::int32_t>(bounded))) - 1U;
-}
-
-SCANLOC_SIMD MetCounts CountMet(const View& given, const PlanarPoints& points) {
+SCANLOC_SIMD MetCounts CountMet(const View& given, const std::uint32_t* __restrict cells,
+                                const float* __restrict reach_squared_m,
+                                const float* __restrict x_m, const float* __restrict y_m,
+                                const std::uint32_t* __restrict heights, std::size_t num_points) {
   const View view = given;
-  const float* __restrict x_m = points.x_m().data();
-  const float* __restrict y_m = points.y_m().data();
-  const std::uint32_t* __restrict heights = points.heights().data();
-  int num_heights[PlanarPoints::kBlock] = {};
-  int num_met[PlanarPoints::kBlock] = {};
-  for (std::size_t begin = 0; begin < points.x_m().size(); begin += PlanarPoints::kBlock) {
+  MetCounts seen;
+  for (std::size_t begin = 0; begin < num_points; begin += PlanarPoints::kBlock) {
+    // Without what is looked up, so that the loop becomes vectors.
+    std::int32_t sectors[PlanarPoints::kBlock];
+    std::int32_t at[PlanarPoints::kBlock];
+    std::int32_t lowest[PlanarPoints::kBlock];
+    std::int32_t highest[PlanarPoints::kBlock];
+    float ranges_squared[PlanarPoints::kBlock];
     for (std::size_t lane = 0; lane < PlanarPoints::kBlock; ++lane) {
       const float given_x = x_m[begin + lane];
       const float given_y = y_m[begin + lane];
       const float x = view.cosine * given_x - view.sine * given_y + view.x_m;
       const float y = view.sine * given_x + view.cosine * given_y + view.y_m;
-      const float range_squared = x * x + y * y;
-      const float range = std::sqrt(range_squared) * view.cells_per_m;
+      ranges_squared[lane] = x * x + y * y;
       // Whole cells only: of those that the view cuts, either scan may have seen a part.
-      const std::uint32_t in_view =
-          Lowest(view.sensor_height + range * view.highest_slope) &
-          ~Lowest(view.sensor_height + range * view.lowest_slope + 0.999F);
-      const bool is_in_reach = range_squared < view.reach_squared_m[Horizon::SectorOf(x, y)];
-      const std::uint32_t here = is_in_reach ? heights[begin + lane] & in_view : 0U;
+      const float range = __builtin_sqrtf(ranges_squared[lane]) * view.cells_per_m;
+      highest[lane] = Bounded(view.sensor_height + range * view.highest_slope);
+      lowest[lane] = Bounded(view.sensor_height + range * view.lowest_slope + 0.999F);
+      sectors[lane] = Horizon::SectorOf(x, y);
       const float u = std::min(std::max(x * view.cells_per_m + view.middle, 0.0F), view.last);
       const float v = std::min(std::max(y * view.cells_per_m + view.middle, 0.0F), view.last);
-      // Along its row a cell holds what is beside it; the rows beside are looked up.
       const int row = std::min(std::max(static_cast<int>(v), 1), view.side - 2);
-      const int cell = row * view.side + static_cast<int>(u);
-      const std::uint32_t there =
-          view.cells[cell - view.side] | view.cells[cell] | view.cells[cell + view.side];
-      num_heights[lane] += CountBits(here);
-      num_met[lane] += CountBits(here & there);
+      at[lane] = row * view.side + static_cast<int>(u);
     }
-  }
-  MetCounts seen;
-  for (std::size_t lane = 0; lane < PlanarPoints::kBlock; ++lane) {
-    seen.num_heights += num_heights[lane];
-    seen.num_met += num_met[lane];
+    for (std::size_t lane = 0; lane < PlanarPoints::kBlock; ++lane) {
+      const bool is_in_reach = ranges_squared[lane] < reach_squared_m[sectors[lane]];
+      const std::uint32_t in_view = ((1U << highest[lane]) - 1U) & ~((1U << lowest[lane]) - 1U);
+      const std::uint32_t here = is_in_reach ? heights[begin + lane] & in_view : 0U;
+      // Along its row a cell holds what is beside it; the rows beside are looked up.
+      const std::uint32_t* const cell = cells + at[lane];
+      const std::uint32_t there = cell[-view.side] | cell[0] | cell[view.side];
+      seen.num_heights += std::popcount(here);
+      seen.num_met += std::popcount(here & there);
+    }
   }
   return seen;
 }
@@ -138,21 +130,22 @@ double HeightGrid::Overlap(const PlanarPoints& points, const PlanarPose& T_grid_
     endless.fill(1e30F);
     return endless;
   }();
-  const MetCounts seen = CountMet(
-      {.cells = cells_.data(),
-       .reach_squared_m = horizon == nullptr ? kEndless.data() : horizon->reach_squared_m().data(),
-       .side = side_,
-       .cosine = static_cast<float>(std::cos(T_grid_points.yaw_rad)),
-       .sine = static_cast<float>(std::sin(T_grid_points.yaw_rad)),
-       .x_m = static_cast<float>(T_grid_points.x_m),
-       .y_m = static_cast<float>(T_grid_points.y_m),
-       .cells_per_m = 1.0F / cell_m_,
-       .middle = 0.5F * static_cast<float>(side_),
-       .last = static_cast<float>(side_) - 0.5F,
-       .sensor_height = sensor_height_m_ / cell_m_ - 0.5F,
-       .lowest_slope = lowest_slope_,
-       .highest_slope = highest_slope_},
-      points);
+  const View view = {.side = side_,
+                     .cosine = static_cast<float>(std::cos(T_grid_points.yaw_rad)),
+                     .sine = static_cast<float>(std::sin(T_grid_points.yaw_rad)),
+                     .x_m = static_cast<float>(T_grid_points.x_m),
+                     .y_m = static_cast<float>(T_grid_points.y_m),
+                     .cells_per_m = 1.0F / cell_m_,
+                     .middle = 0.5F * static_cast<float>(side_),
+                     .last = static_cast<float>(side_) - 0.5F,
+                     .sensor_height = sensor_height_m_ / cell_m_ - 0.5F,
+                     .lowest_slope = lowest_slope_,
+                     .highest_slope = highest_slope_};
+  const float* reach_squared_m =
+      horizon == nullptr ? kEndless.data() : horizon->reach_squared_m().data();
+  const MetCounts seen =
+      CountMet(view, cells_.data(), reach_squared_m, points.x_m().data(), points.y_m().data(),
+               points.heights().data(), points.x_m().size());
   return seen.num_heights == 0 ? 0.0 : static_cast<double>(seen.num_met) / seen.num_heights;
 }
 

@@ -2,7 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <bit>
 #include <cmath>
+#include <cstdint>
 #include <random>
 #include <vector>
 
@@ -39,10 +42,9 @@ std::vector<Post> SeenTurned(const std::vector<Post>& posts, double heading_rad)
 
 TEST(BearingGrid, RecoversEveryHeadingWithinASector) {
   const std::vector<Post> posts = RandomPosts(1, 150);
-  const BearingGrid place = BearingGrid(posts, kRing_m).Widened();
   for (double heading_rad = -3.1; heading_rad < 3.14; heading_rad += 0.07) {
     const std::vector<double> found =
-        place.BestHeadings(BearingGrid(SeenTurned(posts, heading_rad), kRing_m), 2);
+        AgreeingHeadings(posts, SeenTurned(posts, heading_rad), kRing_m, 2);
     ASSERT_FALSE(found.empty());
     EXPECT_LT(std::abs(WrapAngle(found.front() - heading_rad)), 0.1) << heading_rad;
   }
@@ -50,17 +52,14 @@ TEST(BearingGrid, RecoversEveryHeadingWithinASector) {
 
 TEST(BearingGrid, IsNotMisledByABlindSector) {
   const std::vector<Post> posts = RandomPosts(2, 150);
-  const BearingGrid place = BearingGrid(posts, kRing_m).Widened();
   std::vector<Post> seen = SeenTurned(posts, 2.0);
   std::erase_if(seen, [](const Post& c) { return c.x_cm < 0; });
-  EXPECT_LT(std::abs(WrapAngle(place.BestHeadings(BearingGrid(seen, kRing_m), 1).front() - 2.0)),
-            0.1);
+  EXPECT_LT(std::abs(WrapAngle(AgreeingHeadings(posts, seen, kRing_m, 1).front() - 2.0)), 0.1);
 }
 
 TEST(BearingGrid, GivesHeadingsThatAreApartBestFirst) {
-  const BearingGrid place = BearingGrid(RandomPosts(3, 200), kRing_m).Widened();
-  const BearingGrid query(RandomPosts(4, 200), kRing_m);
-  const std::vector<double> headings = place.BestHeadings(query, 5);
+  const std::vector<double> headings =
+      AgreeingHeadings(RandomPosts(3, 200), RandomPosts(4, 200), kRing_m, 5);
   ASSERT_EQ(headings.size(), 5U);
   for (std::size_t i = 0; i < headings.size(); ++i) {
     for (std::size_t j = 0; j < i; ++j) {
@@ -70,23 +69,61 @@ TEST(BearingGrid, GivesHeadingsThatAreApartBestFirst) {
 }
 
 TEST(BearingGrid, HasNoHeadingForAScanOfNothing) {
-  const BearingGrid nothing(std::span<const Post>{}, kRing_m);
-  const BearingGrid place = BearingGrid(RandomPosts(5, 50), kRing_m).Widened();
-  EXPECT_TRUE(place.BestHeadings(nothing, 3).empty());
-  EXPECT_TRUE(nothing.BestHeadings(place, 3).empty());
+  const std::vector<Post> place = RandomPosts(5, 50);
+  EXPECT_TRUE(AgreeingHeadings(place, {}, kRing_m, 3).empty());
+  EXPECT_TRUE(AgreeingHeadings({}, place, kRing_m, 3).empty());
 }
 
-TEST(BearingGrid, CountsWhatAgrees) {
-  // One thing ahead, one to the left, both in the ring from 8 m on.
+TEST(BearingGrid, IsAsOfPostsFartherToTheLeft) {
+  const std::vector<Post> posts = {{1000, 10}, {-10, 1000}};
+  const std::vector<Post> farther = {{1000, 360}, {-10, 1350}};
+  EXPECT_EQ(BearingGrid(posts, kRing_m, 3.5), BearingGrid(farther, kRing_m));
+}
+
+TEST(TurnCounts, AreOfWhatAgreesAtEachTurn) {
+  // More grids than are looked at together, and more sectors than fit in a block.
+  std::vector<BearingGrid> places;
+  for (std::uint64_t seed = 0; seed < 7; ++seed) {
+    places.push_back(BearingGrid(RandomPosts(seed, 40 * static_cast<int>(seed)), kRing_m));
+  }
+  const BearingGrid seen(RandomPosts(99, 300), kRing_m);
+  const BearingQuery query(seen);
+  EXPECT_EQ(query.num_sectors(), seen.num_sectors());
+  std::vector<const BearingGrid*> grids;
+  for (const BearingGrid& place : places) grids.push_back(&place);
+  std::vector<TurnCounts> counts(places.size());
+  query.Count(grids, counts);
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    int most = 0;
+    int sum = 0;
+    for (std::size_t turn = 0; turn < BearingGrid::kNumSectors; ++turn) {
+      int count = 0;
+      for (std::size_t ring = 0; ring < BearingGrid::kNumRings; ++ring) {
+        count += std::popcount(places[i].rings()[ring] &
+                               std::rotl(seen.rings()[ring], static_cast<int>(turn)));
+      }
+      EXPECT_EQ(counts[i][turn], count) << i << " turned by " << turn;
+      most = std::max(most, count);
+      sum += count;
+    }
+    EXPECT_EQ(counts[i].Sum(), sum);
+    EXPECT_EQ(counts[i].Most().count, most);
+    EXPECT_EQ(counts[i][counts[i].Most().sectors], most);
+  }
+}
+
+TEST(TurnCounts, TellTheBestAmongSome) {
+  // One thing ahead; in the place also one to the left, both in the ring from 8 m on.
   const BearingGrid place(std::vector<Post>{{1000, 10}, {-10, 1000}}, kRing_m);
-  const BearingGrid query(std::vector<Post>{{1000, 10}}, kRing_m);
-  EXPECT_EQ(place.num_sectors(), 2);
-  EXPECT_EQ(place.Widened().num_sectors(), 6);
-  const BearingGrid::Agreement agreement = place.AgreementByTurn(TurnedBearings(query));
-  EXPECT_EQ(agreement[0], 1);
-  EXPECT_EQ(agreement[16], 1);
-  EXPECT_EQ(agreement[8], 0);
-  EXPECT_EQ(place.Widened().AgreementByTurn(TurnedBearings(query))[1], 1);
+  const TurnCounts counts =
+      BearingQuery(BearingGrid(std::vector<Post>{{1000, 10}}, kRing_m)).Count(place);
+  EXPECT_EQ(counts.Most().sectors, 0U);
+  EXPECT_EQ(counts.Most(~std::uint64_t{1}).sectors, 16U);
+  EXPECT_EQ(counts.Most(std::uint64_t{1} << 8U).count, 0);
+  const std::vector<TurnCounts::Turn> best = counts.Best(5);
+  ASSERT_EQ(best.size(), 2U);
+  EXPECT_FALSE(best[0].IsNextTo(best[1]));
+  EXPECT_TRUE(best[0].IsNextTo({.sectors = 62}));
 }
 
 }  // namespace

@@ -65,6 +65,29 @@ TEST(LocalizerAuto, FindsInALargerMapWhatManyPlacesHaveNearerKeysThan) {
   EXPECT_GE(num_found(0.5), num_by_keys + 10) << num_by_keys << " of 22";
 }
 
+// From two lanes aside things stand in other directions than from the place.
+TEST(LocalizerAuto, FindsFromLanesAside) {
+  constexpr int kNumPlaces = 60;
+  std::vector<std::uint64_t> scenes;
+  for (int i = 0; i < kNumPlaces; ++i) scenes.push_back(2000 + static_cast<std::uint64_t>(i));
+  const auto num_found = [&](int num_asides) {
+    Params params;
+    params.automatic.shortlist.num_places = 2;
+    params.automatic.shortlist.found_share = 1.0;
+    params.automatic.shortlist.num_asides = num_asides;
+    const PostWorld world(scenes, params);
+    int num_right = 0;
+    for (std::int32_t place = 0; place < kNumPlaces; place += 3) {
+      const double left_m = place % 2 == 0 ? 7.0 : -7.0;
+      const Answer answer = world.Ask(world.Seen(place, Offset(0.0, left_m, 0.0, 0.3)));
+      num_right += answer.candidates.front().place == place ? 1 : 0;
+    }
+    return num_right;
+  };
+  const int num_from_one_spot = num_found(0);
+  EXPECT_GE(num_found(2), num_from_one_spot + 5) << num_from_one_spot << " of 20";
+}
+
 TEST(LocalizerAuto, SaysAmbiguousOfTwinsAndNamesBoth) {
   const PostWorld world({1, 2, 3, 4, 2, 6});
   const Answer answer = world.Ask(world.Seen(1, Offset(0.0, 0.5, 0.0, 0.2)), {.max_answers = 5});

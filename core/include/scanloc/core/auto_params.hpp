@@ -35,12 +35,17 @@ struct ShortlistParams {
   /// The keys of each kind find this share of the map's places, within num_places and this many;
   /// those go on whose posts stand in the same directions.
   double found_share = 0.2;
-  int max_found = 700;
+  int max_found = 1000;
   /// By how much more agreement makes up for twice the rank among the keys.
   double agreement_per_octave = 0.02;
   double apart_m = 2.0;         ///< of places nearer to each other the better one goes first
-  int num_headings = 2;         ///< that the posts' bearings tell, beside those of the contexts
   double bearing_ring_m = 4.0;  ///< rings of the bearing grid: as coarse as a pose may be off
+  /// The query's directions are compared as from where it stands and from spots in steps of this,
+  /// so many to either side: another lane is farther off than a ring is wide.
+  double aside_m = 3.5;
+  int num_asides = 2;
+  int num_headings = 3;      ///< ways to lie on a place that the directions tell, at most
+  int num_hypotheses = 240;  ///< of all places; those go on in which most agrees
 
   friend bool operator==(const ShortlistParams&, const ShortlistParams&) = default;
 };
@@ -83,7 +88,7 @@ struct VerificationParams {
   double coarse_cell_m = 1.0;  ///< of the distance field of the coarse stages
   double fine_cell_m = 0.5;    ///< of those of the fine one
   StageParams first = {80, {3, 3.0, 2.4}};     ///< sees all hypotheses
-  int num_survivors = 160;                     ///< of the first stage
+  int num_survivors = 64;                      ///< of the first stage
   StageParams second = {250, {4, 2.2, 1.5}};   ///< sees those
   StageParams at_once = {250, {6, 3.0, 1.5}};  ///< for a hypothesis that is not one of many
   double hopeless_by = 0.2;   ///< with a score worse than the best by so much it is no rival
@@ -242,6 +247,9 @@ void VisitAutoFields(P& params, Visitor&& visit) {
   visit("auto.shortlist.apart_m", params.shortlist.apart_m, 0.0, 50.0);
   visit("auto.shortlist.num_headings", params.shortlist.num_headings, 0, 16);
   visit("auto.shortlist.bearing_ring_m", params.shortlist.bearing_ring_m, 0.05, 50.0);
+  visit("auto.shortlist.aside_m", params.shortlist.aside_m, 0.05, 50.0);
+  visit("auto.shortlist.num_asides", params.shortlist.num_asides, 0, 8);
+  visit("auto.shortlist.num_hypotheses", params.shortlist.num_hypotheses, 1, 100000);
   visit("auto.verify.cutoff_m", params.verify.cutoff_m, 0.05, 20.0);
   visit("auto.verify.coarse_cell_m", params.verify.coarse_cell_m, 0.05, 10.0);
   visit("auto.verify.fine_cell_m", params.verify.fine_cell_m, 0.05, 10.0);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -9,21 +10,20 @@
 
 namespace scanloc {
 
-class TurnedBearings;
-
-/// Where upright things stand around a sensor, in rings and 64 sectors, a bit each: small enough to
-/// be turned against another in every direction in less than a microsecond. Sectors that one side
+/// Where upright things stand around a spot, in rings and 64 sectors, a bit each: small enough to
+/// be turned against another in every direction in a tenth of a microsecond. Sectors that one side
 /// does not see cost nothing, unlike in a comparison of descriptors.
 class BearingGrid {
  public:
-  static constexpr int kNumSectors = 64;
-  static constexpr int kNumRings = 15;
+  static constexpr std::size_t kNumSectors = 64;
+  static constexpr std::size_t kNumRings = 15;
 
   /// A bit a sector, sectors counted from the rear, counter-clockwise; a word a ring, the innermost
   /// first.
   using Rings = std::array<std::uint64_t, kNumRings>;
 
-  BearingGrid(std::span<const Post> posts, double ring_m);
+  /// Around where the posts lie the given distance farther to the left.
+  BearingGrid(std::span<const Post> posts, double ring_m, double aside_m = 0.0);
   explicit BearingGrid(const Rings& rings) : rings_(rings) {}
 
   [[nodiscard]] const Rings& rings() const { return rings_; }
@@ -34,37 +34,66 @@ class BearingGrid {
   /// Rings' sectors in which something stands.
   [[nodiscard]] int num_sectors() const;
 
-  /// How many rings' sectors agree when the query is turned by so many sectors, counter-clockwise;
-  /// an element a turn.
-  using Agreement = std::array<int, kNumSectors>;
-  [[nodiscard]] Agreement AgreementByTurn(const TurnedBearings& query) const;
-
-  /// Headings of the query in this grid's frame [rad] where most agrees, best first; neighbouring
-  /// directions count as one.
-  [[nodiscard]] static std::vector<double> BestHeadings(Agreement agreement, int max_headings);
-  [[nodiscard]] std::vector<double> BestHeadings(const BearingGrid& query, int max_headings) const;
-
   friend bool operator==(const BearingGrid&, const BearingGrid&) = default;
 
  private:
-  friend class TurnedBearings;
-
   Rings rings_{};
 };
 
-/// A query's grid in every direction, made once for all places.
-class TurnedBearings {
+/// In how many rings' sectors two grids agree when one is turned by so many sectors,
+/// counter-clockwise; of all turns at once.
+class TurnCounts {
  public:
-  explicit TurnedBearings(const BearingGrid& query);
+  static constexpr std::size_t kNumDigits = 10;  // up to 15 × 64
+
+  struct Turn {
+    std::size_t sectors = 0;
+    int count = 0;
+
+    /// Whether they are within two sectors of each other.
+    [[nodiscard]] bool IsNextTo(const Turn& other) const;
+  };
+  /// The turn with most, of those whose bit is set in `among`; the lowest of several.
+  [[nodiscard]] Turn Most(std::uint64_t among = ~std::uint64_t{0}) const;
+  /// The turns with most, best first; those next to each other (two sectors) count as one, and
+  /// none is told without anything that agrees.
+  [[nodiscard]] std::vector<Turn> Best(std::size_t max_turns) const;
+  /// Of all turns.
+  [[nodiscard]] int Sum() const;
+  [[nodiscard]] int operator[](std::size_t turn) const;
+
+ private:
+  friend class BearingQuery;
+
+  // A count in binary digits: a word a digit, a bit a turn.
+  std::array<std::uint64_t, kNumDigits> digits_{};
+};
+
+/// A turn as an angle in (-π, π].
+[[nodiscard]] double HeadingOf(const TurnCounts::Turn& turn);
+
+/// A query's grid, made ready to be turned against many.
+class BearingQuery {
+ public:
+  static constexpr std::size_t kAtOnce = 4;
+
+  explicit BearingQuery(const BearingGrid& grid);
 
   [[nodiscard]] int num_sectors() const { return num_sectors_; }
 
- private:
-  friend class BearingGrid;
+  /// How the query agrees with each of the grids; quickest in kAtOnce.
+  void Count(std::span<const BearingGrid* const> grids, std::span<TurnCounts> counts) const;
+  [[nodiscard]] TurnCounts Count(const BearingGrid& grid) const;
 
-  // By ring, then by turn.
-  std::array<std::array<std::uint64_t, BearingGrid::kNumSectors>, BearingGrid::kNumRings> rings_;
+ private:
   int num_sectors_;
+  std::vector<std::uint16_t> cells_;  // ring × 64 + sector, filled up to whole blocks
 };
+
+/// Headings of a query in the place's frame [rad] in which most posts of both stand in the same
+/// directions, best first.
+[[nodiscard]] std::vector<double> AgreeingHeadings(std::span<const Post> place,
+                                                   std::span<const Post> query, double ring_m,
+                                                   std::size_t max_headings);
 
 }  // namespace scanloc
