@@ -28,9 +28,11 @@ class Unevenness {
   [[nodiscard]] Eigen::Vector3d VarianceAt(double distance_m) const;
 
  private:
+  [[nodiscard]] double Squared(double distance_m) const;
+
   double reach_m_, farther_off_m_;
-  double sum_squared_m2_;           ///< of the distances
-  Eigen::Vector3d sum_of_squares_;  ///< of what they disagree by
+  double weight_;        ///< how many tell
+  Eigen::Vector3d sum_;  ///< of what they disagree by, squared, a squared metre
 };
 
 /// How far a registered pose may be off, if it is of the right place: of the query's levelled frame
