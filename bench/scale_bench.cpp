@@ -150,7 +150,7 @@ void FillKeys(const ContextTable& from, std::size_t num_places, ContextTable& ta
   const std::size_t num_each =
       from.has_flips() ? 2 : from.size() / (from.entry(from.size() - 1).place + 1);
   const std::size_t num_known = from.size() / num_each;
-  table.Reserve(num_places * num_each, from.has_flips(), false);
+  table.Reserve(num_places * num_each, false);
   std::uniform_real_distribution<double> share(0.0, 0.5);
   for (std::size_t place = 0; place < num_places; ++place) {
     const std::size_t a = random() % num_known * num_each;

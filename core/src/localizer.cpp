@@ -14,7 +14,8 @@
 
 namespace scanloc {
 
-absl::Status Localizer::Prepare(const std::optional<Method>& only, const DoAll& do_all) {
+absl::Status Localizer::Prepare(const std::optional<Method>& only, const DoAll& do_all,
+                                const Localizer* before) {
   const Params& params = map_->params;
   if (absl::Status status = Validate(params); !status.ok()) return status;
   const std::size_t num_structures = params.structure.enabled ? map_->places.size() : 0;
@@ -30,15 +31,22 @@ absl::Status Localizer::Prepare(const std::optional<Method>& only, const DoAll& 
   if (!up.ok()) return up.status();
   std::vector<std::function<void()>> indexes;  // the one that takes longest first
   if (params.structure.enabled && (!only || only->automatic)) {
-    indexes.emplace_back([&] { auto_search_ = std::make_shared<AutoSearch>(*map_, *up); });
+    indexes.emplace_back([&] {
+      auto_search_ = std::make_shared<AutoSearch>(
+          *map_, *up, before == nullptr ? nullptr : before->auto_search_.get());
+    });
   }
   if (params.polar.enabled && is_wanted(DescriptorKind::kPolar)) {
-    indexes.emplace_back(
-        [&] { polar_search_ = std::make_shared<ContextSearch>(*map_, DescriptorKind::kPolar); });
+    indexes.emplace_back([&] {
+      polar_search_ = std::make_shared<ContextSearch>(
+          *map_, DescriptorKind::kPolar, before == nullptr ? nullptr : before->polar_search_.get());
+    });
   }
   if (params.cart.enabled && is_wanted(DescriptorKind::kCart)) {
-    indexes.emplace_back(
-        [&] { cart_search_ = std::make_shared<ContextSearch>(*map_, DescriptorKind::kCart); });
+    indexes.emplace_back([&] {
+      cart_search_ = std::make_shared<ContextSearch>(
+          *map_, DescriptorKind::kCart, before == nullptr ? nullptr : before->cart_search_.get());
+    });
   }
   if (do_all) return do_all(indexes);
   for (const auto& index : indexes) index();
@@ -55,9 +63,12 @@ absl::Status Localizer::Extend() {
 }
 
 absl::StatusOr<std::shared_ptr<const Localizer>> Localizer::Create(std::shared_ptr<const Map> map,
-                                                                   const DoAll& do_all) {
+                                                                   const DoAll& do_all,
+                                                                   const Localizer* before) {
   std::shared_ptr<Localizer> localizer(new Localizer(std::move(map)));
-  if (absl::Status status = localizer->Prepare(std::nullopt, do_all); !status.ok()) return status;
+  if (absl::Status status = localizer->Prepare(std::nullopt, do_all, before); !status.ok()) {
+    return status;
+  }
   return localizer;
 }
 

@@ -64,15 +64,12 @@ void AppendContext(std::int32_t place, const ContextShape& shape, const ContextV
 void ReserveFor(std::size_t num_places, bool with_contexts, Map& map) {
   map.places.reserve(num_places);
   if (map.params.structure.enabled) map.grounds.reserve(num_places);
-  if (map.params.structure.enabled) map.bearings.reserve(num_places);
   if (map.params.structure.enabled && with_contexts) map.structures.reserve(num_places);
   if (map.params.polar.enabled) {
-    map.polar.Reserve(num_places * (1 + map.params.polar.root_shifts_m.size()), false,
-                      with_contexts);
+    map.polar.Reserve(num_places * (1 + map.params.polar.root_shifts_m.size()), with_contexts);
   }
   if (map.params.cart.enabled) {
-    const bool with_flips = map.params.cart.double_flip;
-    map.cart.Reserve(num_places * (with_flips ? 2 : 1), with_flips, with_contexts);
+    map.cart.Reserve(num_places * (map.params.cart.double_flip ? 2 : 1), with_contexts);
   }
 }
 

@@ -85,7 +85,7 @@ TEST_P(GoldenMap, OpensWithTheBearingsOfItsPosts) {
   const auto map = OpenMap(GetParam().Path());
   ASSERT_TRUE(map.ok()) << map.status();
   EXPECT_EQ(map->payload != nullptr, GetParam().version >= 5);
-  std::vector<BearingGrid> expected;
+  BearingTable expected;
   for (int i = 0; i < 3 && map->params.structure.enabled; ++i) {
     expected.push_back(BearingsOf(GetParam().DescriptorOf(i).structure.posts, map->params));
   }

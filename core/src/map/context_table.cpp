@@ -12,6 +12,16 @@ namespace {
 
 constexpr int kPlaceBits = 24;
 
+// FNV-1a, a value at a time.
+template <typename Values>
+std::uint64_t HashOf(const Values& values) {
+  std::uint64_t hash = 14'695'981'039'346'656'037U;
+  for (const auto value : values) {
+    hash = (hash ^ static_cast<std::uint64_t>(value)) * 1'099'511'628'211U;
+  }
+  return hash ^ hash >> 32U;
+}
+
 }  // namespace
 
 Keys MakeKeys(const Context& context) {
@@ -29,10 +39,8 @@ Keys MakeKeys(const Context& context) {
   return keys;
 }
 
-void ContextTable::Reserve(std::size_t num_entries, bool with_flips, bool with_contexts) {
+void ContextTable::Reserve(std::size_t num_entries, bool with_contexts) {
   owners_.reserve(num_entries);
-  const std::size_t num_keys = with_flips ? (num_entries + 1) / 2 : num_entries;
-  retrieval_cm_.reserve(num_keys * static_cast<std::size_t>(num_rows_));
   if (!with_contexts) return;
   cells_cm_.reserve(num_entries * num_cells());
   aligning_cm_.reserve(num_entries * static_cast<std::size_t>(num_cols_));
@@ -69,12 +77,15 @@ void ContextTable::AppendKey(const Entry& entry, std::span<const std::int32_t> r
   const bool fits = std::all_of(retrieval_cm.begin(), retrieval_cm.end(),
                                 [](std::int32_t sum_cm) { return sum_cm >= 0 && sum_cm <= kMost; });
   assert(!has_flips() || size() == 2 * num_flips_);
-  if (!fits)
-    large_retrieval_cm_[size() - num_flips_].assign(retrieval_cm.begin(), retrieval_cm.end());
   AppendOwner(entry);
-  for (const std::int32_t sum_cm : retrieval_cm) {
-    retrieval_cm_.push_back(static_cast<std::uint16_t>(sum_cm));
+  KeyBlock& block = keys_.last();
+  if (!fits) {
+    block.large_cm[keys_.num_in_last()].assign(retrieval_cm.begin(), retrieval_cm.end());
   }
+  for (const std::int32_t sum_cm : retrieval_cm) {
+    block.cm.push_back(static_cast<std::uint16_t>(sum_cm));
+  }
+  keys_.Appended(HashOf(retrieval_cm));
 }
 
 void ContextTable::AppendFlipOfLast() {
@@ -117,7 +128,8 @@ std::vector<std::int32_t> ContextTable::retrieval_key_cm(std::size_t i) const {
 void ContextTable::ReadRetrievalKey(std::size_t i, std::span<std::int32_t> key_cm) const {
   const HeldKey held = held_retrieval_key(i);
   if (held.cm.empty() && num_rows_ > 0) {
-    std::ranges::copy(large_retrieval_cm_.at(has_flips() ? i / 2 : i), key_cm.begin());
+    const auto [block, index] = keys_.at(NumberOf(i));
+    std::ranges::copy(block->large_cm.at(index), key_cm.begin());
   } else {
     std::ranges::copy(held.cm, key_cm.begin());
   }
@@ -125,11 +137,11 @@ void ContextTable::ReadRetrievalKey(std::size_t i, std::span<std::int32_t> key_c
 }
 
 ContextTable::HeldKey ContextTable::held_retrieval_key(std::size_t i) const {
-  const std::size_t number = has_flips() ? i / 2 : i;
+  const auto [block, index] = keys_.at(NumberOf(i));
   HeldKey held{.cm = {}, .is_reversed = has_flips() && i % 2 == 1};
-  if (!large_retrieval_cm_.empty() && large_retrieval_cm_.contains(number)) return held;
+  if (!block->large_cm.empty() && block->large_cm.contains(index)) return held;
   const auto num_rows = static_cast<std::size_t>(num_rows_);
-  held.cm = std::span(retrieval_cm_).subspan(number * num_rows, num_rows);
+  held.cm = std::span(block->cm).subspan(index * num_rows, num_rows);
   return held;
 }
 
@@ -149,6 +161,12 @@ void Map::AppendStructure(Structure structure) {
   grounds.push_back({structure.ground(), !structure.posts.empty()});
   bearings.push_back(BearingsOf(structure.posts, params));
   structures.push_back(std::move(structure));
+}
+
+void Map::ShareWith(const Map& other) {
+  polar.ShareKeysWith(other.polar);
+  cart.ShareKeysWith(other.cart);
+  bearings.ShareWith(other.bearings);
 }
 
 void Map::AppendDescriptor(std::int32_t place, const PlaceDescriptor& descriptor) {

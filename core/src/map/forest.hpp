@@ -30,10 +30,10 @@ class Forest {
   /// Elements from here on are in no tree.
   [[nodiscard]] std::size_t covered() const { return trees_.empty() ? 0 : trees_.back().end; }
 
-  /// Calls visit(tree) for each, the longest first.
+  /// Calls visit(tree, begin) for each, the longest first.
   template <typename Visit>
   void ForEach(Visit&& visit) const {
-    for (const Grown& grown : trees_) visit(*grown.tree);
+    for (const Grown& grown : trees_) visit(*grown.tree, grown.begin);
   }
 
  private:

@@ -93,8 +93,8 @@ void PlaceTree::Extend() {
 std::optional<std::size_t> PlaceTree::Nearest(const Eigen::Vector3d& position_m,
                                               const std::vector<bool>* excluded) const {
   NearestPlace nearest(excluded);
-  trees_->forest.ForEach([&](const Tree& tree) {
-    nearest.SetBegin(tree.positions.begin);
+  trees_->forest.ForEach([&](const Tree& tree, std::size_t begin) {
+    nearest.SetBegin(begin);
     tree.tree.findNeighbors(nearest, position_m.data(), nanoflann::SearchParams());
   });
   const std::vector<Place>& places = trees_->places;

@@ -166,12 +166,10 @@ KeyBatches::Query KeyBatches::Quantize(const float* key) const {
 }
 
 std::int32_t KeyBatches::LimitOf(float squared_distance) const {
-  // Rounding moves either key by up to half a step a component; the difference is one step, and a
-  // little for the arithmetic.
-  const double rounding = 1.01 * std::sqrt(static_cast<double>(size_));
-  const double distance = std::sqrt(double{squared_distance}) * scale_ * 1.00001 + rounding;
+  // A little more, for the arithmetic of DistanceOf.
+  const double sum = 1.000001 * double{squared_distance} * double{scale_} * double{scale_} + 1.0;
   constexpr double kMost = std::numeric_limits<std::int32_t>::max();
-  return static_cast<std::int32_t>(std::min(distance * distance, kMost));
+  return static_cast<std::int32_t>(std::min(sum, kMost));
 }
 
 std::uint32_t KeyBatches::NearLanes(std::size_t batch, const Query& query, std::int32_t limit,

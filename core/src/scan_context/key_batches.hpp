@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -59,7 +60,17 @@ class KeyBatches {
   /// A key with as many components as the sample's.
   [[nodiscard]] Query Quantize(const float* key) const;
 
-  /// What NearLanes wants for a squared L2 distance; infinity is fine.
+  /// By how much the L2 distance of two keys may look greater than it is.
+  [[nodiscard]] float slack() const {
+    // Rounding moves either key by up to half a step a component; the difference is one step, and a
+    // little for the arithmetic.
+    return 1.01F * std::sqrt(static_cast<float>(size_)) / scale_;
+  }
+  /// The squared L2 distance that a sum tells.
+  [[nodiscard]] float DistanceOf(std::int32_t sum) const {
+    return static_cast<float>(static_cast<double>(sum) / (double{scale_} * double{scale_}));
+  }
+  /// What NearLanes wants for a squared L2 distance as sums tell it; infinity is fine.
   [[nodiscard]] std::int32_t LimitOf(float squared_distance) const;
 
   /// Bit i is set if the key of lane i may lie within the limit; lanes that hold nothing may have

@@ -8,19 +8,18 @@
 #include <vector>
 
 #include "scan_context/key_batches.hpp"
-#include "scan_context/nearest_places.hpp"
 #include "scan_context/principal_axes.hpp"
 #include "scanloc/core/map/context_table.hpp"
 
 namespace scanloc {
 
 /// A k-d tree over the retrieval keys of some entries of a table, with large leaves, in which a
-/// processor compares many keys side by side. Immutable; does not refer to the table.
+/// processor compares many keys side by side. Immutable; does not refer to the table, and knows
+/// entries by how far they are behind its first: it is that of equal keys in any table.
 ///
 /// Holds the leading components of each key along its axes, 16 bits each: enough to pass over
-/// nearly all that is not near. What is left is compared exactly, by the table's keys. Of a table
-/// with flips (ContextTable::has_flips) only the others are held, and searched for the reversed
-/// key, too.
+/// nearly all that is not near (KeySearch). Of a table with flips (ContextTable::has_flips) only
+/// the others are held, and searched for the reversed key, too.
 ///
 /// Of the tree only the leaves are kept, with the box that the keys of each fill: these are so few
 /// that looking at all of them, nearest first, costs less than a descent that meets them in
@@ -35,11 +34,9 @@ class KeyTree {
   /// n).
   KeyTree(const ContextTable& table, KeyScale scale, std::size_t begin, std::size_t end);
 
-  /// Adds whatever may be among the nearest, as far as the effort allows.
-  void Search(std::span<const std::int32_t> key_cm, const KeyEffort& effort,
-              NearestPlaces& nearest) const;
-
  private:
+  friend class KeySearch;
+
   /// Components that are held; ordered by variance, they have nearly all of it.
   static constexpr std::size_t kNumHeld = 16;
   /// Of these, those that the tree cuts.
@@ -64,30 +61,22 @@ class KeyTree {
     std::array<std::int16_t, 16 * kNumHeld> high{};
   };
 
-  /// One search under way.
-  struct Walk;
-
   static Box BoxOf(const Keys& keys, std::span<const std::uint32_t> entries);
   /// Cuts the widest component in its middle until few enough keys are left for a leaf.
   void Build(const Keys& keys, std::span<std::uint32_t> entries, const Box& box);
   /// In batches of KeyBatches::kNumLanes; the last one is filled up with rows that nobody owns.
   void AppendLeaf(const Keys& keys, std::span<const std::uint32_t> entries, const Box& box);
 
-  /// The leaves' distances from a key, lower bounds of those of their keys, squared.
+  [[nodiscard]] KeyBatches::Query Quantized(std::span<const std::int32_t> key_cm) const;
+  /// The leaves' distances from a key, lower bounds of those of their keys, squared, as the batches
+  /// tell them.
   [[nodiscard]] std::vector<std::int32_t> BoundsOf(const KeyBatches::Query& key) const;
-  void SetReach(Walk& walk) const;
-  /// Makes candidates of what may be near to one of the keys.
-  void ScanLeaf(const Leaf& leaf, std::uint32_t key, Walk& walk) const;
-  /// Keeps the nearest candidates, as many as may be compared.
-  static void Thin(Walk& walk);
-  /// Compares the candidates in full.
-  void Settle(Walk& walk) const;
 
   std::size_t num_held_;
   bool has_flips_;
   PrincipalAxes axes_;
   KeyBatches batches_;
-  std::vector<std::uint32_t> owners_;  // entries, by row of the batches
+  std::vector<std::uint32_t> owners_;  // entries behind the first, by row of the batches
   std::vector<Leaf> leaves_;
   std::vector<Boxes> boxes_;  // of the leaves, in their order
   float greatest_norm_ = 0.0F;

@@ -31,11 +31,11 @@ void DecideByDistance(double threshold, Answer& answer) {
 
 }  // namespace
 
-ContextSearch::ContextSearch(const Map& map, DescriptorKind kind)
+ContextSearch::ContextSearch(const Map& map, DescriptorKind kind, const ContextSearch* before)
     : map_(map),
       kind_(kind),
       table_(kind == DescriptorKind::kPolar ? map.polar : map.cart),
-      index_(table_) {}
+      index_(table_, KeyScale::kMetres, before == nullptr ? nullptr : &before->index_) {}
 
 absl::StatusOr<Answer> ContextSearch::Locate(const ScanDescriptor& scan, const Query& query,
                                              const SearchControl& control) const {

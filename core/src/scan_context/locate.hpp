@@ -20,8 +20,9 @@ namespace scanloc {
 /// Any number of threads may call Locate at once.
 class ContextSearch {
  public:
-  /// Builds the k-d tree. Requires that the map holds the kind; keeps a reference to the map.
-  ContextSearch(const Map& map, DescriptorKind kind);
+  /// Builds the k-d trees, but for those that it shares with a search of another map, as KeyIndex
+  /// does. Requires that the map holds the kind; keeps a reference to the map.
+  ContextSearch(const Map& map, DescriptorKind kind, const ContextSearch* before = nullptr);
 
   /// Takes in the places that were appended to the map, as KeyIndex::Extend does.
   void Extend() { index_.Extend(); }

@@ -52,9 +52,16 @@ class AutoSearch::Structures : public PlaceStructures {
   PayloadView& payload_;
 };
 
-AutoSearch::AutoSearch(const Map& map, const Eigen::Vector3d& up) : map_(map), places_(map.places) {
-  if (map.params.polar.enabled) polar_ = std::make_unique<KeyIndex>(map.polar, KeyScale::kUnit);
-  if (map.params.cart.enabled) cart_ = std::make_unique<KeyIndex>(map.cart, KeyScale::kUnit);
+AutoSearch::AutoSearch(const Map& map, const Eigen::Vector3d& up, const AutoSearch* before)
+    : map_(map), places_(map.places) {
+  if (map.params.polar.enabled) {
+    polar_ = std::make_unique<KeyIndex>(map.polar, KeyScale::kUnit,
+                                        before == nullptr ? nullptr : before->polar_.get());
+  }
+  if (map.params.cart.enabled) {
+    cart_ = std::make_unique<KeyIndex>(map.cart, KeyScale::kUnit,
+                                       before == nullptr ? nullptr : before->cart_.get());
+  }
   Extend(up);
 }
 

@@ -37,8 +37,8 @@ struct Spot {
 class AutoSearch {
  public:
   /// Requires map.params.structure.enabled and a unit vector up in the map frame. Keeps a reference
-  /// to the map.
-  AutoSearch(const Map& map, const Eigen::Vector3d& up);
+  /// to the map. Trees of keys are shared with a search of another map, as KeyIndex does.
+  AutoSearch(const Map& map, const Eigen::Vector3d& up, const AutoSearch* before = nullptr);
 
   /// Takes in the places that were appended to the map; up as it is known now. Amortised O(log² n)
   /// a place as long as up stays, else O(n); not beside a search.

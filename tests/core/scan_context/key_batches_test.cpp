@@ -43,6 +43,12 @@ float SquaredDistance(const float* a, const float* b, std::size_t size) {
   return static_cast<float>(sum);
 }
 
+/// So that nothing is passed over that is as near.
+std::int32_t LimitFor(const KeyBatches& batches, float squared_distance) {
+  const float distance = std::sqrt(squared_distance) * 1.00001F + batches.slack();
+  return batches.LimitOf(distance * distance);
+}
+
 TEST(KeyBatches, PassesOverNothingNearerThanTheLimitAndLittleElseIn) {
   std::mt19937_64 random(1);
   for (const std::size_t size : {1U, 7U, 8U, 20U, 41U, 720U}) {
@@ -63,7 +69,7 @@ TEST(KeyBatches, PassesOverNothingNearerThanTheLimitAndLittleElseIn) {
         for (std::size_t j = 0; j < num_keys; ++j) {
           const bool is_near = SquaredDistance(query.data(), &components[j * size], size) <= limit;
           const std::uint32_t near = batches.NearLanes(
-              j / kNumLanes, batches.Quantize(query.data()), batches.LimitOf(limit), sums);
+              j / kNumLanes, batches.Quantize(query.data()), LimitFor(batches, limit), sums);
           const bool is_let_in = (near >> (j % kNumLanes) & 1U) != 0;
           ASSERT_TRUE(is_let_in || !is_near) << "query " << q << ", key " << j;
           if (q % 4 == 0) continue;
@@ -120,6 +126,25 @@ TEST(KeyBatches, HasKernelsThatAnswerAlike) {
   EXPECT_LT(num_near, 600U * kNumLanes);
 }
 
+TEST(KeyBatches, TellHowFarAKeyIsWithinTheirSlack) {
+  std::mt19937_64 random(4);
+  const std::vector<float> components = RandomKeys(random, kNumLanes, 20, 300.0F);
+  const KeyBatches batches = Filled(components, 20);
+  const KeyBatches::Query query = batches.Quantize(components.data());
+  KeyBatches::Sums sums;
+  ASSERT_EQ(batches.NearLanes(0, query, std::numeric_limits<std::int32_t>::max(), sums), 0xFFFFU);
+  for (std::size_t lane = 0; lane < kNumLanes; ++lane) {
+    const float told = batches.DistanceOf(sums[lane]);
+    const float distance =
+        std::sqrt(SquaredDistance(components.data(), &components[lane * 20], 20));
+    EXPECT_NEAR(std::sqrt(told), distance, batches.slack());
+    const std::uint32_t bit = 1U << lane;
+    EXPECT_EQ(batches.NearLanes(0, query, batches.LimitOf(told), sums) & bit, bit);
+    if (told == 0.0F) continue;
+    EXPECT_EQ(batches.NearLanes(0, query, batches.LimitOf(0.9999F * told), sums) & bit, 0U);
+  }
+}
+
 TEST(KeyBatches, LetsAllInWithoutALimit) {
   std::mt19937_64 random(2);
   const std::vector<float> components = RandomKeys(random, kNumLanes, 20, 300.0F);
@@ -128,7 +153,7 @@ TEST(KeyBatches, LetsAllInWithoutALimit) {
   const float infinity = std::numeric_limits<float>::infinity();
   KeyBatches::Sums sums;
   EXPECT_EQ(
-      batches.NearLanes(0, batches.Quantize(far_away.data()), batches.LimitOf(infinity), sums),
+      batches.NearLanes(0, batches.Quantize(far_away.data()), LimitFor(batches, infinity), sums),
       0xFFFFU);
 }
 
@@ -136,8 +161,9 @@ TEST(KeyBatches, HoldsKeysThatAreAllEqual) {
   const std::vector<float> components(20 * kNumLanes, 7.0F);
   const KeyBatches batches = Filled(components, 20);
   KeyBatches::Sums sums;
-  EXPECT_EQ(batches.NearLanes(0, batches.Quantize(components.data()), batches.LimitOf(0.0F), sums),
-            0xFFFFU);
+  EXPECT_EQ(
+      batches.NearLanes(0, batches.Quantize(components.data()), LimitFor(batches, 0.0F), sums),
+      0xFFFFU);
 }
 
 }  // namespace

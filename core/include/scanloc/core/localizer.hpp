@@ -32,10 +32,12 @@ using DoAll = std::function<absl::Status(std::span<const std::function<void()>> 
 class Localizer {
  public:
   /// Builds the k-d trees: O(n log n) in the map's entries; by do_all, or one after the other.
-  /// InvalidArgument if the map's parameters are bad, or its places do not agree on which direction
-  /// is up (FindUp). The errors of do_all.
+  /// Trees over blocks of keys that the map shares with another one (Map::ShareWith) are taken from
+  /// that one's localizer, and are as those built would be. InvalidArgument if the map's parameters
+  /// are bad, or its places do not agree on which direction is up (FindUp). The errors of do_all.
   [[nodiscard]] static absl::StatusOr<std::shared_ptr<const Localizer>> Create(
-      std::shared_ptr<const Map> map, const DoAll& do_all = nullptr);
+      std::shared_ptr<const Map> map, const DoAll& do_all = nullptr,
+      const Localizer* before = nullptr);
 
   /// InvalidArgument: a query out of range, a prior that names a session which the map does not
   /// have, or a descriptor of other shapes than the map's.
@@ -54,7 +56,8 @@ class Localizer {
 
   /// Makes the searches of all methods that the map serves, or of one.
   [[nodiscard]] absl::Status Prepare(const std::optional<Method>& only = std::nullopt,
-                                     const DoAll& do_all = nullptr);
+                                     const DoAll& do_all = nullptr,
+                                     const Localizer* before = nullptr);
 
   /// Takes in the places that were appended to the map. Not beside a call.
   [[nodiscard]] absl::Status Extend();

@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "scanloc/core/map/shared_blocks.hpp"
 #include "scanloc/core/scan/descriptor.hpp"
 
 namespace scanloc {
@@ -25,6 +26,15 @@ struct ContextView {
   int num_cols = 0;
   std::span<const std::uint16_t> cells_cm;
   std::span<const std::int32_t> aligning_cm;
+};
+
+/// Retrieval keys, one behind the other.
+struct KeyBlock {
+  std::vector<std::uint16_t> cm;
+  /// Few sums do not fit into 16 bits; the keys of those are kept apart, by their number here.
+  std::map<std::size_t, std::vector<std::int32_t>> large_cm;
+
+  friend bool operator==(const KeyBlock&, const KeyBlock&) = default;
 };
 
 /// All contexts of one kind in a map, originals and augmented ones, with their keys, or the
@@ -47,8 +57,8 @@ class ContextTable {
   ContextTable() = default;
   ContextTable(int num_rows, int num_cols) : num_rows_(num_rows), num_cols_(num_cols) {}
 
-  /// num_entries counts flips, too, if with_flips says that there will be some.
-  void Reserve(std::size_t num_entries, bool with_flips, bool with_contexts);
+  /// num_entries counts flips, too.
+  void Reserve(std::size_t num_entries, bool with_contexts);
 
   /// Requires context cells and keys of the table's shape, the same kind of Append for all entries,
   /// and an entry within the bounds above.
@@ -82,23 +92,30 @@ class ContextTable {
     bool is_reversed = false;
   };
   [[nodiscard]] HeldKey held_retrieval_key(std::size_t i) const;
+  /// The keys that are held: of all entries, or of all that are no flips.
+  [[nodiscard]] const SharedBlocks<KeyBlock>& key_blocks() const { return keys_; }
+  /// SharedBlocks::ShareWith, of the keys.
+  void ShareKeysWith(const ContextTable& other) {
+    if (num_rows_ == other.num_rows_) keys_.ShareWith(other.keys_);
+  }
 
  private:
   [[nodiscard]] std::size_t num_cells() const {
     return static_cast<std::size_t>(num_rows_) * static_cast<std::size_t>(num_cols_);
   }
   void AppendOwner(const Entry& entry);
+  /// Of the key of an entry among those that are held.
+  [[nodiscard]] std::size_t NumberOf(std::size_t entry) const {
+    return has_flips() ? entry / 2 : entry;
+  }
 
   int num_rows_ = 0;
   int num_cols_ = 0;
   std::vector<Entry> variants_;        // of place 0
   std::vector<std::uint32_t> owners_;  // an entry's place, and in the upper 8 bits its variant
   std::vector<std::uint16_t> cells_cm_;
-  // Those of flips are not held. Few sums do not fit into 16 bits; the keys of those are kept
-  // apart, by their number among the keys that are held.
-  std::size_t num_flips_ = 0;
-  std::vector<std::uint16_t> retrieval_cm_;
-  std::map<std::size_t, std::vector<std::int32_t>> large_retrieval_cm_;
+  std::size_t num_flips_ = 0;  // whose keys are not held
+  SharedBlocks<KeyBlock> keys_;
   std::vector<std::int32_t> aligning_cm_;
 };
 

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "scanloc/core/map/bearing_table.hpp"
 #include "scanloc/core/map/context_table.hpp"
 #include "scanloc/core/map/geo_origin.hpp"
 #include "scanloc/core/map/payload.hpp"
@@ -66,7 +67,7 @@ struct Map {
   ContextTable cart;
   std::vector<Structure> structures;  ///< one a place; empty where there are none, or in a file
   std::vector<PlaceGround> grounds;   ///< one a place; empty where the map has no structures
-  std::vector<BearingGrid> bearings;  ///< likewise; BearingsOf each place's posts
+  BearingTable bearings;              ///< likewise; BearingsOf each place's posts
   /// Null: contexts and structures are in memory. Else the tables hold retrieval keys alone.
   std::shared_ptr<const PayloadReader> payload;
   Calibration calibration;
@@ -82,6 +83,11 @@ struct Map {
   void AppendDescriptor(std::int32_t place, const PlaceDescriptor& descriptor);
   /// The structure alone, and its ground.
   void AppendStructure(Structure structure);
+
+  /// Holds keys and bearings of another map in place of its own that are equal, by the block
+  /// (SharedBlocks), among those appended since the last call; costs next to nothing where no block
+  /// became full since.
+  void ShareWith(const Map& other);
 };
 
 /// How a place's posts stand around it, a sector wider to either side than they are.

@@ -31,9 +31,12 @@ struct KeyEffort {
 inline constexpr std::size_t kMaxExactPlaces = 20'000;
 [[nodiscard]] KeyEffort EffortFor(std::size_t num_places, int k);
 
-/// All retrieval keys of a table, original and augmented, in one k-d tree (paper, Sec. V-A, V-D);
-/// in several where the table grew since. What is found does not depend on which. Any number of
-/// threads may search it.
+class KeyTree;
+
+/// All retrieval keys of a table, original and augmented, in a k-d tree (paper, Sec. V-A, V-D) for
+/// each full block of keys (ContextTable::key_blocks) and one for those behind these; in several
+/// where the table grew since. They are searched as one. What an exact search finds does not depend
+/// on which trees there are. Any number of threads may search it.
 class KeyIndex {
  public:
   struct Neighbor {
@@ -41,8 +44,10 @@ class KeyIndex {
     double key_distance = 0.0;  ///< L2 between retrieval keys, [m] for KeyScale::kMetres
   };
 
-  /// O(n log n). Keeps a reference to the table.
-  explicit KeyIndex(const ContextTable& table, KeyScale scale = KeyScale::kMetres);
+  /// O(n log n). Keeps a reference to the table. Blocks that the table shares with that of another
+  /// index of the scale have their trees from there, which are the same bit for bit.
+  explicit KeyIndex(const ContextTable& table, KeyScale scale = KeyScale::kMetres,
+                    const KeyIndex* before = nullptr);
   KeyIndex(KeyIndex&&) noexcept;
   KeyIndex& operator=(KeyIndex&&) noexcept;
   ~KeyIndex();
@@ -57,14 +62,20 @@ class KeyIndex {
   /// element in it is true.
   ///
   /// With less than all effort some may be missing, and others be there instead: which ones
-  /// depends on how the table grew, not on threads.
+  /// depends on how the table grew within its last block, not on threads.
   [[nodiscard]] std::vector<Neighbor> Search(std::span<const std::int32_t> retrieval_cm, int k,
                                              bool augmented,
                                              const std::vector<bool>* excluded = nullptr,
                                              const KeyEffort& effort = {}) const;
 
+  /// The tree of a full block that another table shares; null if it is not shared or has no tree
+  /// here.
+  [[nodiscard]] std::shared_ptr<const KeyTree> TreeOf(const ContextTable& other,
+                                                      std::size_t block) const;
+
  private:
   struct Trees;
+  void Grow(const KeyIndex* before);
   std::unique_ptr<Trees> trees_;
 };
 

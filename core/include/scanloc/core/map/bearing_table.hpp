@@ -1,0 +1,45 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "scanloc/core/map/shared_blocks.hpp"
+#include "scanloc/core/scan/bearing_grid.hpp"
+
+namespace scanloc {
+
+/// The bearings of a map's places, in their order.
+class BearingTable {
+ public:
+  void push_back(const BearingGrid& bearings) {
+    blocks_.last().push_back(bearings);
+    // FNV-1a, a ring at a time.
+    std::uint64_t hash = 14'695'981'039'346'656'037U;
+    for (const std::uint64_t ring : bearings.rings()) hash = (hash ^ ring) * 1'099'511'628'211U;
+    blocks_.Appended(hash ^ hash >> 32U);
+  }
+
+  [[nodiscard]] std::size_t size() const { return blocks_.size(); }
+  [[nodiscard]] const BearingGrid& operator[](std::size_t place) const {
+    const auto [block, index] = blocks_.at(place);
+    return (*block)[index];
+  }
+
+  [[nodiscard]] const SharedBlocks<std::vector<BearingGrid>>& blocks() const { return blocks_; }
+  /// SharedBlocks::ShareWith.
+  void ShareWith(const BearingTable& other) { blocks_.ShareWith(other.blocks_); }
+
+  friend bool operator==(const BearingTable& a, const BearingTable& b) {
+    if (a.size() != b.size()) return false;
+    for (std::size_t i = 0; i < a.size(); ++i) {
+      if (a[i] != b[i]) return false;
+    }
+    return true;
+  }
+
+ private:
+  SharedBlocks<std::vector<BearingGrid>> blocks_;
+};
+
+}  // namespace scanloc

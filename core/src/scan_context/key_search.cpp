@@ -1,0 +1,119 @@
+#include "scan_context/key_search.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <functional>
+#include <limits>
+
+namespace scanloc {
+namespace {
+
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+
+/// What single precision may cost a distance, of the lengths of the keys.
+constexpr float kRounding = 1e-6F;
+
+/// So many candidates are looked at together at least.
+constexpr std::size_t kLeastPatience = 16;
+
+}  // namespace
+
+KeySearch::KeySearch(std::span<const Part> parts, std::span<const std::int32_t> key_cm,
+                     const KeyEffort& effort, NearestPlaces& nearest)
+    : effort_(effort),
+      patience_(effort.max_compared == KeyEffort::kAll ? std::max(kLeastPatience, 4 * nearest.k())
+                                                       : 2 * effort.max_compared),
+      nearest_(nearest),
+      thinned_(kInfinity),
+      limit_(kInfinity) {
+  for (const Part& part : parts) {
+    const KeyTree& tree = *part.tree;
+    const float norms = static_cast<float>(tree.axes_.NormOf(key_cm)) + tree.greatest_norm_;
+    slack_ = std::max(slack_, tree.batches_.slack() + kRounding * norms);
+    Add(part, key_cm, 0);
+    if (!tree.has_flips_ || !nearest.takes_augmented()) continue;
+    // A key is as far from a reversed one as the reversed key from that.
+    Add(part, std::vector<std::int32_t>(key_cm.rbegin(), key_cm.rend()), 1);
+  }
+  std::make_heap(leaves_.begin(), leaves_.end(), std::greater<>());
+}
+
+void KeySearch::Add(const Part& part, std::span<const std::int32_t> key_cm, std::uint32_t flip) {
+  const KeyTree& tree = *part.tree;
+  turned_.push_back(
+      {&part, tree.Quantized(key_cm), flip, static_cast<std::uint32_t>(leaves_.size())});
+  for (const std::int32_t bound : tree.BoundsOf(turned_.back().key)) {
+    leaves_.push_back(
+        {tree.batches_.DistanceOf(bound), static_cast<std::uint32_t>(leaves_.size())});
+  }
+}
+
+void KeySearch::Run() {
+  SetLimit();
+  std::size_t num_scanned = 0;
+  while (!leaves_.empty() && leaves_.front().distance <= limit_ &&
+         num_scanned < effort_.max_scanned) {
+    const std::uint32_t number = leaves_.front().what;
+    const auto next = std::upper_bound(
+        turned_.begin(), turned_.end(), number,
+        [](std::uint32_t leaf, const Turned& turned) { return leaf < turned.first_leaf; });
+    const Turned& turned = *std::prev(next);
+    num_scanned += ScanLeaf(turned, turned.part->tree->leaves_[number - turned.first_leaf]);
+    std::pop_heap(leaves_.begin(), leaves_.end(), std::greater<>());
+    leaves_.pop_back();
+  }
+  if (candidates_.size() > effort_.max_compared) Thin();
+  Settle();
+}
+
+void KeySearch::SetLimit() {
+  constexpr float kSlack = 1.00002F;
+  const float reach = static_cast<float>(std::sqrt(nearest_.reach())) * kSlack + slack_;
+  limit_ = std::min(thinned_, reach * reach);
+}
+
+std::size_t KeySearch::ScanLeaf(const Turned& turned, const KeyTree::Leaf& leaf) {
+  const KeyTree& tree = *turned.part->tree;
+  const auto first_entry = static_cast<std::uint32_t>(turned.part->begin) + turned.flip;
+  KeyBatches::Sums sums;
+  std::int32_t limit = tree.batches_.LimitOf(limit_);
+  for (std::size_t i = 0; i < leaf.num_batches; ++i) {
+    const std::size_t batch = leaf.first_batch + i;
+    std::uint32_t near = tree.batches_.NearLanes(batch, turned.key, limit, sums);
+    for (; near != 0; near &= near - 1) {
+      const auto lane = static_cast<std::size_t>(std::countr_zero(near));
+      const std::uint32_t owner = tree.owners_[batch * KeyBatches::kNumLanes + lane];
+      if (owner == KeyTree::kNobody) continue;
+      candidates_.push_back({tree.batches_.DistanceOf(sums[lane]), owner + first_entry});
+    }
+    if (candidates_.size() < patience_) continue;
+    if (candidates_.size() > effort_.max_compared) {
+      Thin();
+    } else {
+      Settle();
+      nearest_.Narrow();
+      SetLimit();
+    }
+    limit = tree.batches_.LimitOf(limit_);
+  }
+  return leaf.num_batches * KeyBatches::kNumLanes;
+}
+
+void KeySearch::Thin() {
+  const auto last = candidates_.begin() + static_cast<std::ptrdiff_t>(effort_.max_compared - 1);
+  std::nth_element(candidates_.begin(), last, candidates_.end());
+  thinned_ = std::min(thinned_, last->distance);
+  SetLimit();
+  candidates_.resize(effort_.max_compared);
+}
+
+void KeySearch::Settle() {
+  for (const Ranked& candidate : candidates_) {
+    if (candidate.distance > limit_) continue;
+    if (nearest_.Add(candidate.what)) SetLimit();
+  }
+  candidates_.clear();
+}
+
+}  // namespace scanloc
