@@ -97,10 +97,11 @@ absl::Status AddCalibration(OpenMapFile& file, Map& map) {
 // Reads the keys and bearings of place after place beside the rows of `places`.
 class KeysLoader {
  public:
-  static absl::StatusOr<KeysLoader> Open(Connection& connection, const MapHead& head, Map& map) {
+  static absl::StatusOr<KeysLoader> Open(Connection& connection, const MapHead& head,
+                                         const Map* before, Map& map) {
     absl::StatusOr<KeysCursor> keys = KeysCursor::Open(connection, head);
     if (!keys.ok()) return keys.status();
-    KeysLoader loader(*std::move(keys), connection.path(), map);
+    KeysLoader loader(*std::move(keys), connection.path(), before, map);
     if (!map.params.structure.enabled) return loader;
     absl::StatusOr<BearingsCursor> bearings = BearingsCursor::Open(connection, head);
     if (!bearings.ok()) return bearings.status();
@@ -126,9 +127,12 @@ class KeysLoader {
           .AppendKey(EntryOf(static_cast<std::int32_t>(row.id), shapes_[i]), keys_.retrieval_cm[i]);
       AppendFlip(shapes_[i].kind, map_);
     }
-    if (!bearings_.has_value()) return absl::OkStatus();
-    map_.grounds.push_back(keys_.ground);
-    return AddBearings();
+    if (bearings_.has_value()) {
+      map_.grounds.push_back(keys_.ground);
+      if (absl::Status status = AddBearings(); !status.ok()) return status;
+    }
+    if (before_ != nullptr) map_.ShareWith(*before_);
+    return absl::OkStatus();
   }
 
   absl::StatusOr<ExpectedRows> Finish() {
@@ -143,10 +147,11 @@ class KeysLoader {
   }
 
  private:
-  KeysLoader(KeysCursor cursor, std::string path, Map& map)
+  KeysLoader(KeysCursor cursor, std::string path, const Map* before, Map& map)
       : cursor_(std::move(cursor)),
         shapes_(ContextShapes(map.params)),
         path_(std::move(path)),
+        before_(before),
         map_(map) {}
 
   absl::Status AddBearings() {
@@ -162,6 +167,7 @@ class KeysLoader {
   std::optional<BearingsCursor> bearings_;  // where the map has structures
   std::vector<ContextShape> shapes_;
   std::string path_;
+  const Map* before_;  // null: none
   Map& map_;
   PlaceKeys keys_;
   Hasher hasher_;
@@ -216,7 +222,8 @@ absl::StatusOr<Map> OpenMap(const std::string& path, const OpenOptions& options)
     return LoadMap(path);
   }
   Map map = StartMap(file->head, false);
-  absl::StatusOr<KeysLoader> keys = KeysLoader::Open(file->connection, file->head, map);
+  absl::StatusOr<KeysLoader> keys =
+      KeysLoader::Open(file->connection, file->head, options.before, map);
   if (!keys.ok()) return keys.status();
   absl::Status status = VisitPlacesOf(*file, [&](const PlaceRow& row) {
     map.places.push_back(PlaceOf(row));

@@ -97,6 +97,9 @@ struct OpenOptions {
   /// Threads that read at once, each with a connection of its own; 0: one a processor. One more
   /// waits until one is done. At most 64.
   int num_readers = 0;
+  /// A map that is in memory, such as the one that the file's takes the place of: keys and bearings
+  /// that are equal are held once (Map::ShareWith). They are read and checked as without it.
+  const Map* before = nullptr;
 };
 
 /// The map without its contexts and structures, ready for Localizer::Create: those of candidates
