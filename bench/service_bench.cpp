@@ -35,7 +35,7 @@ struct World {
     options.maps = {{.name = "bench", .path = bench::LargeMap().path}};
     options.listen = "127.0.0.1:0";
     server = Need(server::Server::Start(
-        options, [](const std::string& path) { return mapdb::LoadMap(path); }));
+        options, [](const std::string& path, const Map*) { return mapdb::LoadMap(path); }));
     if (auto status = server->LoadMaps(); !status.ok()) throw std::runtime_error(status.ToString());
     client = std::make_unique<client::Client>(
         Need(client::Client::Connect({.address = server->address()})));

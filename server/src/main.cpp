@@ -227,8 +227,12 @@ int Run(CommandLine line) {
   const mapdb::OpenOptions open{.cache = mapdb::MakePayloadCache(line.options.cache_bytes),
                                 .whole_bytes = line.options.whole_bytes,
                                 .num_readers = line.options.num_threads};
-  const auto server = Server::Start(
-      line.options, [open](const std::string& path) { return mapdb::OpenMap(path, open); });
+  const auto load = [open](const std::string& path, const Map* before) {
+    mapdb::OpenOptions options = open;
+    options.before = before;
+    return mapdb::OpenMap(path, options);
+  };
+  const auto server = Server::Start(line.options, load);
   if (!server.ok()) return Fail(kExitFailed, server.status());
   return RunUntilStopped(**server, std::chrono::duration<double>(line.options.drain_s));
 }

@@ -35,7 +35,7 @@ class OfflineClientTest : public testing::Test {
     options.maps = {{.name = "town", .path = path_}};
     options.listen = "127.0.0.1:0";
     auto server = *server::Server::Start(
-        options, [](const std::string& path) { return mapdb::LoadMap(path); });
+        options, [](const std::string& path, const Map*) { return mapdb::LoadMap(path); });
     EXPECT_TRUE(server->LoadMaps().ok());
     return server;
   }

@@ -62,10 +62,11 @@ TEST(HealthService, ServesEachMapOnceItIsLoadedAndAllOnceAllAre) {
   const test::Maps maps = {{"a", test::SmallMap(1, 3)}, {"b", test::SmallMap(2, 3)}};
   test::Gate may_load_b;
   const auto load = test::LoaderOf(maps);
-  auto server = Server::Start(test::OptionsFor(maps), [&](const std::string& path) {
-    if (path == "b") may_load_b.Wait();
-    return load(path);
-  });
+  auto server =
+      Server::Start(test::OptionsFor(maps), [&](const std::string& path, const Map* before) {
+        if (path == "b") may_load_b.Wait();
+        return load(path, before);
+      });
   ASSERT_TRUE(server.ok()) << server.status();
   const auto channel = test::ChannelTo((*server)->address());
   const auto stub = Health::NewStub(channel);

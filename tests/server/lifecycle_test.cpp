@@ -20,7 +20,7 @@ namespace {
   test::Gate never;
   ServerOptions options = test::OptionsFor({{"town", test::SmallMap(1, 2)}});
   options.drain_s = 0.1;
-  auto server = Server::Start(options, [&](const std::string&) -> absl::StatusOr<Map> {
+  auto server = Server::Start(options, [&](const std::string&, const Map*) -> absl::StatusOr<Map> {
     never.Wait();
     std::abort();
   });

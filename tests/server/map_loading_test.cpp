@@ -35,7 +35,10 @@ class MapLoadingTest : public testing::Test {
     ServerOptions options;
     options.maps_dir = dir_.path();
     options.listen = "127.0.0.1:0";
-    auto server = Server::Start(options, [this](const std::string& path) { return Load(path); });
+    auto server = Server::Start(options, [this](const std::string& path, const Map* before) {
+      before_ = before;
+      return Load(path);
+    });
     if (!server.ok()) throw std::runtime_error(server.status().ToString());
     server_ = *std::move(server);
   }
@@ -83,6 +86,7 @@ class MapLoadingTest : public testing::Test {
   test::Gate is_loading_slowly_;
   test::Gate may_go_on_;
   std::atomic<bool> is_bad_ = false;
+  std::atomic<const Map*> before_ = nullptr;  // as the loader was told it last
   std::unique_ptr<Server> server_;
 };
 
@@ -184,6 +188,16 @@ TEST_F(MapLoadingTest, CountsReloadsThatFailedFromNoughtOn) {
   server_->ReloadMaps();
   EXPECT_THAT(server_->MetricsText(), HasSubstr(count + "2\n"));
   EXPECT_EQ(HealthOf("town"), Health::SERVING);
+}
+
+TEST_F(MapLoadingTest, TellsTheLoaderWhichMapIsInService) {
+  Start();
+  ASSERT_TRUE(server_->LoadMaps().ok());
+  EXPECT_EQ(before_, nullptr);
+  const auto served = server_->maps().Find("town");
+  ASSERT_TRUE(served.ok());
+  ASSERT_TRUE(server_->ReloadMap("town").ok());
+  EXPECT_EQ(before_, &(*served)->localizer->map());
 }
 
 TEST_F(MapLoadingTest, SaysThatAMapServesThoughALoadFindsItUnchanged) {

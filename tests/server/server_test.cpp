@@ -188,10 +188,10 @@ TEST(Server, DoesNotAnswerAfterTheDeadline) {
 
 TEST(Server, TellsWhyTheFirstMapDoesNotLoadWhereNoneDoes) {
   const test::Maps maps = {{"a", test::SmallMap(1, 2)}, {"b", test::SmallMap(2, 2)}};
-  const auto server =
-      Server::Start(test::OptionsFor(maps), [](const std::string& path) -> absl::StatusOr<Map> {
-        return absl::DataLossError(path + " is torn");
-      });
+  const auto server = Server::Start(test::OptionsFor(maps),
+                                    [](const std::string& path, const Map*) -> absl::StatusOr<Map> {
+                                      return absl::DataLossError(path + " is torn");
+                                    });
   ASSERT_TRUE(server.ok()) << server.status();
   EXPECT_EQ((*server)->LoadMaps(), absl::DataLossError("map a: a is torn"));
 }
@@ -199,8 +199,8 @@ TEST(Server, TellsWhyTheFirstMapDoesNotLoadWhereNoneDoes) {
 TEST(Server, ServesTheMapsThatLoadAndTellsOfTheOthers) {
   const test::Maps maps = {{"a", test::SmallMap(1, 2)}, {"b", test::SmallMap(2, 2)}};
   bool is_torn = true;
-  const auto server =
-      Server::Start(test::OptionsFor(maps), [&](const std::string& path) -> absl::StatusOr<Map> {
+  const auto server = Server::Start(
+      test::OptionsFor(maps), [&](const std::string& path, const Map*) -> absl::StatusOr<Map> {
         if (path == "a" && is_torn) return absl::DataLossError("it is torn");
         return maps.at(path);
       });
@@ -219,8 +219,9 @@ TEST(Server, ServesTheMapsThatLoadAndTellsOfTheOthers) {
 
 TEST(Server, LeavesAMapThatIsUnchangedAsItIs) {
   Map map = test::SmallMap(1, 2);
-  const auto server = Server::Start(test::OptionsFor({{"a", map}}),
-                                    [&](const std::string&) -> absl::StatusOr<Map> { return map; });
+  const auto server =
+      Server::Start(test::OptionsFor({{"a", map}}),
+                    [&](const std::string&, const Map*) -> absl::StatusOr<Map> { return map; });
   ASSERT_TRUE((*server)->LoadMaps().ok());
   EXPECT_TRUE((*server)->ReloadMap("a").ok());
   EXPECT_EQ((*server)->maps().List()[0].generation, 1U);
@@ -231,9 +232,10 @@ TEST(Server, LeavesAMapThatIsUnchangedAsItIs) {
 
 TEST(Server, TurnsWhatALoaderThrowsIntoAStatus) {
   const test::Maps maps = {{"a", test::SmallMap(1, 2)}};
-  const auto server = Server::Start(
-      test::OptionsFor(maps),
-      [](const std::string&) -> absl::StatusOr<Map> { throw std::runtime_error("boom"); });
+  const auto server = Server::Start(test::OptionsFor(maps),
+                                    [](const std::string&, const Map*) -> absl::StatusOr<Map> {
+                                      throw std::runtime_error("boom");
+                                    });
   ASSERT_TRUE(server.ok()) << server.status();
   const absl::Status status = (*server)->LoadMaps();
   EXPECT_EQ(status.code(), absl::StatusCode::kInternal);
@@ -245,8 +247,8 @@ TEST(Server, StopsWhileAMapLoads) {
   test::Gate loading;
   test::Gate may_load;
   int num_loaded = 0;
-  const auto server =
-      Server::Start(test::OptionsFor(maps), [&](const std::string& path) -> absl::StatusOr<Map> {
+  const auto server = Server::Start(
+      test::OptionsFor(maps), [&](const std::string& path, const Map*) -> absl::StatusOr<Map> {
         ++num_loaded;
         loading.Open();
         may_load.Wait();

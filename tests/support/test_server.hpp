@@ -39,7 +39,7 @@ using Maps = std::map<std::string, Map>;
 
 /// A loader that finds the maps by name, as if each were the file of that name in any folder.
 inline server::MapLoader LoaderOf(Maps maps) {
-  return [maps = std::move(maps)](const std::string& path) -> absl::StatusOr<Map> {
+  return [maps = std::move(maps)](const std::string& path, const Map*) -> absl::StatusOr<Map> {
     const auto found = maps.find(std::filesystem::path(path).filename());
     if (found == maps.end()) return absl::NotFoundError(absl::StrCat("no such map ", path));
     return found->second;

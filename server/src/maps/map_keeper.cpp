@@ -101,7 +101,8 @@ absl::Status MapKeeper::LoadNow(const MapSource& source) {
   const MemoryBound::Loading loading(memory_, unknown ? 0 : static_cast<std::int64_t>(size));
   spdlog::debug("loading map {} from {}", source.name, source.path);
   absl::Status status = Guard([&]() -> absl::Status {
-    auto map = load_map_(source.path);
+    const auto served = maps_.Find(source.name);
+    auto map = load_map_(source.path, served.ok() ? &(*served)->localizer->map() : nullptr);
     if (!map.ok()) return map.status();
     return PutInService(source, *std::move(map));
   });

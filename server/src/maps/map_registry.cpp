@@ -48,13 +48,15 @@ absl::Status MapRegistry::Serve(const std::string& name, const std::string& path
     return absl::NotFoundError(absl::StrCat("no map is configured as ", name));
   };
   // Nobody waits for a map that takes the place of another: its trees leave the processors to those
-  // who ask that one.
+  // who ask that one, and those that would be the same are taken from it.
   std::size_t num_threads = 1;
+  std::shared_ptr<const ServedMap> before;  // freed outside the lock, if this was its last holder
   {
     const std::lock_guard lock(mutex_);
     const auto slot = slots_.find(name);
     if (slot == slots_.end()) return unknown();
-    if (slot->second.served == nullptr) num_threads = NumThreads(0);
+    before = slot->second.served;
+    if (before == nullptr) num_threads = NumThreads(0);
   }
   auto next = std::make_shared<ServedMap>();
   next->path = path;
@@ -68,11 +70,11 @@ absl::Status MapRegistry::Serve(const std::string& name, const std::string& path
   }
   auto localizer = Localizer::Create(
       std::make_shared<const Map>(std::move(map)),
-      [&](std::span<const std::function<void()>> tasks) { return RunTasks(num_threads, tasks); });
+      [&](std::span<const std::function<void()>> tasks) { return RunTasks(num_threads, tasks); },
+      before == nullptr ? nullptr : before->localizer.get());
   if (!localizer.ok()) return localizer.status();
   next->localizer = *std::move(localizer);
 
-  std::shared_ptr<const ServedMap> before;  // freed outside the lock, if this was its last holder
   const std::lock_guard lock(mutex_);
   const auto slot = slots_.find(name);
   if (slot == slots_.end()) return unknown();  // removed meanwhile

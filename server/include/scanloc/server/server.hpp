@@ -13,8 +13,9 @@
 
 namespace scanloc::server {
 
-/// Reads the map at a path; mapdb::OpenMap in the program.
-using MapLoader = std::function<absl::StatusOr<Map>(const std::string& path)>;
+/// Reads the map at a path, which takes the place of one in service, or of none (null); what is
+/// equal in both it may share. mapdb::OpenMap in the program.
+using MapLoader = std::function<absl::StatusOr<Map>(const std::string& path, const Map* before)>;
 
 /// The health service (grpc.health.v1) knows the server as a whole as "", which serves once every
 /// map was loaded or passed over, and each map under this name.
