@@ -146,7 +146,7 @@ KeyBatches::KeyBatches(std::span<const float> sample, std::size_t size)
 std::int16_t KeyBatches::Quantized(float value, std::size_t component) const {
   const auto bound = static_cast<float>(max_);
   const float scaled = std::clamp((value - centers_[component]) * scale_, -bound, bound);
-  return static_cast<std::int16_t>(std::lround(scaled));
+  return static_cast<std::int16_t>(scaled + std::copysign(0.5F, scaled));
 }
 
 void KeyBatches::Append(std::span<const std::int16_t* const> keys) {
@@ -160,9 +160,13 @@ void KeyBatches::Append(std::span<const std::int16_t* const> keys) {
 }
 
 KeyBatches::Query KeyBatches::Quantize(const float* key) const {
-  Query query{std::vector<std::int16_t>(2 * num_pairs_)};
-  for (std::size_t c = 0; c < size_; ++c) query.components[c] = Quantized(key[c], c);
+  Query query{std::vector<std::int16_t>(key_size())};
+  Quantize(key, query.components);
   return query;
+}
+
+void KeyBatches::Quantize(const float* key, std::span<std::int16_t> components) const {
+  for (std::size_t c = 0; c < size_; ++c) components[c] = Quantized(key[c], c);
 }
 
 std::int32_t KeyBatches::LimitOf(float squared_distance) const {

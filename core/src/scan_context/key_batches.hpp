@@ -59,6 +59,8 @@ class KeyBatches {
 
   /// A key with as many components as the sample's.
   [[nodiscard]] Query Quantize(const float* key) const;
+  /// The same into key_size() zeros.
+  void Quantize(const float* key, std::span<std::int16_t> components) const;
 
   /// By how much the L2 distance of two keys may look greater than it is.
   [[nodiscard]] float slack() const {

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <utility>
 
 namespace scanloc {
 namespace {
@@ -29,9 +30,8 @@ KeySearch::KeySearch(std::span<const Part> parts, std::span<const std::int32_t> 
       limit_(kInfinity) {
   for (const Part& part : parts) {
     const KeyTree& tree = *part.tree;
-    const float norms = static_cast<float>(tree.axes_.NormOf(key_cm)) + tree.greatest_norm_;
+    const float norms = Add(part, key_cm, 0) + tree.greatest_norm_;
     slack_ = std::max(slack_, tree.batches_.slack() + kRounding * norms);
-    Add(part, key_cm, 0);
     if (!tree.has_flips_ || !nearest.takes_augmented()) continue;
     // A key is as far from a reversed one as the reversed key from that.
     Add(part, std::vector<std::int32_t>(key_cm.rbegin(), key_cm.rend()), 1);
@@ -39,14 +39,16 @@ KeySearch::KeySearch(std::span<const Part> parts, std::span<const std::int32_t> 
   std::make_heap(leaves_.begin(), leaves_.end(), std::greater<>());
 }
 
-void KeySearch::Add(const Part& part, std::span<const std::int32_t> key_cm, std::uint32_t flip) {
+float KeySearch::Add(const Part& part, std::span<const std::int32_t> key_cm, std::uint32_t flip) {
   const KeyTree& tree = *part.tree;
-  turned_.push_back(
-      {&part, tree.Quantized(key_cm), flip, static_cast<std::uint32_t>(leaves_.size())});
-  for (const std::int32_t bound : tree.BoundsOf(turned_.back().key)) {
+  KeyTree::Turned turned = tree.TurnedKey(key_cm);
+  const auto first_leaf = static_cast<std::uint32_t>(leaves_.size());
+  for (const std::int32_t bound : tree.BoundsOf(turned.key)) {
     leaves_.push_back(
         {tree.batches_.DistanceOf(bound), static_cast<std::uint32_t>(leaves_.size())});
   }
+  turned_.push_back({&part, std::move(turned.key), flip, first_leaf});
+  return turned.norm;
 }
 
 void KeySearch::Run() {

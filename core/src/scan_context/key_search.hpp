@@ -44,7 +44,8 @@ class KeySearch {
                             const Ranked&) = default;  // NOLINT(modernize-use-nullptr)
   };
 
-  void Add(const Part& part, std::span<const std::int32_t> key_cm, std::uint32_t flip);
+  /// Returns the key's length.
+  float Add(const Part& part, std::span<const std::int32_t> key_cm, std::uint32_t flip);
   void SetLimit();
   /// Makes candidates of what may be near; returns how many keys were looked at.
   std::size_t ScanLeaf(const Turned& turned, const KeyTree::Leaf& leaf);

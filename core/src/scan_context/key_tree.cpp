@@ -31,6 +31,14 @@ std::vector<float> TurnedKeys(const ContextTable& table, const PrincipalAxes& ax
 
 constexpr std::size_t kNumBoxes = 16;
 
+template <std::size_t kSize>
+void Widen(const std::int16_t* key, std::int16_t* low, std::int16_t* high) {
+  for (std::size_t c = 0; c < kSize; ++c) {
+    low[c] = std::min(low[c], key[c]);
+    high[c] = std::max(high[c], key[c]);
+  }
+}
+
 /// How far a key is from each of some boxes side by side, squared; bounds by component.
 SCANLOC_SIMD void GapsOf(std::span<const std::int16_t> key, const std::int16_t* low,
                          const std::int16_t* high, std::int32_t* sums) {
@@ -74,24 +82,30 @@ KeyTree::KeyTree(const ContextTable& table, KeyScale scale, std::size_t begin, s
   std::vector<float> turned(num_held_);
   for (std::size_t i = begin; i < end; i += step) {
     table.ReadRetrievalKey(i, key_cm);
-    greatest_norm_ = std::max(greatest_norm_, static_cast<float>(axes_.NormOf(key_cm)));
-    axes_.Turn(key_cm, turned);
-    const std::vector<std::int16_t> key = batches_.Quantize(turned.data()).components;
-    keys.components.insert(keys.components.end(), key.begin(), key.end());
+    greatest_norm_ = std::max(greatest_norm_, static_cast<float>(axes_.Turn(key_cm, turned)));
+    const std::size_t size = keys.components.size();
+    keys.components.resize(size + keys.size);
+    batches_.Quantize(turned.data(), std::span(keys.components).subspan(size));
     entries.push_back(static_cast<std::uint32_t>(i - begin));
   }
   Build(keys, entries, BoxOf(keys, entries));
 }
 
 KeyTree::Box KeyTree::BoxOf(const Keys& keys, std::span<const std::uint32_t> entries) {
-  Box box;
+  std::array<std::int16_t, kNumHeld> low;
+  std::array<std::int16_t, kNumHeld> high;
+  low.fill(std::numeric_limits<std::int16_t>::max());
+  high.fill(std::numeric_limits<std::int16_t>::min());
   for (const std::uint32_t i : entries) {
-    const std::int16_t* key = keys.Key(i);
-    for (std::size_t c = 0; c < keys.size; ++c) {
-      box[c].low = std::min<std::int32_t>(box[c].low, key[c]);
-      box[c].high = std::max<std::int32_t>(box[c].high, key[c]);
+    // Side by side only where their number is known.
+    if (keys.size == kNumHeld) {
+      Widen<kNumHeld>(keys.Key(i), low.data(), high.data());
+    } else {
+      Widen<kNumHeld / 2>(keys.Key(i), low.data(), high.data());
     }
   }
+  Box box;
+  for (std::size_t c = 0; c < kNumHeld; ++c) box[c] = {low[c], high[c]};
   return box;
 }
 
@@ -138,10 +152,10 @@ void KeyTree::AppendLeaf(const Keys& keys, std::span<const std::uint32_t> entrie
                      static_cast<std::uint32_t>(batches_.num_batches() - first_batch)});
 }
 
-KeyBatches::Query KeyTree::Quantized(std::span<const std::int32_t> key_cm) const {
+KeyTree::Turned KeyTree::TurnedKey(std::span<const std::int32_t> key_cm) const {
   std::vector<float> turned(num_held_);
-  axes_.Turn(key_cm, turned);
-  return batches_.Quantize(turned.data());
+  const double norm = axes_.Turn(key_cm, turned);
+  return {batches_.Quantize(turned.data()), static_cast<float>(norm)};
 }
 
 std::vector<std::int32_t> KeyTree::BoundsOf(const KeyBatches::Query& key) const {

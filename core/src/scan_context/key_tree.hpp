@@ -67,7 +67,12 @@ class KeyTree {
   /// In batches of KeyBatches::kNumLanes; the last one is filled up with rows that nobody owns.
   void AppendLeaf(const Keys& keys, std::span<const std::uint32_t> entries, const Box& box);
 
-  [[nodiscard]] KeyBatches::Query Quantized(std::span<const std::int32_t> key_cm) const;
+  /// A key as the batches hold theirs, and its length.
+  struct Turned {
+    KeyBatches::Query key;
+    float norm = 0.0F;
+  };
+  [[nodiscard]] Turned TurnedKey(std::span<const std::int32_t> key_cm) const;
   /// The leaves' distances from a key, lower bounds of those of their keys, squared, as the batches
   /// tell them.
   [[nodiscard]] std::vector<std::int32_t> BoundsOf(const KeyBatches::Query& key) const;

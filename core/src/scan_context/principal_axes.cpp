@@ -23,10 +23,13 @@ PrincipalAxes::PrincipalAxes(const ContextTable& table, KeyScale scale,
   axes_ = solver.eigenvectors().rowwise().reverse().transpose();
 }
 
-void PrincipalAxes::Turn(std::span<const std::int32_t> key_cm, std::span<float> components) const {
+double PrincipalAxes::Turn(std::span<const std::int32_t> key_cm,
+                           std::span<float> components) const {
   const auto size = static_cast<Eigen::Index>(components.size());
-  const Eigen::VectorXd turned = axes_.topRows(size) * Scaled(key_cm);
+  const Eigen::VectorXd key = Scaled(key_cm);
+  const Eigen::VectorXd turned = axes_.topRows(size) * key;
   Eigen::Map<Eigen::VectorXf>(components.data(), size) = turned.cast<float>();
+  return key.norm();
 }
 
 Eigen::VectorXd PrincipalAxes::Scaled(std::span<const std::int32_t> key_cm) const {

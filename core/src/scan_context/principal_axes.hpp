@@ -19,11 +19,8 @@ class PrincipalAxes {
   /// Of the keys of some entries.
   PrincipalAxes(const ContextTable& table, KeyScale scale, std::span<const std::size_t> entries);
 
-  /// The components of a key along the first axes, [m] for KeyScale::kMetres.
-  void Turn(std::span<const std::int32_t> key_cm, std::span<float> components) const;
-  [[nodiscard]] double NormOf(std::span<const std::int32_t> key_cm) const {
-    return Scaled(key_cm).norm();
-  }
+  /// The components of a key along the first axes, [m] for KeyScale::kMetres. Returns its length.
+  double Turn(std::span<const std::int32_t> key_cm, std::span<float> components) const;
 
  private:
   [[nodiscard]] Eigen::VectorXd Scaled(std::span<const std::int32_t> key_cm) const;
