@@ -189,7 +189,8 @@ int MeasureKeys(const Options& options) {
   const double build_s = start.Cpu_s();
   const MadeRoad road(options.seed);
   Describer describer = *Describer::Create(map->params);
-  const int k = map->params.automatic.shortlist.max_found;  // as of any map of this size
+  // As of any map of this size.
+  const int k = NumToFind(options.num_keys, map->params.automatic.shortlist.max_found);
   const KeyEffort effort = EffortFor(options.num_keys, k);
   std::vector<double> quick_ms, exact_ms;
   std::size_t num_nearest = 0, num_found = 0;

@@ -10,16 +10,33 @@
 #include "scan_context/nearest_places.hpp"
 
 namespace scanloc {
+namespace {
+
+double GrowthOf(std::size_t num_places) {
+  return static_cast<double>(num_places) / static_cast<double>(kMaxExactPlaces);
+}
+
+}  // namespace
 
 KeyEffort EffortFor(std::size_t num_places, int k) {
-  // Half as many compared find 7 fewer of 500 scans in a town of 33,332 places, an exact search
-  // finds 2 more (docs/algorithm.md, "As the map grows").
+  // For 700, half as many compared find 7 fewer of 500 scans in a town of 33,332 places, an exact
+  // search finds 2 more (docs/algorithm.md, "As the map grows").
   constexpr double kNumScanned = 65'536;
+  constexpr double kGrowthOfScanned = 0.4;
   constexpr std::size_t kNumComparedForOne = 8;
+  constexpr std::size_t kNumComparedForMany = 5'600;
+  constexpr std::size_t kNumComparedForOneOfMany = 3;
   if (num_places <= kMaxExactPlaces) return {};
-  const double growth = static_cast<double>(num_places) / static_cast<double>(kMaxExactPlaces);
-  return {.max_scanned = static_cast<std::size_t>(kNumScanned * std::sqrt(growth)),
-          .max_compared = kNumComparedForOne * static_cast<std::size_t>(std::max(1, k))};
+  const auto num_found = static_cast<std::size_t>(std::max(1, k));
+  const double growth = GrowthOf(num_places);
+  return {.max_scanned = static_cast<std::size_t>(kNumScanned * std::pow(growth, kGrowthOfScanned)),
+          .max_compared = std::max(std::min(kNumComparedForOne * num_found, kNumComparedForMany),
+                                   kNumComparedForOneOfMany * num_found)};
+}
+
+int NumToFind(std::size_t num_places, int k) {
+  const double growth = std::max(1.0, GrowthOf(num_places));
+  return static_cast<int>(k * std::sqrt(std::sqrt(growth)));
 }
 
 struct KeyIndex::Trees {

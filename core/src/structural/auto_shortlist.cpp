@@ -148,8 +148,9 @@ std::array<std::vector<AutoSearch::Listed>, 2> AutoSearch::List(
     const SearchControl& control) const {
   const ShortlistParams& params = map_.params.automatic.shortlist;
   const double share = params.found_share * static_cast<double>(map_.places.size());
+  const int most = NumToFind(map_.places.size(), params.max_found);
   const int num_usual =
-      std::max(params.num_places, static_cast<int>(std::min<double>(params.max_found, share)));
+      std::max(params.num_places, static_cast<int>(std::min<double>(most, share)));
   std::vector<Listed> listed =
       Retrieve(query, asides, num_usual, std::max(shortlist, num_usual), control);
   const auto unusual =

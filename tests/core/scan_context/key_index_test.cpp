@@ -237,14 +237,22 @@ TEST(KeyIndex, WithLessEffortFindsMostOfWhatIsNearAndTellsItsDistances) {
   }
 }
 
-TEST(KeyIndex, IsExactUpToTwentyThousandPlacesAndThenGrowsWithTheirRoot) {
+TEST(KeyIndex, IsExactUpToTwentyThousandPlacesAndThenGrowsSlowerThanThey) {
   EXPECT_EQ(EffortFor(20'000, 700).max_scanned, KeyEffort::kAll);
   EXPECT_EQ(EffortFor(20'000, 700).max_compared, KeyEffort::kAll);
   const KeyEffort large = EffortFor(80'000, 700);
   const KeyEffort larger = EffortFor(320'000, 700);
-  EXPECT_EQ(larger.max_scanned, 2 * large.max_scanned);
+  EXPECT_GT(larger.max_scanned, large.max_scanned * 3 / 2);
+  EXPECT_LT(larger.max_scanned, large.max_scanned * 2);
   EXPECT_EQ(larger.max_compared, large.max_compared);
   EXPECT_GE(large.max_compared, 700U);
+  EXPECT_GE(EffortFor(1'000'000, 5'000).max_compared, 5'000U);
+}
+
+TEST(KeyIndex, IsAskedForMorePlacesAsTheirFourthRootGrows) {
+  EXPECT_EQ(NumToFind(100, 700), 700);
+  EXPECT_EQ(NumToFind(20'000, 700), 700);
+  EXPECT_EQ(NumToFind(16 * 20'000, 700), 1'400);
 }
 
 TEST(KeyIndex, GivesTiesInOrderOfEntry) {

@@ -27,9 +27,13 @@ struct KeyEffort {
 };
 
 /// What is worth it to find k of so many places, if what is found is chosen from by other means:
-/// all in maps of kMaxExactPlaces, in larger ones the keys scanned grow with the root of the map.
+/// all in maps of kMaxExactPlaces, in larger ones the keys scanned grow with the map, but slower.
 inline constexpr std::size_t kMaxExactPlaces = 20'000;
 [[nodiscard]] KeyEffort EffortFor(std::size_t num_places, int k);
+
+/// How many of so many places are worth finding, of kMaxExactPlaces k: the larger a map, the more
+/// of its places have keys nearer to a hard scan's than its own place has.
+[[nodiscard]] int NumToFind(std::size_t num_places, int k);
 
 class KeyTree;
 
