@@ -39,6 +39,7 @@ class NearestPlace {
   void SetBegin(std::size_t begin) { begin_ = begin; }
 
   // As nanoflann asks for them.
+  // NOLINTBEGIN(readability-identifier-naming)
   bool addPoint(double distance_m2, std::uint32_t number) {
     const std::size_t place = begin_ + number;
     if (excluded_ != nullptr && (*excluded_)[place]) return true;
@@ -51,6 +52,7 @@ class NearestPlace {
   /// A little more than the least, so that no place is passed over that is as near.
   [[nodiscard]] double worstDist() const { return least_m2_ * (1.0 + 1e-9) + 1e-9; }
   [[nodiscard]] bool full() const { return place_.has_value(); }
+  // NOLINTEND(readability-identifier-naming)
 
  private:
   const std::vector<bool>* excluded_;

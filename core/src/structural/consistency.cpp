@@ -179,12 +179,11 @@ PairCheck CheckPair(const ScanPair& pair, const Pose& T_map_first, const Pose& T
   std::stable_sort(guesses.begin(), guesses.end(),
                    [](const Hypothesis& a, const Hypothesis& b) { return a.score > b.score; });
 
-  const auto pose_of = [&](const Hypothesis& hypothesis) {
+  const auto pose_of = [&](const Hypothesis& hypothesis) -> Pose {
     Pose level = PlanarOffset(hypothesis.T_place_query.y_m, hypothesis.T_place_query.yaw_rad);
     level.translation().x() = hypothesis.T_place_query.x_m;
     level.translation().z() = pair.second_structure.height_m - pair.first_structure.height_m;
-    const Pose shown = from_first.inverse() * level * from_second;
-    return shown;
+    return from_first.inverse() * level * from_second;
   };
   check.score = guesses.front().score;
   check.shown = pose_of(guesses.front());
