@@ -109,10 +109,10 @@ BearingGrid BearingGrid::Widened() const {
   return wide;
 }
 
-SCANLOC_SIMD int BearingGrid::num_sectors() const {
-  int count = 0;
-  for (const std::uint64_t ring : rings_) count += std::popcount(ring);
-  return count;
+SCANLOC_SIMD BearingGrid::RingCounts BearingGrid::CountByRing() const {
+  RingCounts counts;
+  for (std::size_t i = 0; i < rings_.size(); ++i) counts[i] = std::popcount(rings_[i]);
+  return counts;
 }
 
 bool TurnCounts::Turn::IsNextTo(const Turn& other) const {
@@ -145,14 +145,6 @@ std::vector<TurnCounts::Turn> TurnCounts::Best(std::size_t max_turns) const {
   return best;
 }
 
-SCANLOC_SIMD int TurnCounts::Sum() const {
-  int sum = 0;
-  for (std::size_t digit = 0; digit < kNumDigits; ++digit) {
-    sum += std::popcount(digits_[digit]) << digit;
-  }
-  return sum;
-}
-
 int TurnCounts::operator[](std::size_t turn) const {
   int count = 0;
   for (std::size_t digit = 0; digit < kNumDigits; ++digit) {
@@ -166,7 +158,7 @@ double HeadingOf(const TurnCounts::Turn& turn) {
   return WrapAngle(static_cast<double>(turn.sectors) * kSector_rad);
 }
 
-BearingQuery::BearingQuery(const BearingGrid& grid) : num_sectors_(grid.num_sectors()) {
+BearingQuery::BearingQuery(const BearingGrid& grid) : ring_counts_(grid.CountByRing()) {
   for (std::size_t ring = 0; ring < BearingGrid::kNumRings; ++ring) {
     for (std::uint64_t left = grid.rings()[ring]; left != 0U; left &= left - 1U) {
       cells_.push_back(static_cast<std::uint16_t>(

@@ -22,9 +22,18 @@ constexpr double kOfChance = 0.5;
 /// How much agrees, over the root of what both have.
 class AgreementScore {
  public:
-  AgreementScore(const TurnCounts& counts, int num_place, int num_query)
-      : of_chance_(kOfChance * counts.Sum() / static_cast<double>(BearingGrid::kNumSectors)),
-        both_(std::sqrt(std::max(1.0, static_cast<double>(num_place) * num_query))) {}
+  AgreementScore(const BearingGrid::RingCounts& place, const BearingGrid::RingCounts& query) {
+    int num_place = 0;
+    int num_query = 0;
+    int in_all_turns = 0;  // of each ring every sector meets every other in one turn
+    for (std::size_t ring = 0; ring < BearingGrid::kNumRings; ++ring) {
+      num_place += place[ring];
+      num_query += query[ring];
+      in_all_turns += place[ring] * query[ring];
+    }
+    of_chance_ = kOfChance * in_all_turns / static_cast<double>(BearingGrid::kNumSectors);
+    both_ = std::sqrt(std::max(1.0, static_cast<double>(num_place) * num_query));
+  }
 
   [[nodiscard]] double Of(int count) const { return (count - of_chance_) / both_; }
 
@@ -35,17 +44,17 @@ class AgreementScore {
 /// The grids of some places, and how the query agrees with them from one spot.
 struct GridsAtOnce {
   std::array<const BearingGrid*, BearingQuery::kAtOnce> grids{};
-  std::array<int, BearingQuery::kAtOnce> num_sectors{};
+  std::array<BearingGrid::RingCounts, BearingQuery::kAtOnce> ring_counts{};
   std::array<TurnCounts, BearingQuery::kAtOnce> counts;
   std::size_t size = 0;
 
   void Add(const BearingGrid& grid) {
     grids[size] = &grid;
-    num_sectors[size++] = grid.num_sectors();
+    ring_counts[size++] = grid.CountByRing();
   }
   void Count(const BearingQuery& query) { query.Count(std::span(grids).first(size), counts); }
   [[nodiscard]] AgreementScore ScoreOf(std::size_t i, const BearingQuery& query) const {
-    return {counts[i], num_sectors[i], query.num_sectors()};
+    return {ring_counts[i], query.ring_counts()};
   }
 };
 

@@ -31,8 +31,9 @@ class BearingGrid {
   /// The same with every thing one sector wider to either side.
   [[nodiscard]] BearingGrid Widened() const;
 
-  /// Rings' sectors in which something stands.
-  [[nodiscard]] int num_sectors() const;
+  /// In how many sectors of each ring something stands.
+  using RingCounts = std::array<int, kNumRings>;
+  [[nodiscard]] RingCounts CountByRing() const;
 
   friend bool operator==(const BearingGrid&, const BearingGrid&) = default;
 
@@ -58,8 +59,6 @@ class TurnCounts {
   /// The turns with most, best first; those next to each other (two sectors) count as one, and
   /// none is told without anything that agrees.
   [[nodiscard]] std::vector<Turn> Best(std::size_t max_turns) const;
-  /// Of all turns.
-  [[nodiscard]] int Sum() const;
   [[nodiscard]] int operator[](std::size_t turn) const;
 
  private:
@@ -79,14 +78,14 @@ class BearingQuery {
 
   explicit BearingQuery(const BearingGrid& grid);
 
-  [[nodiscard]] int num_sectors() const { return num_sectors_; }
+  [[nodiscard]] const BearingGrid::RingCounts& ring_counts() const { return ring_counts_; }
 
   /// How the query agrees with each of the grids; quickest in kAtOnce.
   void Count(std::span<const BearingGrid* const> grids, std::span<TurnCounts> counts) const;
   [[nodiscard]] TurnCounts Count(const BearingGrid& grid) const;
 
  private:
-  int num_sectors_;
+  BearingGrid::RingCounts ring_counts_;
   std::vector<std::uint16_t> cells_;  // ring × 64 + sector, filled up to whole blocks
 };
 
