@@ -36,7 +36,7 @@ KeyEffort EffortFor(std::size_t num_places, int k) {
 
 int NumToFind(std::size_t num_places, int k) {
   const double growth = std::max(1.0, GrowthOf(num_places));
-  return static_cast<int>(k * std::sqrt(std::sqrt(growth)));
+  return static_cast<int>(k * std::sqrt(std::sqrt(std::sqrt(growth))));
 }
 
 struct KeyIndex::Trees {

@@ -249,10 +249,10 @@ TEST(KeyIndex, IsExactUpToTwentyThousandPlacesAndThenGrowsSlowerThanThey) {
   EXPECT_GE(EffortFor(1'000'000, 5'000).max_compared, 5'000U);
 }
 
-TEST(KeyIndex, IsAskedForMorePlacesAsTheirFourthRootGrows) {
+TEST(KeyIndex, IsAskedForMorePlacesAsTheirEighthRootGrows) {
   EXPECT_EQ(NumToFind(100, 700), 700);
   EXPECT_EQ(NumToFind(20'000, 700), 700);
-  EXPECT_EQ(NumToFind(16 * 20'000, 700), 1'400);
+  EXPECT_EQ(NumToFind(256 * 20'000, 700), 1'400);
 }
 
 TEST(KeyIndex, GivesTiesInOrderOfEntry) {

@@ -35,7 +35,7 @@ struct ShortlistParams {
   /// The keys of each kind find this share of the map's places, within num_places and this many;
   /// those go on whose posts stand in the same directions.
   double found_share = 0.2;
-  int max_found = 1000;  ///< of 20,000 places; of more, times the fourth root of how many more
+  int max_found = 1000;  ///< of 20,000 places; of more, times the eighth root of how many more
   /// By how much more agreement makes up for twice the rank among the keys.
   double agreement_per_octave = 0.02;
   double apart_m = 2.0;         ///< of places nearer to each other the better one goes first
