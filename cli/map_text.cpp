@@ -8,6 +8,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_join.h"
+#include "scanloc/core/auto_fields.hpp"
 
 namespace scanloc::cli {
 namespace {

@@ -5,6 +5,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "scanloc/core/auto_fields.hpp"
 #include "scanloc/core/limits.hpp"
 
 namespace scanloc {

@@ -10,6 +10,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
 #include "encoding.hpp"
+#include "scanloc/core/auto_fields.hpp"
 #include "scanloc/core/printable.hpp"
 #include "schema.hpp"
 

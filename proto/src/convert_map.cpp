@@ -6,6 +6,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "fields.hpp"
+#include "scanloc/core/auto_fields.hpp"
 #include "scanloc/core/limits.hpp"
 #include "scanloc/proto/convert.hpp"
 

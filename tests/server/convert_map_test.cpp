@@ -5,6 +5,7 @@
 #include <set>
 #include <type_traits>
 
+#include "scanloc/core/auto_fields.hpp"
 #include "scanloc/core/limits.hpp"
 #include "scanloc/proto/convert.hpp"
 

@@ -6,6 +6,7 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "scanloc/core/auto_fields.hpp"
 #include "scanloc/core/scan/descriptor.hpp"
 #include "scanloc/mapdb/map_builder.hpp"
 #include "support/small_maps.hpp"

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "absl/status/status.h"
-#include "scanloc/core/auto_params.hpp"
+#include "scanloc/core/auto_fields.hpp"
 
 namespace scanloc {
 
