@@ -1,8 +1,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
-#include <numeric>
+#include <functional>
 #include <utility>
 
 #include "absl/container/flat_hash_map.h"
@@ -58,6 +57,45 @@ struct GridsAtOnce {
   }
 };
 
+/// Calls visit(some of those listed, their grids) until all were visited.
+template <typename Listed, typename Visitor>
+void VisitAtOnce(const Map& map, std::span<Listed> listed, Visitor&& visit) {
+  for (std::size_t begin = 0; begin < listed.size(); begin += BearingQuery::kAtOnce) {
+    const std::span<Listed> block =
+        listed.subspan(begin, std::min(BearingQuery::kAtOnce, listed.size() - begin));
+    GridsAtOnce grids;
+    for (const Listed& here : block) grids.Add(map.bearings[static_cast<std::size_t>(here.place)]);
+    visit(block, grids);
+  }
+}
+
+/// How a query may lie on a place, as the directions from one of the spots say.
+struct Guess {
+  double score;
+  std::size_t aside;  // number of the spot
+  TurnCounts::Turn turn;
+
+  /// Turned alike, and a step aside: registered, both end in one pose.
+  [[nodiscard]] bool IsNextTo(const Guess& other) const {
+    return std::max(aside, other.aside) - std::min(aside, other.aside) <= 1 &&
+           turn.IsNextTo(other.turn);
+  }
+};
+
+/// The best guesses that are not next to better ones.
+std::vector<Guess> BestApart(std::vector<Guess> guesses, std::size_t max_guesses) {
+  std::stable_sort(guesses.begin(), guesses.end(),
+                   [](const Guess& a, const Guess& b) { return a.score > b.score; });
+  std::vector<Guess> best;
+  for (const Guess& guess : guesses) {
+    if (best.size() == max_guesses) break;
+    const bool is_known = std::any_of(best.begin(), best.end(),
+                                      [&](const Guess& better) { return guess.IsNextTo(better); });
+    if (!is_known) best.push_back(guess);
+  }
+  return best;
+}
+
 /// Leaves the best of the guesses, in their order; all that are as good as the last of them.
 void KeepBest(std::size_t num_guesses, std::vector<Hypothesis>& guesses) {
   if (guesses.size() <= num_guesses) return;
@@ -96,11 +134,7 @@ std::vector<AutoSearch::Listed> AutoSearch::Retrieve(const ScanDescriptor& query
   add(cart_.get(), map_.cart, query.cart);
 
   const double per_octave = map_.params.automatic.shortlist.agreement_per_octave;
-  for (std::size_t begin = 0; begin < listed.size(); begin += BearingQuery::kAtOnce) {
-    const std::span<Listed> block =
-        std::span(listed).subspan(begin, std::min(BearingQuery::kAtOnce, listed.size() - begin));
-    GridsAtOnce grids;
-    for (const Listed& here : block) grids.Add(map_.bearings[static_cast<std::size_t>(here.place)]);
+  VisitAtOnce(map_, std::span(listed), [&](std::span<Listed> block, GridsAtOnce& grids) {
     for (const Aside& aside : asides) {
       grids.Count(aside.bearings);
       for (std::size_t i = 0; i < block.size(); ++i) {
@@ -112,7 +146,7 @@ std::vector<AutoSearch::Listed> AutoSearch::Retrieve(const ScanDescriptor& query
       here.score -= per_octave * std::log2(5.0 + here.rank);
       here.is_usual = here.rank < num_usual;
     }
-  }
+  });
   std::stable_sort(listed.begin(), listed.end(), [](const Listed& a, const Listed& b) {
     return std::pair(!a.is_usual, -a.score) < std::pair(!b.is_usual, -b.score);
   });
@@ -179,17 +213,8 @@ std::array<std::vector<AutoSearch::Listed>, 2> AutoSearch::List(
 std::vector<Hypothesis> AutoSearch::GuessesOn(std::span<const Listed> listed,
                                               std::span<const Aside> asides) const {
   const auto max_guesses = static_cast<std::size_t>(map_.params.automatic.shortlist.num_headings);
-  struct Guess {
-    double score;
-    std::size_t aside;
-    TurnCounts::Turn turn;
-  };
-  std::vector<Hypothesis> guesses;
-  for (std::size_t begin = 0; begin < listed.size(); begin += BearingQuery::kAtOnce) {
-    const std::span<const Listed> block =
-        listed.subspan(begin, std::min(BearingQuery::kAtOnce, listed.size() - begin));
-    GridsAtOnce grids;
-    for (const Listed& here : block) grids.Add(map_.bearings[static_cast<std::size_t>(here.place)]);
+  std::vector<Hypothesis> hypotheses;
+  VisitAtOnce(map_, listed, [&](std::span<const Listed> block, GridsAtOnce& grids) {
     std::array<std::vector<Guess>, BearingQuery::kAtOnce> found;
     for (std::size_t aside = 0; aside < asides.size(); ++aside) {
       const BearingQuery& bearings = asides[aside].bearings;
@@ -201,27 +226,16 @@ std::vector<Hypothesis> AutoSearch::GuessesOn(std::span<const Listed> listed,
       }
     }
     for (std::size_t i = 0; i < block.size(); ++i) {
-      std::stable_sort(found[i].begin(), found[i].end(),
-                       [](const Guess& a, const Guess& b) { return a.score > b.score; });
-      std::vector<Guess> taken;
-      for (const Guess& guess : found[i]) {
-        if (taken.size() == max_guesses) break;
-        // Turned as a better one and a step aside of it, it ends where that one does.
-        const bool is_known = std::any_of(taken.begin(), taken.end(), [&](const Guess& other) {
-          return std::max(guess.aside, other.aside) - std::min(guess.aside, other.aside) <= 1 &&
-                 guess.turn.IsNextTo(other.turn);
-        });
-        if (is_known) continue;
-        taken.push_back(guess);
+      for (const Guess& guess : BestApart(std::move(found[i]), max_guesses)) {
         const double yaw_rad = HeadingOf(guess.turn);
         const double left_m = asides[guess.aside].left_m;
-        guesses.push_back({block[i].place,
-                           {-std::sin(yaw_rad) * left_m, std::cos(yaw_rad) * left_m, yaw_rad},
-                           guess.score});
+        hypotheses.push_back({block[i].place,
+                              {-std::sin(yaw_rad) * left_m, std::cos(yaw_rad) * left_m, yaw_rad},
+                              guess.score});
       }
     }
-  }
-  return guesses;
+  });
+  return hypotheses;
 }
 
 std::array<std::vector<Hypothesis>, 2> AutoSearch::Propose(const ScanDescriptor& query,

@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <memory>
+#include <numeric>
 #include <string>
 #include <thread>
 #include <vector>
@@ -14,6 +15,13 @@
 
 namespace scanloc {
 namespace {
+
+/// Seeds of scenes that are unlike each other.
+std::vector<std::uint64_t> ScenesFrom(std::uint64_t first, std::size_t num_scenes) {
+  std::vector<std::uint64_t> scenes(num_scenes);
+  std::iota(scenes.begin(), scenes.end(), first);
+  return scenes;
+}
 
 using test::Offset;
 using test::PostWorld;
@@ -42,8 +50,7 @@ TEST(LocalizerAuto, FindsPlaceAndPoseInSixDegreesOfFreedom) {
 // other places. As many places are verified however many the keys have found.
 TEST(LocalizerAuto, FindsInALargerMapWhatManyPlacesHaveNearerKeysThan) {
   constexpr int kNumPlaces = 150;
-  std::vector<std::uint64_t> scenes;
-  for (int i = 0; i < kNumPlaces; ++i) scenes.push_back(1000 + static_cast<std::uint64_t>(i));
+  const std::vector<std::uint64_t> scenes = ScenesFrom(1000, kNumPlaces);
   const auto num_found = [&](double found_share) {
     Params params;
     params.automatic.shortlist.num_places = 5;
@@ -68,8 +75,7 @@ TEST(LocalizerAuto, FindsInALargerMapWhatManyPlacesHaveNearerKeysThan) {
 // From two lanes aside things stand in other directions than from the place.
 TEST(LocalizerAuto, FindsFromLanesAside) {
   constexpr int kNumPlaces = 60;
-  std::vector<std::uint64_t> scenes;
-  for (int i = 0; i < kNumPlaces; ++i) scenes.push_back(2000 + static_cast<std::uint64_t>(i));
+  const std::vector<std::uint64_t> scenes = ScenesFrom(2000, kNumPlaces);
   const auto num_found = [&](int num_asides) {
     Params params;
     params.automatic.shortlist.num_places = 2;
