@@ -40,7 +40,6 @@ Keys MakeKeys(const Context& context) {
 }
 
 void ContextTable::Reserve(std::size_t num_entries, bool with_contexts) {
-  owners_.reserve(num_entries);
   if (!with_contexts) return;
   cells_cm_.reserve(num_entries * num_cells());
   aligning_cm_.reserve(num_entries * static_cast<std::size_t>(num_cols_));
@@ -54,11 +53,25 @@ void ContextTable::AppendOwner(const Entry& entry) {
   });
   const auto number = static_cast<std::uint32_t>(same - variants_.begin());
   assert(number < kMaxVariants);
-  if (same == variants_.end()) {
+  const bool is_new = same == variants_.end();
+  const std::uint32_t owner = static_cast<std::uint32_t>(entry.place) | number << kPlaceBits;
+  if (owners_.empty()) {
+    // A new variant is in order at place 0 alone.
+    const bool is_next = is_new ? entry.place == 0 && number == size_ : owner == OwnerOf(size_);
+    if (!is_next) {
+      std::vector<std::uint32_t> owners;
+      for (std::size_t i = 0; i < size_; ++i) owners.push_back(OwnerOf(i));
+      owners_ = std::move(owners);
+      owners_.push_back(owner);
+    }
+  } else {
+    owners_.push_back(owner);
+  }
+  if (is_new) {
     variants_.push_back(entry);
     variants_.back().place = 0;
   }
-  owners_.push_back(static_cast<std::uint32_t>(entry.place) | number << kPlaceBits);
+  ++size_;
 }
 
 void ContextTable::Append(const Entry& entry, std::span<const std::uint16_t> cells_cm,
@@ -107,9 +120,17 @@ void ContextTable::AppendFlipOfLast() {
   append_reversed(aligning_cm_, static_cast<std::size_t>(num_cols_));
 }
 
+std::uint32_t ContextTable::OwnerOf(std::size_t i) const {
+  if (!owners_.empty()) return owners_[i];
+  const auto number = static_cast<std::uint32_t>(i);
+  const auto num_variants = static_cast<std::uint32_t>(variants_.size());
+  return number / num_variants | number % num_variants << kPlaceBits;
+}
+
 ContextTable::Entry ContextTable::entry(std::size_t i) const {
-  Entry entry = variants_[owners_[i] >> kPlaceBits];
-  entry.place = static_cast<std::int32_t>(owners_[i] & kMaxPlace);
+  const std::uint32_t owner = OwnerOf(i);
+  Entry entry = variants_[owner >> kPlaceBits];
+  entry.place = static_cast<std::int32_t>(owner & kMaxPlace);
   return entry;
 }
 

@@ -18,6 +18,9 @@ constexpr float kRounding = 1e-6F;
 /// So many candidates are looked at together at least.
 constexpr std::size_t kLeastPatience = 16;
 
+/// Candidates that are compared while the memory of another comes.
+constexpr std::ptrdiff_t kAhead = 8;
+
 }  // namespace
 
 KeySearch::KeySearch(std::span<const Part> parts, std::span<const std::int32_t> key_cm,
@@ -94,8 +97,6 @@ std::size_t KeySearch::ScanLeaf(const Turned& turned, const KeyTree::Leaf& leaf)
       Thin();
     } else {
       Settle();
-      nearest_.Narrow();
-      SetLimit();
     }
     limit = tree.batches_.LimitOf(limit_);
   }
@@ -111,9 +112,21 @@ void KeySearch::Thin() {
 }
 
 void KeySearch::Settle() {
-  for (const Ranked& candidate : candidates_) {
-    if (candidate.distance > limit_) continue;
-    if (nearest_.Add(candidate.what)) SetLimit();
+  // Nearest first, some at a time: how far these are passes over most of the others.
+  const auto num_at_once = static_cast<std::ptrdiff_t>(nearest_.k());
+  auto begin = candidates_.begin();
+  auto end = candidates_.end();
+  while (begin != end) {
+    const auto next = begin + std::min(num_at_once, end - begin);
+    if (next != end) std::nth_element(begin, next, end);
+    for (; begin != next; ++begin) {
+      if (next - begin > kAhead) nearest_.Prefetch(begin[kAhead].what);
+      if (begin->distance <= limit_ && nearest_.Add(begin->what)) SetLimit();
+    }
+    nearest_.Narrow();
+    SetLimit();
+    end = std::partition(begin, end,
+                         [this](const Ranked& farther) { return farther.distance <= limit_; });
   }
   candidates_.clear();
 }

@@ -31,9 +31,11 @@ std::vector<float> TurnedKeys(const ContextTable& table, const PrincipalAxes& ax
 
 constexpr std::size_t kNumBoxes = 16;
 
-template <std::size_t kSize>
+/// Of so many components that lie side by side.
+constexpr std::size_t kWidened = 8;
+
 void Widen(const std::int16_t* key, std::int16_t* low, std::int16_t* high) {
-  for (std::size_t c = 0; c < kSize; ++c) {
+  for (std::size_t c = 0; c < kWidened; ++c) {
     low[c] = std::min(low[c], key[c]);
     high[c] = std::max(high[c], key[c]);
   }
@@ -69,7 +71,7 @@ struct KeyTree::Keys {
 };
 
 KeyTree::KeyTree(const ContextTable& table, KeyScale scale, std::size_t begin, std::size_t end)
-    : num_held_(std::min(kNumHeld, static_cast<std::size_t>(table.num_rows()))),
+    : num_held_(std::min(kMaxHeld, (static_cast<std::size_t>(table.num_rows()) * 4 + 4) / 5)),
       has_flips_(table.has_flips()),
       axes_(table, scale, Sample(begin, end, has_flips_ ? 2 : 1)) {
   const std::size_t step = has_flips_ ? 2 : 1;
@@ -92,20 +94,17 @@ KeyTree::KeyTree(const ContextTable& table, KeyScale scale, std::size_t begin, s
 }
 
 KeyTree::Box KeyTree::BoxOf(const Keys& keys, std::span<const std::uint32_t> entries) {
-  std::array<std::int16_t, kNumHeld> low;
-  std::array<std::int16_t, kNumHeld> high;
+  std::array<std::int16_t, kMaxHeld> low;
+  std::array<std::int16_t, kMaxHeld> high;
   low.fill(std::numeric_limits<std::int16_t>::max());
   high.fill(std::numeric_limits<std::int16_t>::min());
   for (const std::uint32_t i : entries) {
-    // Side by side only where their number is known.
-    if (keys.size == kNumHeld) {
-      Widen<kNumHeld>(keys.Key(i), low.data(), high.data());
-    } else {
-      Widen<kNumHeld / 2>(keys.Key(i), low.data(), high.data());
+    for (std::size_t c = 0; c < keys.size; c += kWidened) {
+      Widen(keys.Key(i) + c, &low[c], &high[c]);
     }
   }
   Box box;
-  for (std::size_t c = 0; c < kNumHeld; ++c) box[c] = {low[c], high[c]};
+  for (std::size_t c = 0; c < kMaxHeld; ++c) box[c] = {low[c], high[c]};
   return box;
 }
 

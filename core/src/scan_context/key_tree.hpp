@@ -37,8 +37,8 @@ class KeyTree {
  private:
   friend class KeySearch;
 
-  /// Components that are held; ordered by variance, they have nearly all of it.
-  static constexpr std::size_t kNumHeld = 16;
+  /// Most components that are held; ordered by variance, they have nearly all of it.
+  static constexpr std::size_t kMaxHeld = 32;
   /// Of these, those that the tree cuts.
   static constexpr std::size_t kNumLead = 8;
   static constexpr std::uint32_t kNobody = std::numeric_limits<std::uint32_t>::max();
@@ -49,7 +49,7 @@ class KeyTree {
     std::int32_t high = std::numeric_limits<std::int16_t>::min();
   };
   /// What keys span, component by component.
-  using Box = std::array<Interval, kNumHeld>;
+  using Box = std::array<Interval, kMaxHeld>;
 
   struct Leaf {
     std::uint32_t first_batch = 0;
@@ -57,8 +57,8 @@ class KeyTree {
   };
   /// The boxes of sixteen leaves, component by component side by side.
   struct Boxes {
-    std::array<std::int16_t, 16 * kNumHeld> low{};
-    std::array<std::int16_t, 16 * kNumHeld> high{};
+    std::array<std::int16_t, 16 * kMaxHeld> low{};
+    std::array<std::int16_t, 16 * kMaxHeld> high{};
   };
 
   static Box BoxOf(const Keys& keys, std::span<const std::uint32_t> entries);
@@ -77,7 +77,7 @@ class KeyTree {
   /// tell them.
   [[nodiscard]] std::vector<std::int32_t> BoundsOf(const KeyBatches::Query& key) const;
 
-  std::size_t num_held_;
+  std::size_t num_held_;  // four fifths of a key, for in what is left keys are all alike
   bool has_flips_;
   PrincipalAxes axes_;
   KeyBatches batches_;

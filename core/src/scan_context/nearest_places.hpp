@@ -24,6 +24,7 @@ class NearestPlaces {
                 bool augmented, const std::vector<bool>* excluded)
       : table_(table), distance_(distance), k_(k), augmented_(augmented), excluded_(excluded) {
     found_.reserve(k + Slack() + 1);
+    slots_.reserve(k + Slack() + 1);
   }
 
   [[nodiscard]] std::size_t k() const { return k_; }
@@ -32,6 +33,9 @@ class NearestPlaces {
   [[nodiscard]] double reach() const { return reach_; }
 
   [[nodiscard]] bool takes_augmented() const { return augmented_; }
+
+  /// Will be added soon.
+  void Prefetch(std::uint32_t entry) const { table_.Prefetch(entry); }
 
   /// Whether that has narrowed the reach.
   bool Add(std::uint32_t entry) {
@@ -59,8 +63,8 @@ class NearestPlaces {
     if (found_.size() > k_) {
       std::nth_element(found_.begin(), found_.begin() + static_cast<std::ptrdiff_t>(k_ - 1),
                        found_.end());
+      for (std::size_t i = k_; i < found_.size(); ++i) slots_.erase(found_[i].place);
       found_.resize(k_);
-      slots_.clear();
       for (std::size_t i = 0; i < k_; ++i) slots_[found_[i].place] = i;
     }
     reach_ = std::max_element(found_.begin(), found_.end())->distance;

@@ -63,6 +63,11 @@ void VisitAtOnce(const Map& map, std::span<Listed> listed, Visitor&& visit) {
   for (std::size_t begin = 0; begin < listed.size(); begin += BearingQuery::kAtOnce) {
     const std::span<Listed> block =
         listed.subspan(begin, std::min(BearingQuery::kAtOnce, listed.size() - begin));
+    for (const Listed& next :
+         listed.subspan(begin + block.size())
+             .first(std::min(BearingQuery::kAtOnce, listed.size() - begin - block.size()))) {
+      map.bearings.Prefetch(static_cast<std::size_t>(next.place));
+    }
     GridsAtOnce grids;
     for (const Listed& here : block) grids.Add(map.bearings[static_cast<std::size_t>(here.place)]);
     visit(block, grids);

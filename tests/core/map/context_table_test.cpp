@@ -15,18 +15,29 @@ TEST(ContextTable, KeepsSumsOfAnySize) {
   for (std::size_t i = 0; i < keys.size(); ++i) EXPECT_EQ(table.retrieval_key_cm(i), keys[i]);
 }
 
+/// In any order, though places that all have the same entries take less memory.
 TEST(ContextTable, TellsItsEntriesApart) {
-  ContextTable table(1, 1);
-  const std::vector<ContextTable::Entry> entries = {{0, 0.0F, false, false},
-                                                    {0, -2.0F, false, true},
-                                                    {ContextTable::kMaxPlace, 2.0F, true, true},
-                                                    {1, 0.0F, true, false}};
-  for (const ContextTable::Entry& entry : entries) table.AppendKey(entry, std::vector{1});
-  for (std::size_t i = 0; i < entries.size(); ++i) {
-    EXPECT_EQ(table.entry(i).place, entries[i].place);
-    EXPECT_EQ(table.entry(i).root_shift_m, entries[i].root_shift_m);
-    EXPECT_EQ(table.entry(i).flipped, entries[i].flipped);
-    EXPECT_EQ(table.entry(i).augmented, entries[i].augmented);
+  using Entry = ContextTable::Entry;
+  const Entry own{0, 0.0F, false, false};
+  const Entry left{0, -2.0F, false, true};
+  const Entry own_of_1{1, 0.0F, false, false};
+  const Entry left_of_1{1, -2.0F, false, true};
+  for (const std::vector<Entry>& entries :
+       {std::vector<Entry>{own, left, own_of_1, left_of_1, {2, 0.0F, false, false}},
+        {own, left, {ContextTable::kMaxPlace, 2.0F, true, true}, {1, 0.0F, true, false}},
+        {own, left, own_of_1, left_of_1, {1, 2.0F, false, true}},
+        {own, left, left_of_1, own_of_1},
+        {own, own, left},
+        {own_of_1, left_of_1, own}}) {
+    ContextTable table(1, 1);
+    for (const Entry& entry : entries) table.AppendKey(entry, std::vector{1});
+    ASSERT_EQ(table.size(), entries.size());
+    for (std::size_t i = 0; i < entries.size(); ++i) {
+      EXPECT_EQ(table.entry(i).place, entries[i].place);
+      EXPECT_EQ(table.entry(i).root_shift_m, entries[i].root_shift_m);
+      EXPECT_EQ(table.entry(i).flipped, entries[i].flipped);
+      EXPECT_EQ(table.entry(i).augmented, entries[i].augmented);
+    }
   }
 }
 

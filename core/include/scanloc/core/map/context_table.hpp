@@ -74,7 +74,7 @@ class ContextTable {
   /// Every second entry is the flip of the one before.
   [[nodiscard]] bool has_flips() const { return num_flips_ > 0; }
 
-  [[nodiscard]] std::size_t size() const { return owners_.size(); }
+  [[nodiscard]] std::size_t size() const { return size_; }
   [[nodiscard]] int num_rows() const { return num_rows_; }
   [[nodiscard]] int num_cols() const { return num_cols_; }
   /// False: retrieval keys alone.
@@ -92,6 +92,13 @@ class ContextTable {
     bool is_reversed = false;
   };
   [[nodiscard]] HeldKey held_retrieval_key(std::size_t i) const;
+  /// The entry's key is asked for soon.
+  void Prefetch(std::size_t i) const {
+    const HeldKey held = held_retrieval_key(i);
+    if (held.cm.empty()) return;
+    __builtin_prefetch(held.cm.data());
+    __builtin_prefetch(&held.cm.back());
+  }
   /// The keys that are held: of all entries, or of all that are no flips.
   [[nodiscard]] const SharedBlocks<KeyBlock>& key_blocks() const { return keys_; }
   /// SharedBlocks::ShareWith, of the keys.
@@ -104,6 +111,8 @@ class ContextTable {
     return static_cast<std::size_t>(num_rows_) * static_cast<std::size_t>(num_cols_);
   }
   void AppendOwner(const Entry& entry);
+  /// Of the entry, as owners_ has it.
+  [[nodiscard]] std::uint32_t OwnerOf(std::size_t i) const;
   /// Of the key of an entry among those that are held.
   [[nodiscard]] std::size_t NumberOf(std::size_t entry) const {
     return has_flips() ? entry / 2 : entry;
@@ -111,8 +120,11 @@ class ContextTable {
 
   int num_rows_ = 0;
   int num_cols_ = 0;
-  std::vector<Entry> variants_;        // of place 0
-  std::vector<std::uint32_t> owners_;  // an entry's place, and in the upper 8 bits its variant
+  std::size_t size_ = 0;
+  std::vector<Entry> variants_;  // as place 0
+  /// An entry's place, and in the upper 8 bits its variant; empty as long as each place from 0 on
+  /// has one entry of each variant, in their order.
+  std::vector<std::uint32_t> owners_;
   std::vector<std::uint16_t> cells_cm_;
   std::size_t num_flips_ = 0;  // whose keys are not held
   SharedBlocks<KeyBlock> keys_;
