@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <cstring>
 #include <numbers>
 
 #include "scan/bearing.hpp"
@@ -28,54 +29,90 @@ SCANLOC_SIMD void FindCells(const float* __restrict x_m, const float* __restrict
   }
 }
 
-/// Four words side by side, one a grid.
-using Words = std::uint64_t __attribute__((vector_size(8 * BearingQuery::kAtOnce)));
+using FourWords = std::uint64_t __attribute__((vector_size(32)));
+using EightWords = std::uint64_t __attribute__((vector_size(64)));
 
-/// The rings of several grids, word beside word; behind the last is one where nothing stands.
-struct GridBlock {
-  Words rings[BearingGrid::kNumRings + 1] = {};
+/// Words: of some grids, side by side.
+template <typename Words>
+struct SideBySide {
+  /// In each position, adds two bits to a third; what is carried goes to the next digit.
+  static inline void AddBits(Words& sum, const Words& a, const Words& b, Words& carry) {
+    const Words either = sum ^ a;
+    carry = (sum & a) | (either & b);
+    sum = either ^ b;
+  }
+
+  /// Adds the rings' words, each turned back by a cell's sector so that its bits are turns of the
+  /// query: 64 turns of all grids at once, as numbers in binary digits; and the greatest of each.
+  static inline __attribute__((always_inline)) void Count(const std::uint64_t* rings,
+                                                          std::span<const std::uint16_t> cells,
+                                                          std::uint64_t* counts,
+                                                          std::uint64_t* most_of_all) {
+    Words digits[TurnCounts::kNumDigits] = {};
+    Words ones = {};
+    Words twos = {};
+    Words fours = {};
+    for (std::size_t begin = 0; begin < cells.size(); begin += kBlock) {
+      Words turned[kBlock];
+      for (std::size_t i = 0; i < kBlock; ++i) {
+        const std::size_t cell = cells[begin + i];
+        const std::uint64_t sector = cell % BearingGrid::kNumSectors;
+        Words ring;
+        std::memcpy(&ring, rings + cell / BearingGrid::kNumSectors * BearingBlock::kSize,
+                    sizeof(ring));
+        turned[i] = (ring >> sector) | (ring << ((64U - sector) % 64U));
+      }
+      Words carry_twos[4];
+      Words carry_fours[2];
+      Words eights;
+      for (std::size_t i = 0; i < 4; ++i) {
+        AddBits(ones, turned[2 * i], turned[2 * i + 1], carry_twos[i]);
+      }
+      for (std::size_t i = 0; i < 2; ++i) {
+        AddBits(twos, carry_twos[2 * i], carry_twos[2 * i + 1], carry_fours[i]);
+      }
+      AddBits(fours, carry_fours[0], carry_fours[1], eights);
+      for (std::size_t digit = 3; digit < TurnCounts::kNumDigits; ++digit) {
+        const Words carry = digits[digit] & eights;
+        digits[digit] ^= eights;
+        eights = carry;
+      }
+    }
+    digits[0] = ones;
+    digits[1] = twos;
+    digits[2] = fours;
+    Words among = ~Words{};
+    Words most = {};
+    for (std::size_t digit = TurnCounts::kNumDigits; digit-- > 0;) {
+      const Words greater = among & digits[digit];
+      among = greater != Words{} ? greater : among;
+      most |= greater != Words{} ? Words{} + (std::uint64_t{1} << digit) : Words{};
+      std::memcpy(counts + digit * BearingBlock::kSize, &digits[digit], sizeof(Words));
+    }
+    std::memcpy(most_of_all, &most, sizeof(most));
+  }
 };
 
-/// In each position, adds two bits to a third; what is carried goes to the next digit.
-inline void AddBits(Words& sum, const Words& a, const Words& b, Words& carry) {
-  const Words either = sum ^ a;
-  carry = (sum & a) | (either & b);
-  sum = either ^ b;
+SCANLOC_SIMD void CountTurned(const std::uint64_t* rings, std::span<const std::uint16_t> cells,
+                              std::uint64_t* counts, std::uint64_t* most) {
+  SideBySide<FourWords>::Count(rings, cells, counts, most);
+  SideBySide<FourWords>::Count(rings + 4, cells, counts + 4, most + 4);
 }
 
-/// Adds the rings' words, each turned back by a cell's sector so that its bits are turns of the
-/// query: 64 turns of four grids at once, as numbers in binary digits.
-SCANLOC_SIMD void AddTurned(const GridBlock& grids, const std::uint16_t* __restrict cells,
-                            std::size_t num_cells, Words* __restrict digits) {
-  Words ones = {};
-  Words twos = {};
-  Words fours = {};
-  for (std::size_t begin = 0; begin < num_cells; begin += kBlock) {
-    Words turned[kBlock];
-    for (std::size_t i = 0; i < kBlock; ++i) {
-      const Words& ring = grids.rings[cells[begin + i] / BearingGrid::kNumSectors];
-      const std::uint64_t sector = cells[begin + i] % BearingGrid::kNumSectors;
-      turned[i] = (ring >> sector) | (ring << ((64U - sector) % 64U));
-    }
-    Words carry_twos[4];
-    Words carry_fours[2];
-    Words eights;
-    for (std::size_t i = 0; i < 4; ++i) {
-      AddBits(ones, turned[2 * i], turned[2 * i + 1], carry_twos[i]);
-    }
-    for (std::size_t i = 0; i < 2; ++i) {
-      AddBits(twos, carry_twos[2 * i], carry_twos[2 * i + 1], carry_fours[i]);
-    }
-    AddBits(fours, carry_fours[0], carry_fours[1], eights);
-    for (std::size_t digit = 3; digit < TurnCounts::kNumDigits; ++digit) {
-      const Words carry = digits[digit] & eights;
-      digits[digit] ^= eights;
-      eights = carry;
-    }
-  }
-  digits[0] = ones;
-  digits[1] = twos;
-  digits[2] = fours;
+#ifdef __x86_64__
+__attribute__((target("avx512f"))) void CountTurnedByAvx512(const std::uint64_t* rings,
+                                                            std::span<const std::uint16_t> cells,
+                                                            std::uint64_t* counts,
+                                                            std::uint64_t* most) {
+  SideBySide<EightWords>::Count(rings, cells, counts, most);
+}
+#endif
+
+decltype(&CountTurned) FastestCount() {
+#ifdef __x86_64__
+  if (__builtin_cpu_supports("avx512f")) return &CountTurnedByAvx512;
+#endif
+  return &CountTurned;
 }
 
 }  // namespace
@@ -158,6 +195,15 @@ double HeadingOf(const TurnCounts::Turn& turn) {
   return WrapAngle(static_cast<double>(turn.sectors) * kSector_rad);
 }
 
+void BearingBlock::Add(const BearingGrid& grid) {
+  const BearingGrid::RingCounts counts = grid.CountByRing();
+  for (std::size_t ring = 0; ring < BearingGrid::kNumRings; ++ring) {
+    rings_[ring][size_] = grid.rings()[ring];
+    ring_counts_[ring][size_] = counts[ring];
+  }
+  ++size_;
+}
+
 BearingQuery::BearingQuery(const BearingGrid& grid) : ring_counts_(grid.CountByRing()) {
   for (std::size_t ring = 0; ring < BearingGrid::kNumRings; ++ring) {
     for (std::uint64_t left = grid.rings()[ring]; left != 0U; left &= left - 1U) {
@@ -168,29 +214,24 @@ BearingQuery::BearingQuery(const BearingGrid& grid) : ring_counts_(grid.CountByR
   cells_.resize((cells_.size() + kBlock - 1) / kBlock * kBlock, kNowhere);
 }
 
-void BearingQuery::Count(std::span<const BearingGrid* const> grids,
-                         std::span<TurnCounts> counts) const {
-  for (std::size_t begin = 0; begin < grids.size(); begin += kAtOnce) {
-    const std::size_t num_grids = std::min(kAtOnce, grids.size() - begin);
-    GridBlock block;
-    for (std::size_t i = 0; i < num_grids; ++i) {
-      const BearingGrid::Rings& rings = grids[begin + i]->rings();
-      for (std::size_t ring = 0; ring < rings.size(); ++ring) block.rings[ring][i] = rings[ring];
-    }
-    Words digits[TurnCounts::kNumDigits] = {};
-    AddTurned(block, cells_.data(), cells_.size(), digits);
-    for (std::size_t i = 0; i < num_grids; ++i) {
-      for (std::size_t digit = 0; digit < TurnCounts::kNumDigits; ++digit) {
-        counts[begin + i].digits_[digit] = digits[digit][i];
-      }
-    }
-  }
+BlockCounts BearingQuery::Count(const BearingBlock& block) const {
+  static const auto kCount = FastestCount();
+  BlockCounts counts;
+  kCount(block.rings().front().data(), cells_, counts.digits_.front().data(), counts.most_.data());
+  return counts;
 }
 
 TurnCounts BearingQuery::Count(const BearingGrid& grid) const {
+  BearingBlock block;
+  block.Add(grid);
+  return Count(block).Of(0);
+}
+
+TurnCounts BlockCounts::Of(std::size_t grid) const {
   TurnCounts counts;
-  const BearingGrid* const grids[] = {&grid};
-  Count(grids, {&counts, 1});
+  for (std::size_t digit = 0; digit < TurnCounts::kNumDigits; ++digit) {
+    counts.digits_[digit] = digits_[digit][grid];
+  }
   return counts;
 }
 

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "absl/container/flat_hash_map.h"
+#include "scan/simd.hpp"
 #include "scanloc/core/scan/bearing_grid.hpp"
 #include "structural/auto_search.hpp"
 
@@ -18,57 +19,61 @@ constexpr double kAlikeHeading = 0.7;  // cosine of what two places may look apa
 /// How much of what agrees whichever way the query is turned does not count.
 constexpr double kOfChance = 0.5;
 
-/// How much agrees, over the root of what both have.
-class AgreementScore {
+/// How much a query agrees with each of a block's grids, over the root of what both have.
+class AgreementScores {
  public:
-  AgreementScore(const BearingGrid::RingCounts& place, const BearingGrid::RingCounts& query) {
-    int num_place = 0;
-    int num_query = 0;
-    int in_all_turns = 0;  // of each ring every sector meets every other in one turn
-    for (std::size_t ring = 0; ring < BearingGrid::kNumRings; ++ring) {
-      num_place += place[ring];
-      num_query += query[ring];
-      in_all_turns += place[ring] * query[ring];
-    }
-    of_chance_ = kOfChance * in_all_turns / static_cast<double>(BearingGrid::kNumSectors);
-    both_ = std::sqrt(std::max(1.0, static_cast<double>(num_place) * num_query));
+  AgreementScores(const BearingBlock& places, const BearingQuery& query) {
+    FindScale(places.ring_counts(), query.ring_counts(), of_chance_.data(), both_.data());
   }
 
-  [[nodiscard]] double Of(int count) const { return (count - of_chance_) / both_; }
+  [[nodiscard]] double Of(std::size_t i, int count) const {
+    return (count - of_chance_[i]) / both_[i];
+  }
 
  private:
-  double of_chance_, both_;
+  using Scales = std::array<double, BearingBlock::kSize>;
+
+  static void FindScale(const BearingBlock::RingCounts& places,
+                        const BearingGrid::RingCounts& query, double* __restrict of_chance,
+                        double* __restrict both);
+
+  Scales of_chance_, both_;
 };
 
-/// The grids of some places, and how the query agrees with them from one spot.
-struct GridsAtOnce {
-  std::array<const BearingGrid*, BearingQuery::kAtOnce> grids{};
-  std::array<BearingGrid::RingCounts, BearingQuery::kAtOnce> ring_counts{};
-  std::array<TurnCounts, BearingQuery::kAtOnce> counts;
-  std::size_t size = 0;
-
-  void Add(const BearingGrid& grid) {
-    grids[size] = &grid;
-    ring_counts[size++] = grid.CountByRing();
+SCANLOC_SIMD void AgreementScores::FindScale(const BearingBlock::RingCounts& places,
+                                             const BearingGrid::RingCounts& query,
+                                             double* __restrict of_chance,
+                                             double* __restrict both) {
+  int num_places[BearingBlock::kSize] = {};
+  int in_all_turns[BearingBlock::kSize] = {};  // of each ring every sector meets every other once
+  int num_query = 0;
+  for (std::size_t ring = 0; ring < BearingGrid::kNumRings; ++ring) {
+    num_query += query[ring];
+    for (std::size_t i = 0; i < BearingBlock::kSize; ++i) {
+      num_places[i] += places[ring][i];
+      in_all_turns[i] += places[ring][i] * query[ring];
+    }
   }
-  void Count(const BearingQuery& query) { query.Count(std::span(grids).first(size), counts); }
-  [[nodiscard]] AgreementScore ScoreOf(std::size_t i, const BearingQuery& query) const {
-    return {ring_counts[i], query.ring_counts()};
+  for (std::size_t i = 0; i < BearingBlock::kSize; ++i) {
+    of_chance[i] = kOfChance * in_all_turns[i] / static_cast<double>(BearingGrid::kNumSectors);
+    const double product = static_cast<double>(num_places[i]) * num_query;
+    both[i] = __builtin_sqrt(product < 1.0 ? 1.0 : product);
   }
-};
+}
 
 /// Calls visit(some of those listed, their grids) until all were visited.
 template <typename Listed, typename Visitor>
 void VisitAtOnce(const Map& map, std::span<Listed> listed, Visitor&& visit) {
-  for (std::size_t begin = 0; begin < listed.size(); begin += BearingQuery::kAtOnce) {
-    const std::span<Listed> block =
-        listed.subspan(begin, std::min(BearingQuery::kAtOnce, listed.size() - begin));
-    for (const Listed& next :
-         listed.subspan(begin + block.size())
-             .first(std::min(BearingQuery::kAtOnce, listed.size() - begin - block.size()))) {
-      map.bearings.Prefetch(static_cast<std::size_t>(next.place));
+  const auto next_of = [&](std::span<Listed> rest) {
+    return rest.first(std::min(BearingBlock::kSize, rest.size()));
+  };
+  while (!listed.empty()) {
+    const std::span<Listed> block = next_of(listed);
+    listed = listed.subspan(block.size());
+    for (const Listed& here : next_of(listed)) {
+      map.bearings.Prefetch(static_cast<std::size_t>(here.place));
     }
-    GridsAtOnce grids;
+    BearingBlock grids;
     for (const Listed& here : block) grids.Add(map.bearings[static_cast<std::size_t>(here.place)]);
     visit(block, grids);
   }
@@ -139,12 +144,12 @@ std::vector<AutoSearch::Listed> AutoSearch::Retrieve(const ScanDescriptor& query
   add(cart_.get(), map_.cart, query.cart);
 
   const double per_octave = map_.params.automatic.shortlist.agreement_per_octave;
-  VisitAtOnce(map_, std::span(listed), [&](std::span<Listed> block, GridsAtOnce& grids) {
+  VisitAtOnce(map_, std::span(listed), [&](std::span<Listed> block, const BearingBlock& grids) {
     for (const Aside& aside : asides) {
-      grids.Count(aside.bearings);
+      const BlockCounts counts = aside.bearings.Count(grids);
+      const AgreementScores scores(grids, aside.bearings);
       for (std::size_t i = 0; i < block.size(); ++i) {
-        block[i].score = std::max(
-            block[i].score, grids.ScoreOf(i, aside.bearings).Of(grids.counts[i].Most().count));
+        block[i].score = std::max(block[i].score, scores.Of(i, counts.MostOf(i)));
       }
     }
     for (Listed& here : block) {
@@ -219,14 +224,14 @@ std::vector<Hypothesis> AutoSearch::GuessesOn(std::span<const Listed> listed,
                                               std::span<const Aside> asides) const {
   const auto max_guesses = static_cast<std::size_t>(map_.params.automatic.shortlist.num_headings);
   std::vector<Hypothesis> hypotheses;
-  VisitAtOnce(map_, listed, [&](std::span<const Listed> block, GridsAtOnce& grids) {
-    std::array<std::vector<Guess>, BearingQuery::kAtOnce> found;
+  VisitAtOnce(map_, listed, [&](std::span<const Listed> block, const BearingBlock& grids) {
+    std::array<std::vector<Guess>, BearingBlock::kSize> found;
     for (std::size_t aside = 0; aside < asides.size(); ++aside) {
-      const BearingQuery& bearings = asides[aside].bearings;
-      grids.Count(bearings);
+      const BlockCounts counts = asides[aside].bearings.Count(grids);
+      const AgreementScores scores(grids, asides[aside].bearings);
       for (std::size_t i = 0; i < block.size(); ++i) {
-        for (const TurnCounts::Turn& turn : grids.counts[i].Best(max_guesses)) {
-          found[i].push_back({grids.ScoreOf(i, bearings).Of(turn.count), aside, turn});
+        for (const TurnCounts::Turn& turn : counts.Of(i).Best(max_guesses)) {
+          found[i].push_back({scores.Of(i, turn.count), aside, turn});
         }
       }
     }

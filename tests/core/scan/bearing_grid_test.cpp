@@ -81,19 +81,19 @@ TEST(BearingGrid, IsAsOfPostsFartherToTheLeft) {
 }
 
 TEST(TurnCounts, AreOfWhatAgreesAtEachTurn) {
-  // More grids than are looked at together, and more sectors than fit in a block.
+  // Not quite as many grids as fit in a block.
   std::vector<BearingGrid> places;
-  for (std::uint64_t seed = 0; seed < 7; ++seed) {
+  BearingBlock block;
+  for (std::uint64_t seed = 0; seed + 1 < BearingBlock::kSize; ++seed) {
     places.push_back(BearingGrid(RandomPosts(seed, 40 * static_cast<int>(seed)), kRing_m));
+    block.Add(places.back());
   }
   const BearingGrid seen(RandomPosts(99, 300), kRing_m);
   const BearingQuery query(seen);
   EXPECT_EQ(query.ring_counts(), seen.CountByRing());
-  std::vector<const BearingGrid*> grids;
-  for (const BearingGrid& place : places) grids.push_back(&place);
-  std::vector<TurnCounts> counts(places.size());
-  query.Count(grids, counts);
+  const BlockCounts of_block = query.Count(block);
   for (std::size_t i = 0; i < places.size(); ++i) {
+    const TurnCounts counts = of_block.Of(i);
     int most = 0;
     int sum = 0;
     for (std::size_t turn = 0; turn < BearingGrid::kNumSectors; ++turn) {
@@ -102,7 +102,7 @@ TEST(TurnCounts, AreOfWhatAgreesAtEachTurn) {
         count += std::popcount(places[i].rings()[ring] &
                                std::rotl(seen.rings()[ring], static_cast<int>(turn)));
       }
-      EXPECT_EQ(counts[i][turn], count) << i << " turned by " << turn;
+      EXPECT_EQ(counts[turn], count) << i << " turned by " << turn;
       most = std::max(most, count);
       sum += count;
     }
@@ -111,8 +111,9 @@ TEST(TurnCounts, AreOfWhatAgreesAtEachTurn) {
       of_rings += places[i].CountByRing()[ring] * seen.CountByRing()[ring];
     }
     EXPECT_EQ(of_rings, sum);
-    EXPECT_EQ(counts[i].Most().count, most);
-    EXPECT_EQ(counts[i][counts[i].Most().sectors], most);
+    EXPECT_EQ(counts.Most().count, most);
+    EXPECT_EQ(counts[counts.Most().sectors], most);
+    EXPECT_EQ(of_block.MostOf(i), most);
   }
 }
 

@@ -62,7 +62,7 @@ class TurnCounts {
   [[nodiscard]] int operator[](std::size_t turn) const;
 
  private:
-  friend class BearingQuery;
+  friend class BlockCounts;
 
   // A count in binary digits: a word a digit, a bit a turn.
   std::array<std::uint64_t, kNumDigits> digits_{};
@@ -71,17 +71,52 @@ class TurnCounts {
 /// A turn as an angle in (-π, π].
 [[nodiscard]] double HeadingOf(const TurnCounts::Turn& turn);
 
+/// Grids side by side, so that a query is turned against all of them at once.
+class BearingBlock {
+ public:
+  static constexpr std::size_t kSize = 8;
+
+  /// Requires room.
+  void Add(const BearingGrid& grid);
+  [[nodiscard]] std::size_t size() const { return size_; }
+
+  /// Behind the innermost ring the next; in each a word a grid, zeros where there is none. The last
+  /// is beyond all rings: nothing stands there.
+  using Rings = std::array<std::array<std::uint64_t, kSize>, BearingGrid::kNumRings + 1>;
+  [[nodiscard]] const Rings& rings() const { return rings_; }
+  /// BearingGrid::CountByRing, likewise.
+  using RingCounts = std::array<std::array<int, kSize>, BearingGrid::kNumRings>;
+  [[nodiscard]] const RingCounts& ring_counts() const { return ring_counts_; }
+
+ private:
+  alignas(64) Rings rings_{};
+  alignas(64) RingCounts ring_counts_{};
+  std::size_t size_ = 0;
+};
+
+/// How a query agrees with each grid of a block.
+class BlockCounts {
+ public:
+  [[nodiscard]] TurnCounts Of(std::size_t grid) const;
+  /// Of TurnCounts::Most.
+  [[nodiscard]] int MostOf(std::size_t grid) const { return static_cast<int>(most_[grid]); }
+
+ private:
+  friend class BearingQuery;
+
+  using Words = std::array<std::uint64_t, BearingBlock::kSize>;
+  alignas(64) std::array<Words, TurnCounts::kNumDigits> digits_;  // likewise, a word a grid
+  alignas(64) Words most_;
+};
+
 /// A query's grid, made ready to be turned against many.
 class BearingQuery {
  public:
-  static constexpr std::size_t kAtOnce = 4;
-
   explicit BearingQuery(const BearingGrid& grid);
 
   [[nodiscard]] const BearingGrid::RingCounts& ring_counts() const { return ring_counts_; }
 
-  /// How the query agrees with each of the grids; quickest in kAtOnce.
-  void Count(std::span<const BearingGrid* const> grids, std::span<TurnCounts> counts) const;
+  [[nodiscard]] BlockCounts Count(const BearingBlock& block) const;
   [[nodiscard]] TurnCounts Count(const BearingGrid& grid) const;
 
  private:
