@@ -19,6 +19,13 @@ std::shared_ptr<PayloadCache> MakePayloadCache(std::int64_t max_bytes) {
   return std::make_shared<PayloadCache>(max_bytes);
 }
 
+std::int64_t HeldBytes(const PayloadCache& cache) { return cache.held_bytes(); }
+
+std::int64_t PayloadCache::held_bytes() const {
+  const std::lock_guard lock(mutex_);
+  return bytes_;
+}
+
 std::uint64_t PayloadCache::NewMap() {
   const std::lock_guard lock(mutex_);
   return ++num_maps_;

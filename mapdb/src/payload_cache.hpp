@@ -32,6 +32,7 @@ class PayloadCache {
   /// Null: it is not there.
   [[nodiscard]] std::shared_ptr<const Payload> Find(const Row& row);
   void Add(const Row& row, std::shared_ptr<const Payload> payload);
+  [[nodiscard]] std::int64_t held_bytes() const;
   /// All rows of a map that is no longer open.
   void Forget(std::uint64_t map);
 
@@ -48,7 +49,7 @@ class PayloadCache {
   };
 
   const std::int64_t max_bytes_;
-  std::mutex mutex_;
+  mutable std::mutex mutex_;
   std::list<Entry> entries_;  // the one used last first
   std::unordered_map<Row, std::list<Entry>::iterator, Hash> at_;
   std::uint64_t num_maps_ = 0;

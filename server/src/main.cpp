@@ -232,7 +232,8 @@ int Run(CommandLine line) {
     options.before = before;
     return mapdb::OpenMap(path, options);
   };
-  const auto server = Server::Start(line.options, load);
+  const auto server =
+      Server::Start(line.options, load, [cache = open.cache] { return mapdb::HeldBytes(*cache); });
   if (!server.ok()) return Fail(kExitFailed, server.status());
   return RunUntilStopped(**server, std::chrono::duration<double>(line.options.drain_s));
 }

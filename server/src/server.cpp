@@ -73,9 +73,11 @@ std::vector<std::string> ServicesOf(const ServerOptions& options) {
 }  // namespace
 
 struct Server::State {
-  State(const ServerOptions& server_options, MapLoader loader, std::unique_ptr<Access> callers,
+  State(const ServerOptions& server_options, MapLoader loader,
+        std::function<std::int64_t()> kept_of_maps_bytes, std::unique_ptr<Access> callers,
         const std::function<std::unique_ptr<QueryCapture>(Metrics&)>& open_capture)
       : options(server_options),
+        kept_bytes(std::move(kept_of_maps_bytes)),
         access(std::move(callers)),
         workers(NumThreads(server_options), server_options.max_inflight, server_options.max_wait_s),
         metrics([this] { return Look(); }),
@@ -133,6 +135,7 @@ struct Server::State {
   [[nodiscard]] std::int64_t AtHandBytes() const;
 
   const ServerOptions options;
+  const std::function<std::int64_t()> kept_bytes;
   const std::unique_ptr<Access> access;
   MapRegistry maps;
   WorkerPool workers;
@@ -203,7 +206,8 @@ absl::Status Server::State::Listen() {
       .services = {&localization, &viewer, &health},
       .max_message_bytes = LargestMessageBytes(options),
       .max_memory_bytes = options.max_memory_bytes,
-      .work_bytes = [this] { return localization.work_bytes(); },
+      .work_bytes =
+          [this] { return localization.work_bytes() + (kept_bytes == nullptr ? 0 : kept_bytes()); },
       .at_hand_bytes = [this] { return AtHandBytes(); },
       .made_anew = [this](const std::string& why) { metrics.CountFrontMadeAnew(why); },
       .asked_itself = [this](bool is_answered) { metrics.CountSelfCheck(is_answered); }};
@@ -216,21 +220,23 @@ absl::Status Server::State::Listen() {
 }
 
 absl::StatusOr<std::unique_ptr<Server>> Server::Start(const ServerOptions& options,
-                                                      MapLoader load_map) {
+                                                      MapLoader load_map,
+                                                      std::function<std::int64_t()> kept_bytes) {
   if (auto status = Validate(options); !status.ok()) return status;
   std::unique_ptr<State> state;
   const absl::Status status = Guard([&] {
     auto access = Access::Create(options.token_file);
     if (!access.ok()) return access.status();
     absl::Status captures;
-    state = std::make_unique<State>(options, std::move(load_map), *std::move(access),
-                                    [&](Metrics& metrics) -> std::unique_ptr<QueryCapture> {
-                                      if (options.capture_dir.empty()) return nullptr;
-                                      auto capture = QueryCapture::Open(
-                                          options.capture_dir, options.max_capture_bytes, metrics);
-                                      captures = capture.status();
-                                      return capture.ok() ? *std::move(capture) : nullptr;
-                                    });
+    state = std::make_unique<State>(
+        options, std::move(load_map), std::move(kept_bytes), *std::move(access),
+        [&](Metrics& metrics) -> std::unique_ptr<QueryCapture> {
+          if (options.capture_dir.empty()) return nullptr;
+          auto capture =
+              QueryCapture::Open(options.capture_dir, options.max_capture_bytes, metrics);
+          captures = capture.status();
+          return capture.ok() ? *std::move(capture) : nullptr;
+        });
     if (!captures.ok()) return captures;
     return state->Listen();
   });

@@ -13,6 +13,7 @@
 #include <thread>
 #include <vector>
 
+#include "absl/strings/str_cat.h"
 #include "front/listen_sockets.hpp"
 #include "front/memory_bound.hpp"
 #include "front/own_identity.hpp"
@@ -114,6 +115,33 @@ TEST(MemoryBound, AllowsForTheWorkersTables) {
   EXPECT_FALSE(memory.Look(kTableBytes, [] { return 0; }).is_over);
   EXPECT_FALSE(memory.Look(kTableBytes, [] { return 0; }).is_odd);
   EXPECT_EQ(tables.back(), 'x');
+}
+
+TEST(MemoryBound, AllowsForWhatIsKeptOfMaps) {
+  constexpr std::int64_t kKeptBytes = std::int64_t{256} << 20;
+  constexpr int kNumLooks = 30;  // ten a second: longer than the watchdog would put up with it
+  std::atomic<std::int64_t> kept_bytes = 0;
+  std::atomic<int> num_looks = 0;
+  std::promise<void> is_seen;
+  const test::Maps maps = {{"town", test::SmallMap(1, 2)}};
+  const auto server = Server::Start(test::OptionsFor(maps), test::LoaderOf(maps), [&] {
+    if (kept_bytes > 0 && ++num_looks == kNumLooks) is_seen.set_value();
+    return kept_bytes.load();
+  });
+  ASSERT_TRUE(server.ok() && (*server)->LoadMaps().ok());
+  const auto num_made_anew_is = [&](const char* number) {
+    return testing::HasSubstr(
+        absl::StrCat("scanloc_front_rebuilds_total{reason=\"memory\"} ", number, "\n"));
+  };
+  kept_bytes = kKeptBytes;
+  const std::vector<char> kept(kKeptBytes, 'x');
+  is_seen.get_future().wait();
+  EXPECT_THAT((*server)->MetricsText(), num_made_anew_is("0"));
+  kept_bytes = 0;
+  while (!testing::Matches(num_made_anew_is("1"))((*server)->MetricsText())) {
+    std::this_thread::yield();
+  }
+  EXPECT_EQ(kept.back(), 'x');
 }
 
 }  // namespace

@@ -32,8 +32,8 @@ class MemoryBound {
     bool is_odd = false;     ///< so much of it that something is wrong
   };
 
-  /// work_bytes: of what the process holds, what is the workers' own. at_hand_bytes: what the
-  /// requests at hand may account for; asked only where it matters.
+  /// work_bytes: of what the process holds, what is the workers' own or kept of maps.
+  /// at_hand_bytes: what the requests at hand may account for; asked only where it matters.
   [[nodiscard]] State Look(std::int64_t work_bytes,
                            const std::function<std::int64_t()>& at_hand_bytes);
 

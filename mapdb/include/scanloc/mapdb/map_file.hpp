@@ -89,6 +89,7 @@ struct PlaceRecord {
 /// number of bytes; at least what one query looks at is held beside it. Thread-safe.
 class PayloadCache;
 [[nodiscard]] std::shared_ptr<PayloadCache> MakePayloadCache(std::int64_t max_bytes);
+[[nodiscard]] std::int64_t HeldBytes(const PayloadCache& cache);
 
 struct OpenOptions {
   std::shared_ptr<PayloadCache> cache = nullptr;  ///< null: nothing is kept

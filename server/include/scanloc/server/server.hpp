@@ -28,9 +28,11 @@ using MapLoader = std::function<absl::StatusOr<Map>(const std::string& path, con
 /// Thread-safe.
 class Server {
  public:
-  /// InvalidArgument: bad options. Unavailable: cannot listen there.
-  [[nodiscard]] static absl::StatusOr<std::unique_ptr<Server>> Start(const ServerOptions& options,
-                                                                     MapLoader load_map);
+  /// InvalidArgument: bad options. Unavailable: cannot listen there. kept_bytes: what is kept now
+  /// of what was read of maps after they were loaded; null: nothing.
+  [[nodiscard]] static absl::StatusOr<std::unique_ptr<Server>> Start(
+      const ServerOptions& options, MapLoader load_map,
+      std::function<std::int64_t()> kept_bytes = nullptr);
 
   /// Shutdown, if it was not called yet.
   ~Server();
