@@ -19,7 +19,7 @@ constexpr float kRounding = 1e-6F;
 constexpr std::size_t kLeastPatience = 16;
 
 /// Candidates that are compared while the memory of another comes.
-constexpr std::ptrdiff_t kAhead = 8;
+constexpr std::ptrdiff_t kCandidatesAhead = 8;
 
 }  // namespace
 
@@ -120,7 +120,7 @@ void KeySearch::Settle() {
     const auto next = begin + std::min(num_at_once, end - begin);
     if (next != end) std::nth_element(begin, next, end);
     for (; begin != next; ++begin) {
-      if (next - begin > kAhead) nearest_.Prefetch(begin[kAhead].what);
+      if (next - begin > kCandidatesAhead) nearest_.Prefetch(begin[kCandidatesAhead].what);
       if (begin->distance <= limit_ && nearest_.Add(begin->what)) SetLimit();
     }
     nearest_.Narrow();

@@ -129,9 +129,9 @@ std::vector<Hypothesis> AutoSearch::VerifyRivals(QueryMatch& match, const Struct
     payload.WillUseStructure(static_cast<std::size_t>(there.place));
   }
   payload.Fetch();
+  PlanarPoints posts;
   for (Hypothesis& there : along) {
-    const PlanarPoints posts(structure_of(there.place).posts,
-                             static_cast<std::size_t>(stage.num_posts));
+    posts.Assign(structure_of(there.place).posts, static_cast<std::size_t>(stage.num_posts));
     match.LayCoarsely(posts, stage.steps, there);
     if (there.score >= least_coarse) lay(there);
   }

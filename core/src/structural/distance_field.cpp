@@ -16,8 +16,8 @@ using StampBlock = std::uint16_t __attribute__((vector_size(2 * DistanceField::k
 
 }  // namespace
 
-PlanarPoints::PlanarPoints(std::span<const Post> posts, std::size_t max_points)
-    : size_(std::min(posts.size(), max_points)) {
+void PlanarPoints::Assign(std::span<const Post> posts, std::size_t max_points) {
+  size_ = std::min(posts.size(), max_points);
   const std::size_t num_padded = (size_ + kBlock - 1) / kBlock * kBlock;
   x_m_.assign(num_padded, kFarPoint_m);
   y_m_.assign(num_padded, kFarPoint_m);

@@ -53,7 +53,7 @@ void QueryMatch::LayCoarsely(const PlanarPoints& place, const RegistrationParams
 }
 
 void QueryMatch::SetPlace(const Structure& place) {
-  place_ = PlanarPoints(place.posts);
+  place_.Assign(place.posts);
   place_field_.Fill(place_);
   if (!knows_heights_) return;
   knows_place_heights_ = KnowsHeights(place);

@@ -25,8 +25,7 @@ void Lay(const QueryMatch& query, PlaceStructures& places, const StageParams& st
     }
     Hypothesis& hypothesis = hypotheses[i];
     if (i == 0 || hypothesis.place != hypotheses[i - 1].place) {
-      place = PlanarPoints(places.Of(hypothesis.place).posts,
-                           static_cast<std::size_t>(stage.num_posts));
+      place.Assign(places.Of(hypothesis.place).posts, static_cast<std::size_t>(stage.num_posts));
     }
     query.LayCoarsely(place, stage.steps, hypothesis);
   }

@@ -29,7 +29,12 @@ class PlanarPoints {
 
   PlanarPoints() = default;
   /// At most max_points of the posts, evenly over their order.
-  explicit PlanarPoints(std::span<const Post> posts, std::size_t max_points = Structure::kMaxPosts);
+  explicit PlanarPoints(std::span<const Post> posts,
+                        std::size_t max_points = Structure::kMaxPosts) {
+    Assign(posts, max_points);
+  }
+  /// The same, in the memory of those before.
+  void Assign(std::span<const Post> posts, std::size_t max_points = Structure::kMaxPosts);
 
   [[nodiscard]] std::size_t size() const { return size_; }
   [[nodiscard]] bool empty() const { return size_ == 0; }
