@@ -3,6 +3,7 @@
 # stdout. Needs build/release/bin and python3; writes a few GB to a temporary folder.
 #   scripts/evaluate.sh [LENGTH_M]      real drives: $SCANLOC_DATA, as docs/evaluation.md says
 # $SCANLOC: another program than build/release/bin/scanloc. $TOWNS: seeds of the towns [1 2 3].
+# $METHODS: names with commas between [all].
 set -euo pipefail
 cd "$(dirname "$0")/.."
 . scripts/common.sh
@@ -14,7 +15,7 @@ trap 'rm -rf "$work"' EXIT
 # shellcheck source=scripts/eval_sets.sh
 source scripts/eval_sets.sh
 
-methods=auto,a-pc,a-pc:10,a-cc,a-cc:10,pc,cc,m2dp,segmatch
+methods=${METHODS:-auto,a-pc,a-pc:10,a-cc,a-cc:10,pc,cc,m2dp,segmatch}
 declare -A results # of a set of queries: files with commas between
 sets=()            # in order
 

@@ -125,11 +125,11 @@ class Load {
     if (--num_under_way_ == 0) changed_.notify_all();
   }
 
-  /// One robot on a stream; begins another when the server ends it.
+  /// One robot on a stream; begins another when the server ends it, after a scan's time.
   void Drive(std::size_t number, Clock::time_point end) {
     const auto stub = v1::Localization::NewStub(ConnectionTo(options_.address));
-    auto due = Clock::now();
-    while (due < end) {
+    for (auto due = Clock::now(); due < end; due += Seconds(1.0 / options_.stream_rate_per_s)) {
+      std::this_thread::sleep_until(due);
       grpc::ClientContext context;
       ShowToken(options_, context);
       const auto stream = stub->LocalizeStream(&context);
