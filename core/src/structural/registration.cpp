@@ -47,9 +47,10 @@ struct FieldSample {
     const int row = static_cast<int>(v);
     between_columns = u - static_cast<float>(column);
     between_rows = v - static_cast<float>(row);
-    const int cell = row * field.side + column;
+    // Unsigned, so that it need not be widened before it is an address.
+    const auto cell = static_cast<std::uint32_t>(row * field.side + column);
     const std::uint32_t lower = NeighborsAt(field.cells, cell);
-    const std::uint32_t upper = NeighborsAt(field.cells, cell + field.side);
+    const std::uint32_t upper = NeighborsAt(field.cells + field.side, cell);
     low = First(lower);
     low_step = Second(lower) - low;
     high = First(upper);
@@ -74,7 +75,7 @@ struct FieldSample {
 
  private:
   /// Two cells of a row by one load.
-  static std::uint32_t NeighborsAt(const std::uint16_t* cells, int cell) {
+  static std::uint32_t NeighborsAt(const std::uint16_t* cells, std::uint32_t cell) {
     std::uint32_t pair;
     std::memcpy(&pair, cells + cell, sizeof(pair));
     return pair;
