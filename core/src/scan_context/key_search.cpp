@@ -15,7 +15,7 @@ constexpr float kInfinity = std::numeric_limits<float>::infinity();
 /// What single precision may cost a distance, of the lengths of the keys.
 constexpr float kRounding = 1e-6F;
 
-/// So many candidates are looked at together at least.
+/// So many candidates are looked at, and compared, together at least.
 constexpr std::size_t kLeastPatience = 16;
 
 /// Candidates that are compared while the memory of another comes.
@@ -113,7 +113,7 @@ void KeySearch::Thin() {
 
 void KeySearch::Settle() {
   // Nearest first, some at a time: how far these are passes over most of the others.
-  const auto num_at_once = static_cast<std::ptrdiff_t>(nearest_.k());
+  const auto num_at_once = static_cast<std::ptrdiff_t>(std::max(kLeastPatience, nearest_.k()));
   auto begin = candidates_.begin();
   auto end = candidates_.end();
   while (begin != end) {
