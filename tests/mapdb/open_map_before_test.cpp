@@ -4,59 +4,24 @@
 
 #include "scanloc/core/localizer.hpp"
 #include "scanloc/mapdb/map_file.hpp"
-#include "support/same_answer.hpp"
-#include "support/small_maps.hpp"
+#include "support/full_block.hpp"
 #include "support/sql.hpp"
 #include "support/temp_dir.hpp"
 
 namespace scanloc::mapdb {
 namespace {
 
-constexpr std::size_t kNumPlaces = 1960;
-/// With so many contexts a place, and the first scan of that seed, these have one full block of
-/// keys, which ends at place 1940.
-constexpr std::uint32_t kSeed = 7486;
-
-Params ManyShifts() {
-  Params params = test::SmallParams();
-  params.cart.enabled = false;
-  params.structure.enabled = false;
-  for (int i = 2; i < 16; ++i) params.polar.root_shifts_m.push_back(0.5 * i);
-  return params;
-}
+using test::BlocksOf;
+using test::ExpectSameAnswers;
 
 class OpenMapBeforeTest : public testing::Test {
  protected:
-  void SetUp() override { Build(path_, test::SmallLoader(kSeed)); }
-
-  static void Build(const std::string& path, const ScanLoader& load) {
-    BuildOptions options = test::SmallOptions(path);
-    options.params = ManyShifts();
-    options.commit_interval = 1000;
-    ASSERT_TRUE(BuildMap(options, test::SmallPlan("one", kNumPlaces), load).ok());
-  }
+  void SetUp() override { test::BuildFullBlock(path_); }
 
   static std::shared_ptr<const Localizer> LocalizerOf(absl::StatusOr<Map> map,
                                                       const Localizer* before = nullptr) {
     EXPECT_TRUE(map.ok()) << map.status();
     return *Localizer::Create(std::make_shared<const Map>(*std::move(map)), nullptr, before);
-  }
-
-  static const std::vector<std::shared_ptr<const KeyBlock>>& BlocksOf(const Localizer& localizer) {
-    return localizer.map().polar.key_blocks().full();
-  }
-
-  static void ExpectSameAnswers(const Localizer& a, const Localizer& b) {
-    Describer describer = *Describer::Create(ManyShifts());
-    for (const char* method : {"a-pc", "pc-brute"}) {
-      const Query query{.method = *ParseMethod(method), .num_candidates = 10, .max_answers = 5};
-      for (std::uint32_t i = 0; i < kNumPlaces + 60; i += 397) {
-        const ScanDescriptor scan = describer.Describe(test::SmallScan(kSeed + i));
-        const auto answer = a.Localize(scan, query);
-        ASSERT_TRUE(answer.ok()) << answer.status();
-        test::ExpectSameAnswer(*answer, *b.Localize(scan, query));
-      }
-    }
   }
 
   test::TempDir dir_;
@@ -66,13 +31,11 @@ class OpenMapBeforeTest : public testing::Test {
 TEST_F(OpenMapBeforeTest, HoldsTheKeysOfAMapThatWasAppendedToOnce) {
   const auto before = LocalizerOf(OpenMap(path_));
   ASSERT_EQ(BlocksOf(*before).size(), 1U);
-  BuildOptions options = test::SmallOptions(path_, BuildMode::kAppend);
-  options.params = ManyShifts();
-  ASSERT_TRUE(BuildMap(options, test::SmallPlan("two", 60), test::SmallLoader(50'000)).ok());
+  test::AppendToFullBlock(path_);
 
   const auto anew = LocalizerOf(OpenMap(path_));
   const auto after = LocalizerOf(OpenMap(path_, {.before = &before->map()}), before.get());
-  EXPECT_EQ(after->map().places.size(), kNumPlaces + 60);
+  EXPECT_EQ(after->map().places.size(), test::kFullBlockPlaces + 60);
   EXPECT_EQ(BlocksOf(*after), BlocksOf(*before));
   EXPECT_NE(BlocksOf(*anew), BlocksOf(*before));
   ExpectSameAnswers(*after, *anew);
@@ -81,8 +44,9 @@ TEST_F(OpenMapBeforeTest, HoldsTheKeysOfAMapThatWasAppendedToOnce) {
 TEST_F(OpenMapBeforeTest, DoesNotHoldKeysOfAnother) {
   const auto before = LocalizerOf(OpenMap(path_));
   const std::string other = dir_.File("b.scanloc");
-  Build(other, [](std::size_t scan) -> absl::StatusOr<PointCloud> {
-    return test::SmallScan(scan == 7 ? 90'000 : kSeed + static_cast<std::uint32_t>(scan));
+  test::BuildFullBlock(other, [](std::size_t scan) -> absl::StatusOr<PointCloud> {
+    return test::SmallScan(scan == 7 ? 90'000
+                                     : test::kFullBlockSeed + static_cast<std::uint32_t>(scan));
   });
   const auto anew = LocalizerOf(OpenMap(other));
   const auto after = LocalizerOf(OpenMap(other, {.before = &before->map()}), before.get());

@@ -6,7 +6,10 @@
 #include <atomic>
 #include <thread>
 
+#include "scanloc/mapdb/map_file.hpp"
+#include "support/full_block.hpp"
 #include "support/small_map.hpp"
+#include "support/temp_dir.hpp"
 
 namespace scanloc::server {
 namespace {
@@ -115,6 +118,28 @@ TEST(MapRegistry, SwapsWhileOthersRead) {
   reader.join();
   EXPECT_EQ((*maps.Find("town"))->info.generation, 20U);
   EXPECT_EQ(held->info.content_id, "content-1");
+}
+
+TEST(MapRegistry, HoldsTheKeysOfAMapThatWasAppendedToOnceAndAnswersAsLoadedAnew) {
+  const test::TempDir dir;
+  const std::string path = dir.File("town.scanloc");
+  test::BuildFullBlock(path);
+  MapRegistry maps({"town"});
+  ASSERT_TRUE(maps.Serve("town", path, *mapdb::OpenMap(path)).ok());
+  auto before = *maps.Find("town");
+  const auto blocks = test::BlocksOf(*before->localizer);
+  ASSERT_EQ(blocks.size(), 1U);
+
+  test::AppendToFullBlock(path);
+  ASSERT_TRUE(
+      maps.Serve("town", path, *mapdb::OpenMap(path, {.before = &before->localizer->map()})).ok());
+  before.reset();
+  MapRegistry anew({"town"});
+  ASSERT_TRUE(anew.Serve("town", path, *mapdb::OpenMap(path)).ok());
+
+  const Localizer& reloaded = *(*maps.Find("town"))->localizer;
+  EXPECT_EQ(test::BlocksOf(reloaded), blocks);
+  test::ExpectSameAnswers(reloaded, *(*anew.Find("town"))->localizer);
 }
 
 }  // namespace
