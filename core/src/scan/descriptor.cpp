@@ -235,6 +235,12 @@ absl::StatusOr<Describer> Describer::Create(const Params& params) {
   return Describer(std::make_unique<State>(params));
 }
 
+std::size_t Describer::held_bytes() const {
+  return sizeof(State) + state_->filter.held_bytes() + state_->turned.capacity() * sizeof(Point) +
+         (state_->post_filter ? state_->post_filter->held_bytes() : 0) +
+         state_->structure.held_bytes();
+}
+
 ScanDescriptor Describer::Describe(PointView scan, ScanCounts* counts) {
   return DescribeRows({reinterpret_cast<const float*>(scan.data()), scan.size(), 3}, counts);
 }

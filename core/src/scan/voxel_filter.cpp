@@ -17,7 +17,8 @@ namespace {
 // each other about zero, so a reversed scan gives exactly the reversed centroids. A key is the
 // indices of x, y and z.
 constexpr int kAxisBits = 20;
-constexpr std::uint64_t kNoVoxel = ~std::uint64_t{0};  // of empty slots and of skipped points
+constexpr std::uint64_t kNoVoxel = ~std::uint64_t{0};  // of skipped points
+constexpr std::uint32_t kFree = ~std::uint32_t{0};     // of slots
 constexpr std::size_t kFirstSlots = std::size_t{1} << 14;
 
 constexpr std::size_t kBlockPoints = 512;
@@ -127,34 +128,36 @@ std::uint64_t Hash(std::uint64_t key) {
 }  // namespace
 
 VoxelFilter::VoxelFilter(double voxel_size_m)
-    : voxel_size_m_(static_cast<float>(voxel_size_m)), slots_(kFirstSlots, Slot{.key = kNoVoxel}) {}
+    : voxel_size_m_(static_cast<float>(voxel_size_m)), slots_(kFirstSlots, kFree) {}
 
-VoxelFilter::Slot& VoxelFilter::Find(std::uint64_t key) {
+VoxelFilter::Voxel& VoxelFilter::Find(std::uint64_t key) {
   const std::size_t mask = slots_.size() - 1;
   std::size_t i = Hash(key) >> (64 - std::countr_zero(slots_.size()));
-  for (; slots_[i].key != key; i = (i + 1) & mask) {
-    if (slots_[i].key != kNoVoxel) continue;
-    if ((taken_.size() + 1) * 2 > slots_.size()) {
-      Grow();
-      return Find(key);
-    }
-    slots_[i] = {.key = key, .sum = {}};
-    taken_.push_back(static_cast<std::uint32_t>(i));
-    break;
+  for (; slots_[i] != kFree; i = (i + 1) & mask) {
+    if (voxels_[slots_[i]].key == key) return voxels_[slots_[i]];
   }
-  return slots_[i];
+  if ((voxels_.size() + 1) * 2 > slots_.size()) {
+    Grow();
+    return Find(key);
+  }
+  slots_[i] = static_cast<std::uint32_t>(voxels_.size());
+  return voxels_.emplace_back(Voxel{.key = key, .slot = static_cast<std::uint32_t>(i), .sum = {}});
 }
 
 void VoxelFilter::Grow() {
-  std::vector<Slot> slots(slots_.size() * 2, Slot{.key = kNoVoxel});
-  const std::size_t mask = slots.size() - 1;
-  for (std::uint32_t& taken : taken_) {
-    std::size_t i = Hash(slots_[taken].key) >> (64 - std::countr_zero(slots.size()));
-    while (slots[i].key != kNoVoxel) i = (i + 1) & mask;
-    slots[i] = slots_[taken];
-    taken = static_cast<std::uint32_t>(i);
+  slots_.assign(slots_.size() * 2, kFree);
+  const std::size_t mask = slots_.size() - 1;
+  for (std::size_t v = 0; v < voxels_.size(); ++v) {
+    std::size_t i = Hash(voxels_[v].key) >> (64 - std::countr_zero(slots_.size()));
+    while (slots_[i] != kFree) i = (i + 1) & mask;
+    slots_[i] = static_cast<std::uint32_t>(v);
+    voxels_[v].slot = static_cast<std::uint32_t>(i);
   }
-  slots_ = std::move(slots);
+}
+
+std::size_t VoxelFilter::held_bytes() const {
+  return slots_.capacity() * sizeof(slots_[0]) + voxels_.capacity() * sizeof(Voxel) +
+         centroids_.capacity() * sizeof(Point);
 }
 
 const PointCloud& VoxelFilter::Apply(PointView scan, ScanCounts* counts) {
@@ -183,21 +186,21 @@ const PointCloud& VoxelFilter::ApplyToRows(const PointRows& scan, ScanCounts* co
         CountSkipped(points.subspan(first, run.end - first), found);
         continue;
       }
-      Slot& voxel = Find(run.key);
+      Voxel& voxel = Find(run.key);
       for (int i = 0; i < 4; ++i) voxel.sum[i] += run.sum[i];
     }
   }
 
-  centroids_.resize(taken_.size());
-  for (std::size_t v = 0; v < taken_.size(); ++v) {
-    Slot& voxel = slots_[taken_[v]];
+  centroids_.resize(voxels_.size());
+  for (std::size_t v = 0; v < voxels_.size(); ++v) {
+    const Voxel& voxel = voxels_[v];
     centroids_[v] = {Centroid(voxel.key, 0, voxel.sum[0], voxel.sum[3]),
                      Centroid(voxel.key, 1, voxel.sum[1], voxel.sum[3]),
                      Centroid(voxel.key, 2, voxel.sum[2], voxel.sum[3])};
-    voxel.key = kNoVoxel;  // free for the next scan
+    slots_[voxel.slot] = kFree;  // for the next scan
   }
-  found.num_voxels = taken_.size();
-  taken_.clear();
+  found.num_voxels = voxels_.size();
+  voxels_.clear();
   if (counts != nullptr) *counts = found;
   return centroids_;
 }

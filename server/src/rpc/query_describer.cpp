@@ -1,6 +1,5 @@
 #include "rpc/query_describer.hpp"
 
-#include <algorithm>
 #include <utility>
 
 #include "absl/strings/escaping.h"
@@ -18,14 +17,13 @@ constexpr std::size_t kMaxDescribersKept = 16;
 /// Of one point on the wire: x y z.
 constexpr std::size_t kPointBytes = 12;
 
-/// A scan with more is described with tables that are not kept: 50 MB for 300,000 voxels.
-constexpr std::size_t kMaxVoxelsKept = 65'536;
-constexpr std::size_t kMaxPointsKept = 262'144;
+/// Of one worker: the tables of two maps' scans of 260,000 voxels. What a larger scan took is given
+/// back.
+constexpr std::int64_t kMaxKeptBytes = std::int64_t{48} << 20;
 
-/// Of a describer at most: its smallest tables, and for a voxel up to four slots and a centroid.
-/// While the table grows half as much again.
-constexpr std::size_t kDescriberBytes = std::size_t{1} << 20;
-constexpr std::size_t kBytesPerVoxel = 208;
+/// While a scan is described: a voxel a point, and tables that grow to twice of it, for the
+/// contexts and for the posts.
+constexpr std::size_t kBytesPerPoint = 320;
 
 absl::Status CheckSignature(const SignedDescriptor& query, const ServedMap& map) {
   if (query.signature == map.signature) return absl::OkStatus();
@@ -73,26 +71,30 @@ absl::StatusOr<QueryDescriber::Described> QueryDescriber::DescribeScan(const v1:
   const auto describer = DescriberFor(map);
   if (!describer.ok()) return describer.status();
   Described result{.mount = *std::move(mount)};
-  held_bytes_ += static_cast<std::int64_t>(kBytesPerVoxel * points_.size() * 3 / 2);
+  held_bytes_ += static_cast<std::int64_t>(kBytesPerPoint * points_.size());
   const std::int64_t start_ns = NowNs();
   const std::size_t num_masked = ApplyMount(result.mount, points_);
   result.descriptor = (*describer)->Describe(points_, &result.scan_counts.emplace());
   result.scan_counts->num_masked = num_masked;
   result.describe_ns = NowNs() - start_ns;
-  KeepWhatIsUsual(result.scan_counts->num_voxels);
+  KeepWhatIsUsual(map.signature);
   return result;
 }
 
-void QueryDescriber::KeepWhatIsUsual(std::size_t num_voxels) {
-  max_voxels_ = std::max(max_voxels_, num_voxels);
-  if (max_voxels_ > kMaxVoxelsKept || points_.capacity() > kMaxPointsKept) {
-    points_ = {};
-    describers_.clear();
-    max_voxels_ = 0;
+void QueryDescriber::KeepWhatIsUsual(const std::string& last_used) {
+  const auto kept_bytes = [this] {
+    std::size_t sum = points_.capacity() * sizeof(Point);
+    for (const auto& [signature, describer] : describers_) sum += describer.held_bytes();
+    return static_cast<std::int64_t>(sum);
+  };
+  if (kept_bytes() > kMaxKeptBytes) {
+    std::erase_if(describers_, [&](const auto& entry) { return entry.first != last_used; });
   }
-  held_bytes_ = static_cast<std::int64_t>(points_.capacity() * sizeof(Point) +
-                                          describers_.size() *
-                                              (kDescriberBytes + max_voxels_ * kBytesPerVoxel));
+  if (kept_bytes() > kMaxKeptBytes) {
+    points_ = PointCloud();  // = {} would keep its memory
+    describers_.clear();
+  }
+  held_bytes_ = kept_bytes();
 }
 
 absl::StatusOr<Describer*> QueryDescriber::DescriberFor(const ServedMap& map) {

@@ -42,12 +42,11 @@ class QueryDescriber {
                                                        std::size_t max_points);
   [[nodiscard]] absl::StatusOr<Describer*> DescriberFor(const ServedMap& map);
 
-  /// Lets go of what a large scan made large.
-  void KeepWhatIsUsual(std::size_t num_voxels);
+  /// Lets go of what a large scan made large, of the other maps' tables first.
+  void KeepWhatIsUsual(const std::string& last_used);
 
   PointCloud points_;
   std::map<std::string, Describer> describers_;  // by signature
-  std::size_t max_voxels_ = 0;                   // of the scans that they had
   std::atomic<std::int64_t> held_bytes_ = 0;
 };
 

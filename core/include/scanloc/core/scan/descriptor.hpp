@@ -87,6 +87,9 @@ class Describer {
   /// The descriptors of a place of a map: those of Describe and the root-shifted polar contexts.
   [[nodiscard]] PlaceDescriptor DescribePlace(PointView scan, ScanCounts* counts = nullptr);
 
+  /// What it keeps for the next scan [bytes]: it grows with the largest so far.
+  [[nodiscard]] std::size_t held_bytes() const;
+
  private:
   struct State;
   explicit Describer(std::unique_ptr<State> state);

@@ -92,6 +92,11 @@ class StructureFinder {
   /// there are no posts.
   [[nodiscard]] Structure Find(const PointCloud& voxels, bool* knows_up = nullptr);
 
+  /// What its tables take [bytes].
+  [[nodiscard]] std::size_t held_bytes() const {
+    return cells_.capacity() * sizeof(Cell) + touched_.capacity() * sizeof(touched_[0]);
+  }
+
  private:
   struct Cell {
     float z_min, z_max, sum_x, sum_y, num_voxels;

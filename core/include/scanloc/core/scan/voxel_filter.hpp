@@ -40,20 +40,24 @@ class VoxelFilter {
   /// What the last Apply returned.
   [[nodiscard]] const PointCloud& centroids() const { return centroids_; }
 
+  /// What its tables take, used or not [bytes].
+  [[nodiscard]] std::size_t held_bytes() const;
+
  private:
-  struct Slot {
+  struct Voxel {
     std::uint64_t key;
+    std::uint32_t slot;  // where slots_ names it
     // x, y, z [m] and the number of points; a float would drift where 100,000 points lie in a
     // voxel.
     alignas(16) double sum[4];
   };
 
-  Slot& Find(std::uint64_t key);
+  Voxel& Find(std::uint64_t key);
   void Grow();
 
   float voxel_size_m_;
-  std::vector<Slot> slots_;           // open addressing, linear probing, a power of two
-  std::vector<std::uint32_t> taken_;  // slots in the order in which they were taken
+  std::vector<Voxel> voxels_;         // in the order in which they were hit
+  std::vector<std::uint32_t> slots_;  // of which voxel; open addressing, a power of two
   PointCloud centroids_;
 };
 
