@@ -40,7 +40,7 @@ TEST(QueryDescriber, KeepsTheTablesOfLargeScansAndGivesBackThoseOfHugeOnes) {
   const v1::LocalizeRequest large = ScanOf(20);
   const std::int64_t held = HeldAfter(describer, large);
   EXPECT_GT(held, 10 * kMiB);
-  EXPECT_LE(held, 48 * kMiB);
+  EXPECT_LE(held, 32 * kMiB);
   EXPECT_EQ(HeldAfter(describer, ScanOf(1)), held);
   EXPECT_EQ(HeldAfter(describer, ScanOf(60)), 0);
   EXPECT_EQ(HeldAfter(describer, large), held);
@@ -53,7 +53,7 @@ TEST(QueryDescriber, LetsGoOfTheTablesOfOtherMapsFirst) {
   for (const char* other : {"b", "c", "d", "e"}) {
     const std::int64_t now = HeldAfter(describer, large, other);
     EXPECT_GE(now, held);
-    EXPECT_LE(now, 48 * kMiB);
+    EXPECT_LE(now, 32 * kMiB);
   }
 }
 

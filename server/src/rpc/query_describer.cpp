@@ -17,9 +17,9 @@ constexpr std::size_t kMaxDescribersKept = 16;
 /// Of one point on the wire: x y z.
 constexpr std::size_t kPointBytes = 12;
 
-/// Of one worker: the tables of two maps' scans of 260,000 voxels. What a larger scan took is given
-/// back.
-constexpr std::int64_t kMaxKeptBytes = std::int64_t{48} << 20;
+/// Of one worker: the tables of a scan of 260,000 voxels and its points. What a larger one took is
+/// given back.
+constexpr std::int64_t kMaxKeptBytes = std::int64_t{32} << 20;
 
 /// While a scan is described: a voxel a point, and tables that grow to twice of it, for the
 /// contexts and for the posts.
