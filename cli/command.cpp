@@ -73,6 +73,18 @@ CLI::Option* AddParsedOption(CLI::App& app, const std::string& flag,
       what);
 }
 
+void RefuseEmptyValues(CLI::App& app) {
+  const CLI::Validator given(
+      [](std::string& text) {
+        return text.empty() ? std::string("its value is empty; give one, or leave the option out")
+                            : std::string();
+      },
+      "");
+  for (CLI::Option* option : app.get_options()) {
+    if (option->get_items_expected_max() > 0) option->transform(given);  // looks first
+  }
+}
+
 void AddThreadsOption(CLI::App& app, int* num_threads, const std::string& what_for) {
   app.add_option("--threads", *num_threads, "Threads that " + what_for + "; 0: one a processor")
       ->check(InRange(0, 256))

@@ -71,6 +71,10 @@ CLI::Option* AddParsedOption(CLI::App& app, const std::string& flag,
                              std::function<absl::Status(const std::string& text)> take,
                              const std::string& what);
 
+/// Makes the options declared so far refuse an empty value, as of "$UNSET": it would pass for 0, or
+/// for an option that was not given, which may mean no encryption or no token.
+void RefuseEmptyValues(CLI::App& app);
+
 /// Declares --threads, 0 for one a processor.
 void AddThreadsOption(CLI::App& app, int* num_threads, const std::string& what_for);
 /// Declares --quiet.

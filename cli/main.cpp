@@ -85,7 +85,9 @@ int main(int argc, char** argv) {
 
   const std::vector<std::unique_ptr<Command>> commands = scanloc::cli::AllCommands();
   for (const std::unique_ptr<Command>& command : commands) {
-    command->Declare(*app.add_subcommand(command->name(), command->summary()));
+    CLI::App* declared = app.add_subcommand(command->name(), command->summary());
+    command->Declare(*declared);
+    scanloc::cli::RefuseEmptyValues(*declared);
   }
   std::string who = "scanloc";
   const auto find_chosen = [&]() -> Command* {

@@ -54,6 +54,7 @@ void Options::DeclareAnswers(CLI::App& app) {
       ->check(InRange(0.001, 1000))
       ->capture_default_str()
       ->group(group);
+  cli::RefuseEmptyValues(app);  // not of topics: an empty name is none
 }
 
 void Options::DeclareModes(CLI::App& app) {

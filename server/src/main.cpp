@@ -58,6 +58,20 @@ CLI::Option* Choose(CLI::Option* option, const CLI::TransformPairs<Choice>& choi
   return option->transform(CLI::IsMember(names))->type_name("TEXT");  // looks first
 }
 
+/// An empty value, as of "$UNSET", would pass for 0, or for an option that was not given: no
+/// tokens, no TLS, no bound of the rate.
+void RefuseEmptyValues(CLI::App& app) {
+  const CLI::Validator given(
+      [](std::string& text) {
+        return text.empty() ? std::string("its value is empty; give one, or leave the option out")
+                            : std::string();
+      },
+      "");
+  for (CLI::Option* option : app.get_options()) {
+    if (option->get_items_expected_max() > 0) option->transform(given);  // looks first
+  }
+}
+
 void Declare(CLI::App& app, CommandLine& line) {
   ServerOptions& options = line.options;
   app.add_option("--map", line.maps, "a map to serve, as NAME=FILE; once for every map")
@@ -190,6 +204,7 @@ void Declare(CLI::App& app, CommandLine& line) {
       ->type_name("FILE");
   app.set_version_flag("--version", std::string("scanlocd ") + BuildVersion());
   app.footer(kExamples);
+  RefuseEmptyValues(app);
 }
 
 int Fail(int exit_status, const absl::Status& status) {
@@ -249,7 +264,8 @@ int main(int argc, char** argv) {
     try {
       app.parse(argc, argv);
     } catch (const CLI::ParseError& error) {
-      const std::string path = app.get_config_ptr()->as<std::string>();
+      const CLI::results_t& paths = app.get_config_ptr()->results();
+      const std::string path = paths.empty() ? "" : paths.front();
       const auto in_file = line.config->Explain(error, path, {argv + 1, argv + argc});
       if (!in_file) return app.exit(error) == 0 ? 0 : scanloc::server::kExitUsage;
       std::cerr << "scanlocd: " << scanloc::Printable(*in_file) << '\n';

@@ -228,6 +228,7 @@ TEST(RosNode, RefusesWrongUsage) {
            {{"--map", "m", "--server", "h:1"}, "excludes"},
            {{"--map", "m", "--once", "--always"}, "excludes"},
            {{"--map", "m", "--domain", "400"}, "400"},
+           {{"--server", "h:1", "--token-file", ""}, "--token-file: its value is empty"},
            {{"--map", "m", "--T-base-sensor", "1,2,3"}, "--T-base-sensor"},
            {{"--map", "m", "--T-base-sensor", "1,2,nan,0,0,0"}, "nan"},
            {{"--map", Town().map1, "--points", "a b"}, "is no name of a topic"},

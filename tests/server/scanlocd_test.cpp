@@ -209,6 +209,10 @@ TEST_F(ScanlocdTest, EndsWithTwoAtWrongUsage) {
       {"--map", "town=a", "--threads", "-1"},
       {"--map", "town=a", "--max-inflight", "none"},
       {"--map", "town=a", "--drain-seconds", "nan"},
+      {"--map", "town=a", "--token-file", ""},
+      {"--map", "town=a", "--tls-client-ca", ""},
+      {"--map", "town=a", "--max-rate", ""},
+      {"--map", "town=a", "--config", ""},
       {"--map", "town=a", "--log-level", "loud"},
       {"--map", "town=a", "--what"}};
   for (const auto& arguments : wrong) {

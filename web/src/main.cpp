@@ -7,6 +7,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "api.hpp"
+#include "cli/command.hpp"
 #include "cli/connection_options.hpp"
 #include "gateway.hpp"
 #include "http_server.hpp"
@@ -69,6 +70,7 @@ void Declare(CLI::App& app, CommandLine& line) {
   app.add_option("--map", line.map, "The map of the snapshot")->type_name("NAME")->needs(snapshot);
   app.set_version_flag("--version", std::string("scanloc-web ") + SCANLOC_VERSION);
   app.footer(kExamples);
+  cli::RefuseEmptyValues(app);
 }
 
 int Fail(int exit_status, const absl::Status& status) {
