@@ -1,6 +1,8 @@
 #include "cli/command.hpp"
 
 #include <algorithm>
+#include <filesystem>
+#include <system_error>
 #include <utility>
 
 #include "absl/strings/numbers.h"
@@ -83,6 +85,26 @@ void RefuseEmptyValues(CLI::App& app) {
   for (CLI::Option* option : app.get_options()) {
     if (option->get_items_expected_max() > 0) option->transform(given);  // looks first
   }
+}
+
+absl::Status CheckOutputs(const CLI::App& command) {
+  for (const char* name : {"--out", "--csv", "--geojson", "--picture"}) {
+    const CLI::Option* output = command.get_option_no_throw(name);
+    if (output == nullptr) continue;
+    for (const CLI::Option* other : command.get_options()) {
+      if (other == output) continue;
+      for (const std::string& path : output->results()) {
+        for (const std::string& given : other->results()) {
+          std::error_code error;  // of what is no path
+          if (!std::filesystem::equivalent(path, given, error)) continue;
+          return absl::InvalidArgumentError(absl::StrCat(name, " would replace ", path,
+                                                         ", which is given as ", other->get_name(),
+                                                         ", too; choose another name"));
+        }
+      }
+    }
+  }
+  return absl::OkStatus();
 }
 
 void AddThreadsOption(CLI::App& app, int* num_threads, const std::string& what_for) {

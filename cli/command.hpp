@@ -75,6 +75,9 @@ CLI::Option* AddParsedOption(CLI::App& app, const std::string& flag,
 /// for an option that was not given, which may mean no encryption or no token.
 void RefuseEmptyValues(CLI::App& app);
 
+/// InvalidArgument: a file that the command would replace is one that it was given to read.
+[[nodiscard]] absl::Status CheckOutputs(const CLI::App& command);
+
 /// Declares --threads, 0 for one a processor.
 void AddThreadsOption(CLI::App& app, int* num_threads, const std::string& what_for);
 /// Declares --quiet.

@@ -50,8 +50,9 @@ bool IsCommand(const std::vector<std::unique_ptr<Command>>& commands, const std:
                      [&](const auto& command) { return command->name() == name; });
 }
 
-int RunCommand(Command& command, const std::string& who) {
-  const absl::Status usage = command.CheckUsage();
+int RunCommand(Command& command, const CLI::App& options, const std::string& who) {
+  absl::Status usage = command.CheckUsage();
+  usage.Update(scanloc::cli::CheckOutputs(options));
   if (!usage.ok()) {
     return Complain(who, absl::StrCat(usage.message(), "; see ", who, " --help"), kWrongUsage);
   }
@@ -107,5 +108,5 @@ int main(int argc, char** argv) {
     return HandleParseError(app, who, error);
   }
   Command* chosen = find_chosen();
-  return RunCommand(*chosen, who + " " + chosen->name());
+  return RunCommand(*chosen, *app.get_subcommand(chosen->name()), who + " " + chosen->name());
 }

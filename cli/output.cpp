@@ -6,6 +6,7 @@
 
 #include <cerrno>
 #include <csignal>
+#include <cstring>
 #include <filesystem>
 #include <system_error>
 #include <utility>
@@ -27,6 +28,16 @@ std::string Resolve(const std::string& path) {
   std::error_code error;
   const std::filesystem::path resolved = std::filesystem::weakly_canonical(path, error);
   return error ? path : resolved.string();
+}
+
+// As maps, bags and most scans have them; what is written here begins with text.
+bool HoldsZeros(const std::string& path) {
+  char head[4096];
+  const int fd = open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (fd == -1) return false;
+  const ssize_t num_read = read(fd, head, sizeof(head));
+  close(fd);
+  return num_read > 0 && std::memchr(head, 0, static_cast<std::size_t>(num_read)) != nullptr;
 }
 
 }  // namespace
@@ -54,6 +65,11 @@ absl::StatusOr<TextOutput> TextOutput::Open(const std::string& path) {
   if (exists && S_ISDIR(info.st_mode)) {
     return absl::InvalidArgumentError(
         absl::StrCat("cannot write ", path, ": it is a folder; name a file"));
+  }
+  if (exists && S_ISREG(info.st_mode) && HoldsZeros(output.target_)) {
+    return absl::AlreadyExistsError(
+        absl::StrCat("cannot write ", path, ": a file is there that holds no text, as a map or a ",
+                     "scan; remove it or choose another name"));
   }
   if (exists && !S_ISREG(info.st_mode)) {
     output.fd_ = open(output.target_.c_str(), O_WRONLY | O_CLOEXEC);

@@ -18,12 +18,12 @@ void PrepareStandardStreams();
 /// Text for stdout or a file; every failed write is told.
 ///
 /// A regular file appears under its name only once all of it is on disk, in place of one that was
-/// there before; until then, and for ever if Close is not called, it is left as it was. Devices and
-/// pipes are written directly.
+/// there before and held text; until then, and for ever if Close is not called, it is left as it
+/// was. Devices and pipes are written directly.
 class TextOutput {
  public:
-  /// "-" is stdout. NotFound, PermissionDenied, InvalidArgument (a folder) and the like, naming the
-  /// path.
+  /// "-" is stdout. AlreadyExists: a map, a scan or the like is there. NotFound, PermissionDenied,
+  /// InvalidArgument (a folder) and the like, naming the path.
   [[nodiscard]] static absl::StatusOr<TextOutput> Open(const std::string& path);
 
   TextOutput(TextOutput&& other) noexcept;

@@ -57,6 +57,17 @@ TEST(TextOutput, WritesThroughALink) {
   EXPECT_EQ(ReadFile(dir.File("real")), "new");
 }
 
+TEST(TextOutput, ReplacesNoMapOrScan) {
+  const TempDir dir;
+  const std::string map = std::string("SQLite format 3") + '\0' + "pages";
+  dir.Write("map", map);
+  const absl::Status status = WriteText(dir.File("map"), "new");
+  EXPECT_EQ(status.code(), absl::StatusCode::kAlreadyExists) << status;
+  EXPECT_NE(status.message().find(dir.File("map")), std::string::npos) << status;
+  EXPECT_EQ(ReadFile(dir.File("map")), map);
+  EXPECT_EQ(NumFiles(dir), 1);
+}
+
 TEST(TextOutput, TellsThatTheDiskIsFull) {
   EXPECT_EQ(WriteText("/dev/full", "text").code(), absl::StatusCode::kResourceExhausted);
   EXPECT_TRUE(WriteText("/dev/null", "text").ok());

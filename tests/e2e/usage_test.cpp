@@ -178,6 +178,30 @@ TEST(Usage, CsvReplacesAFileOnlyOnceItIsWhole) {
   EXPECT_EQ(no_folder.status, 1);
 }
 
+TEST(Usage, NoCommandReplacesWhatItReads) {
+  const TempDir dir;
+  const auto copy = [&](const std::string& from, const char* name) {
+    std::filesystem::copy_file(from, dir.File(name));
+    return dir.File(name);
+  };
+  const std::string map = copy(Town().map1, "map");
+  const std::string poses = copy(Town().Poses1(), "poses.txt");
+  std::filesystem::create_symlink(poses, dir.File("link"));
+  const std::string map_before = ReadFile(map);
+  const std::string poses_before = ReadFile(poses);
+  for (const Args& args : std::vector<Args>{
+           {"export", map, "--out", map},
+           {"plot", map, "--out", map},
+           {"locate", map, "--scans", Town().drive1, "--to", "0", "--csv", map},
+           {"optimize", "--scans", Town().drive1, "--poses", poses, "--out", dir.File("link")}}) {
+    const ProcessResult result = Scanloc(args);
+    EXPECT_EQ(result.status, 2) << result.err;
+    EXPECT_NE(result.err.find("choose another name"), std::string::npos) << result.err;
+  }
+  EXPECT_EQ(ReadFile(map), map_before);
+  EXPECT_EQ(ReadFile(poses), poses_before);
+}
+
 TEST(Usage, TakesAScanFromStandardInput) {
   const std::string scan = Town().drive2 + "/velodyne/000007.bin";
   const std::string command = kScanloc + " locate " + Town().map1 + " --json --quiet --scan ";

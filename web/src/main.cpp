@@ -2,13 +2,13 @@
 #include <CLI/CLI.hpp>
 #include <csignal>
 #include <cstdio>
-#include <fstream>
 #include <string>
 
 #include "absl/strings/str_cat.h"
 #include "api.hpp"
 #include "cli/command.hpp"
 #include "cli/connection_options.hpp"
+#include "cli/output.hpp"
 #include "gateway.hpp"
 #include "http_server.hpp"
 #include "page_files.hpp"
@@ -96,11 +96,7 @@ absl::Status CheckUsage(const CommandLine& line) {
 absl::Status WriteSnapshot(const CommandLine& line, const PageFiles& page, const Api& api) {
   const auto text = page.Snapshot(api, line.map, "");
   if (!text.ok()) return text.status();
-  std::ofstream file(line.snapshot, std::ios::binary | std::ios::trunc);
-  file << *text;
-  file.close();
-  if (!file) return absl::UnavailableError(absl::StrCat("cannot write ", line.snapshot));
-  return absl::OkStatus();
+  return cli::WriteText(line.snapshot, *text);
 }
 
 int Run(CommandLine line) {
