@@ -67,7 +67,7 @@ TEST(InterruptedBuild, ResumesBeforeItsFirstCommit) {
 TEST(InterruptedBuild, StopsCleanlyAtCtrlCAndSaysHowToGoOn) {
   const TempDir dir;
   const LongDrive drive = MakeLongDrive(dir, kNumScans);
-  for (const int signal : {SIGINT, SIGTERM}) {
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
     const std::string map = dir.File("stopped" + std::to_string(signal));
     Process build(Command(kScanloc, BuildLongArgs(drive, map)), kInStep);
     build.ReadLineWith("(10 %)");
