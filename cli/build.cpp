@@ -300,7 +300,14 @@ absl::Status BuildCommand::Run() {
         &text, "  the first that could not be read: ", Printable(summary->first_unreadable), "\n");
   }
   const absl::StatusOr<std::string> on_earth = geo_.Apply(map_);
-  if (!on_earth.ok()) return on_earth.status();
+  if (!on_earth.ok()) {
+    return absl::Status(
+        on_earth.status().code(),
+        absl::StrCat(
+            on_earth.status().message(), "; map ", map_,
+            " holds all its places, but not where on earth they are: give the same command "
+            "with --resume and another --geo-fixes or none"));
+  }
   text += *on_earth;
   if (!calibrate_) return WriteText("-", text);
   const absl::StatusOr<std::string> calibration = CalibrateAndTell(map_, num_threads_, quiet_);
