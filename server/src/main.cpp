@@ -235,6 +235,7 @@ int Run(CommandLine line) {
   StartLogging(spdlog::level::from_str(line.log_level), line.log_format);
   RouteLibraryLogs();
   std::signal(SIGPIPE, SIG_IGN);
+  std::signal(SIGXFSZ, SIG_IGN);  // a file as long as files may be is an error of the write
   RaiseDescriptorLimit();
   // Debian builds abseil to look for deadlocks at every lock that gRPC takes, and to remember them.
   absl::SetMutexDeadlockDetectionMode(absl::OnDeadlockCycle::kIgnore);

@@ -1,3 +1,5 @@
+#include <sys/resource.h>
+
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -94,6 +96,19 @@ TEST_F(ScanlocdOperationTest, TellsOnceThatQueriesCannotBeCaptured) {
   }
   EXPECT_GE(num_told, 1);
   EXPECT_LE(num_told, 2);  // two where a minute ended meanwhile
+}
+
+TEST_F(ScanlocdOperationTest, ServesOnWhenAFileIsAsLongAsFilesMayBe) {
+  Start({"--map", "town=" + WriteMap("town", 1), "--capture-dir", dir_.File("captures")});
+  const rlimit limit = {.rlim_cur = 100, .rlim_max = 100};
+  ASSERT_EQ(prlimit(scanlocd_->pid(), RLIMIT_FSIZE, &limit, nullptr), 0);
+  const client::Client client = Connect();
+  for (int i = 0; i < 5; ++i) {
+    ASSERT_TRUE(client.LocalizeScan(test::QueryScan(77, 3)).ok());
+  }
+  scanlocd_->Signal(SIGTERM);
+  ASSERT_EQ(scanlocd_->Wait(), 0);
+  EXPECT_THAT(scanlocd_->stderr_text(), HasSubstr("query not captured"));
 }
 
 TEST_F(ScanlocdOperationTest, LogsOneJsonObjectALine) {

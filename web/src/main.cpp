@@ -105,6 +105,7 @@ int Run(CommandLine line) {
   if (!to_server.ok()) return Fail(kExitFailed, to_server.status());
   if (auto status = client::Validate(*to_server); !status.ok()) return Fail(kExitUsage, status);
   std::signal(SIGPIPE, SIG_IGN);
+  std::signal(SIGXFSZ, SIG_IGN);
   sigset_t stop;
   sigemptyset(&stop);
   sigaddset(&stop, SIGINT);
