@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "text_file.hpp"
 
 namespace scanloc::catalogue {
 namespace {
@@ -57,8 +58,8 @@ absl::Status Copy(const std::string& from, const std::string& to, std::int64_t m
       return absl::DataLossError(
           absl::StrCat("'", from, "' has more than the ", max_bytes, " bytes that it should have"));
     }
-    if (write(target.get(), block.data(), static_cast<std::size_t>(size)) != size) {
-      return FailedTo("write", to, errno == 0 ? ENOSPC : errno);
+    if (!WriteAll(target.get(), {block.data(), static_cast<std::size_t>(size)})) {
+      return FailedTo("write", to, errno);
     }
   }
   return fsync(target.get()) == 0 ? absl::OkStatus() : FailedTo("write", to, errno);

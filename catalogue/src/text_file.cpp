@@ -19,15 +19,23 @@ constexpr std::uintmax_t kMaxFileBytes = 64 << 20;
 
 }  // namespace
 
+bool WriteAll(int fd, absl::string_view bytes) {
+  while (!bytes.empty()) {
+    const ssize_t size = write(fd, bytes.data(), bytes.size());  // a full disk takes a part first
+    if (size < 0 && errno != EINTR) return false;
+    if (size > 0) bytes.remove_prefix(static_cast<std::size_t>(size));
+  }
+  return true;
+}
+
 absl::Status WriteTextFile(const std::string& path, const std::string& text) {
   const std::string next = absl::StrCat(path, ".next");
   const int file = open(next.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
-  const bool is_written =
-      file >= 0 && write(file, text.data(), text.size()) == static_cast<ssize_t>(text.size()) &&
-      fsync(file) == 0;
+  const bool is_written = file >= 0 && WriteAll(file, text) && fsync(file) == 0 &&
+                          rename(next.c_str(), path.c_str()) == 0;
   const int why = errno;
   if (file >= 0) close(file);
-  if (is_written && rename(next.c_str(), path.c_str()) == 0) return absl::OkStatus();
+  if (is_written) return absl::OkStatus();
   unlink(next.c_str());
   return absl::ResourceExhaustedError(
       absl::StrCat("cannot write '", path, "': ", std::strerror(why), "; it is as it was"));

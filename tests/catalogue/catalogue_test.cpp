@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
+#include "support/file_size_limit.hpp"
 #include "support/postgres.hpp"
 #include "support/temp_dir.hpp"
 
@@ -204,6 +205,20 @@ TEST(FolderCatalogue, SaysThatItIsDamaged) {
     EXPECT_EQ((*catalogue)->Live().status().code(), absl::StatusCode::kDataLoss) << text;
     EXPECT_FALSE((*catalogue)->Publish(VersionOf("town", 'a')).ok()) << "it would be written over";
   }
+}
+
+TEST(FolderCatalogue, StaysAsItWasWhenThereIsNoRoom) {
+  const test::TempDir dir;
+  auto catalogue = *OpenCatalogue(dir.path().string());
+  ASSERT_TRUE(catalogue->Publish(VersionOf("town", 'a')).ok());
+  absl::Status status;
+  {
+    const test::FileSizeLimit limit(100);
+    status = catalogue->Publish(VersionOf("town", 'b'));
+  }
+  EXPECT_EQ(status.code(), absl::StatusCode::kResourceExhausted) << status;
+  EXPECT_THAT(status.message(), testing::HasSubstr("File too large"));
+  EXPECT_THAT(*catalogue->Live(), ElementsAre(IsOf('a')));
 }
 
 TEST(PostgresCatalogue, ComesBackAfterTheDatabase) {

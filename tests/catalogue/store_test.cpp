@@ -6,6 +6,7 @@
 #include <csignal>
 #include <filesystem>
 
+#include "support/file_size_limit.hpp"
 #include "support/paths.hpp"
 #include "support/process.hpp"
 #include "support/temp_dir.hpp"
@@ -120,6 +121,20 @@ TEST(FolderStore, TellsThatTheDiskIsFull) {
   ASSERT_TRUE(store->Put("name", dir.Write("file", std::string(1000, 'x'))).ok());
   EXPECT_EQ(store->Get("name", "/dev/full", 1000, kGoOn).code(),
             absl::StatusCode::kResourceExhausted);
+}
+
+TEST(FolderStore, SaysWhyAFileHadRoomForAPartAlone) {
+  const test::TempDir dir;
+  const std::string path = dir.Write("file", std::string(100'000, 'x'));
+  auto store = *OpenStore(dir.File("store"));
+  absl::Status status;
+  {
+    const test::FileSizeLimit limit(60'000);
+    status = store->Put("name", path);
+  }
+  EXPECT_EQ(status.code(), absl::StatusCode::kResourceExhausted) << status;
+  EXPECT_THAT(status.message(), testing::HasSubstr("File too large"));
+  EXPECT_TRUE(fs::is_empty(dir.File("store")));
 }
 
 TEST(OpenStore, RefusesWhatIsNone) {

@@ -2,16 +2,15 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <sys/resource.h>
 
 #include <algorithm>
-#include <csignal>
 #include <cstring>
 #include <functional>
 #include <sstream>
 #include <string>
 #include <vector>
 
+#include "support/file_size_limit.hpp"
 #include "support/temp_dir.hpp"
 
 namespace scanloc::sim {
@@ -186,34 +185,12 @@ TEST(DriveWriter, WritesNothingForBadOptions) {
   EXPECT_FALSE(fs::exists(dir.path() / "a"));
 }
 
-/// Lets no file of this process grow beyond a size, as a full disk would.
-class FileSizeLimit {
- public:
-  explicit FileSizeLimit(rlim_t num_bytes) {
-    getrlimit(RLIMIT_FSIZE, &before_);
-    rlimit limit = before_;
-    limit.rlim_cur = num_bytes;
-    setrlimit(RLIMIT_FSIZE, &limit);
-    handler_ = std::signal(SIGXFSZ, SIG_IGN);
-  }
-  FileSizeLimit(const FileSizeLimit&) = delete;
-  FileSizeLimit& operator=(const FileSizeLimit&) = delete;
-  ~FileSizeLimit() {
-    setrlimit(RLIMIT_FSIZE, &before_);
-    std::signal(SIGXFSZ, handler_);
-  }
-
- private:
-  rlimit before_{};
-  void (*handler_)(int) = nullptr;
-};
-
 TEST(DriveWriter, SaysThatTheDiskIsFullAndLeavesNoPoses) {
   const TempDir dir;
   const fs::path out = dir.path() / "drive";
   absl::Status status;
   {
-    const FileSizeLimit limit(10'000);
+    const test::FileSizeLimit limit(10'000);
     status = Simulate(Small(), out, 2);
   }
   EXPECT_EQ(status.code(), absl::StatusCode::kResourceExhausted) << status;
