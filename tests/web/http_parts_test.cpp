@@ -15,6 +15,14 @@ TEST(ParseTarget, TakesPathAndParametersApart) {
   EXPECT_EQ(request.Parameter("w"), std::nullopt);
 }
 
+TEST(ParseTarget, TakesTextOnly) {
+  Request request;
+  EXPECT_TRUE(ParseTarget("/v1/answers?map=%C3%A9", &request).ok());
+  for (const char* bad : {"/v1/answers?map=%ff", "/%c3", "/v1?%80=1", "/%00"}) {
+    EXPECT_FALSE(ParseTarget(bad, &request).ok()) << bad;
+  }
+}
+
 TEST(ParseAddress, TakesHostsAndPortsOnly) {
   EXPECT_EQ(ParseAddress("127.0.0.1:80")->second, 80);
   EXPECT_EQ(ParseAddress("[::1]:0")->first, "::1");

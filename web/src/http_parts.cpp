@@ -39,6 +39,11 @@ absl::StatusOr<std::string> Unescape(absl::string_view text, bool plus_is_space)
   if (plain.find('\0') != std::string::npos) {
     return absl::InvalidArgumentError("the URL has a zero byte");
   }
+  for (std::string_view rest = plain; !rest.empty();) {
+    const std::size_t num_bytes = FirstUtf8Character(rest).num_bytes;
+    if (num_bytes == 0) return absl::InvalidArgumentError("the URL is not UTF-8 text");
+    rest.remove_prefix(num_bytes);
+  }
   return plain;
 }
 
