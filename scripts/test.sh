@@ -21,6 +21,7 @@ if [[ ${#programs[@]} -eq 0 ]]; then
 fi
 cmake --build --preset "$preset" --target "${programs[@]}"
 export UBSAN_OPTIONS=halt_on_error=1:print_stacktrace=1
+export TSAN_OPTIONS=ignore_noninstrumented_modules=1:halt_on_error=1:suppressions=$PWD/tests/tsan_suppressions.txt
 for program in "${programs[@]}"; do
   "build/$preset/tests/$program" --gtest_brief=1
 done
