@@ -71,6 +71,11 @@ absl::Status SqliteError(sqlite3* database, int code, const std::string& path) {
       return absl::PermissionDeniedError(absl::StrCat(
           "cannot open map '", path, "': ", what, "; check the rights to the file and its folder"));
     case SQLITE_READONLY:
+      if (code == SQLITE_READONLY_DBMOVED) {
+        return absl::FailedPreconditionError(
+            absl::StrCat("map '", path, "' was moved, replaced or removed while it was written; ",
+                         "put its file back and build with --resume, or build it again"));
+      }
       return absl::PermissionDeniedError(
           absl::StrCat("cannot write map '", path, "': ", what,
                        "; check the rights to the file and its folder"));

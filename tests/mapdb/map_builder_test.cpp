@@ -122,6 +122,16 @@ TEST_F(MapBuilderTest, RefusesDescriptorsOfOtherShapesAndGoesOn) {
   EXPECT_TRUE(builder.Finish().ok());
 }
 
+TEST_F(MapBuilderTest, SaysThatItsFileWasRemoved) {
+  MapBuilder builder = Created(3);
+  ASSERT_TRUE(AddUpTo(builder, 1).ok());
+  ASSERT_TRUE(builder.Commit().ok());
+  std::filesystem::remove(path_);
+  absl::Status status = AddUpTo(builder, 3);
+  status.Update(builder.Commit());
+  ExpectStatus(status, absl::StatusCode::kFailedPrecondition, "moved, replaced or removed");
+}
+
 TEST_F(MapBuilderTest, CreatesNothingOverAnExistingFile) {
   const std::string path = dir_.Write("mine", "precious");
   ExpectStatus(MapBuilder::Create(path, SmallParams(), SmallPlan("one", 2)).status(),
