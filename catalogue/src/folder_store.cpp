@@ -71,8 +71,6 @@ class FolderStore : public Store {
 
   absl::Status Put(const std::string& name, const std::string& path) override {
     const std::string target = absl::StrCat(folder_, "/", name);
-    std::error_code error;
-    if (fs::exists(target, error)) return absl::OkStatus();
     const std::string part = absl::StrCat(target, ".part-", getpid());
     absl::Status status =
         Copy(path, part, std::numeric_limits<std::int64_t>::max(), [] { return true; });

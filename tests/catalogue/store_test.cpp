@@ -5,6 +5,7 @@
 
 #include <csignal>
 #include <filesystem>
+#include <fstream>
 
 #include "support/file_size_limit.hpp"
 #include "support/paths.hpp"
@@ -51,6 +52,15 @@ TEST_P(StoreTest, GivesWhatItWasGiven) {
   ASSERT_TRUE(got.ok()) << got;
   EXPECT_EQ(test::ReadFile(dir_.File("copy")), bytes);
   EXPECT_EQ(*Sha256OfFile(dir_.File("copy")), *Sha256OfFile(path));
+}
+
+TEST_P(StoreTest, MendsWhatItHadDamaged) {
+  const std::string path = dir_.Write("file", "as it was published");
+  std::ofstream(folder_ + "/name") << "cut";
+  const auto store = Open();
+  ASSERT_TRUE(store->Put("name", path).ok());
+  ASSERT_TRUE(store->Get("name", dir_.File("copy"), 1000, kGoOn).ok());
+  EXPECT_EQ(test::ReadFile(dir_.File("copy")), "as it was published");
 }
 
 TEST_P(StoreTest, RefusesWhatIsNotThereOrTooLong) {

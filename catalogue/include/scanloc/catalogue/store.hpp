@@ -16,8 +16,8 @@ class Store {
  public:
   virtual ~Store() = default;
 
-  /// Copies a file there. Until it is complete nothing is there under the name. No effect where
-  /// there is one.
+  /// Copies a file there. Until it is complete, what was there under the name stays: nothing, or
+  /// the same file, which may have been damaged meanwhile.
   [[nodiscard]] virtual absl::Status Put(const std::string& name, const std::string& path) = 0;
 
   /// Copies the file to a path, over what is there, and fails if it would have more than max_bytes.
