@@ -5,6 +5,7 @@
 #include <condition_variable>
 #include <limits>
 #include <mutex>
+#include <new>
 #include <system_error>
 
 #include "absl/strings/str_cat.h"
@@ -35,12 +36,21 @@ class JobRun {
   }
 
  private:
+  // An exception that left the thread would end the process.
+  absl::Status Do(std::size_t number, std::size_t worker) const {
+    try {
+      return job_(number, worker);
+    } catch (const std::bad_alloc&) {
+      return absl::ResourceExhaustedError("out of memory");
+    }
+  }
+
   void Work(std::size_t worker) {
     while (true) {
       const std::size_t i = next_.fetch_add(1);
       absl::Status status;
       const bool is_over = i >= num_jobs_ || has_failed_;
-      if (!is_over) status = job_(i, worker);
+      if (!is_over) status = Do(i, worker);
       const std::lock_guard lock(mutex_);
       if (!status.ok()) {
         has_failed_ = true;

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <new>
 
 #include "absl/strings/str_cat.h"
 #include "scanloc/jobs/ordered_jobs.hpp"
@@ -40,6 +41,17 @@ TEST(RunJobs, DoesAllAndTellsTheFirstErrorInOrder) {
       },
       [](std::size_t) {});
   EXPECT_EQ(failed, absl::NotFoundError("job 4"));
+}
+
+TEST(RunJobs, TellsThatMemoryRanOut) {
+  const absl::Status status = RunJobs(
+      2, 10,
+      [](std::size_t i, std::size_t) -> absl::Status {
+        if (i == 3) throw std::bad_alloc();
+        return absl::OkStatus();
+      },
+      [](std::size_t) {});
+  EXPECT_EQ(status.code(), absl::StatusCode::kResourceExhausted) << status;
 }
 
 TEST(OrderedJobs, GiveResultsInOrderAndRunAheadByAWindow) {
