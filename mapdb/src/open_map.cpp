@@ -43,12 +43,25 @@ absl::Status StartReading(Connection& connection) {
   return connection.QueryInt(schema::kCountPages).status();
 }
 
+// Of what could not be opened: without rights to it, or with no descriptor left.
+bool MayBeJournal(const std::string& journal) {
+  using std::filesystem::file_type;
+  std::error_code error;
+  const file_type type = std::filesystem::symlink_status(journal, error).type();
+  return type == file_type::regular || type == file_type::not_found || type == file_type::none;
+}
+
 // What lies in the way of a reader or writer, beside the map.
 absl::Status JournalError(const std::string& path) {
   const std::string journal = JournalOf(path);
   const std::string beside = absl::StrCat("beside map '", path, "' lies '", journal, "', ");
   switch (LookAtJournal(journal)) {
     case JournalState::kNoFile:
+      if (MayBeJournal(journal)) {  // and then the map needs it
+        return absl::UnavailableError(
+            absl::StrCat("cannot look at the journal of map '", path, "', '", journal,
+                         "': check the rights to it and its folder, and the limit of open files"));
+      }
       return absl::FailedPreconditionError(absl::StrCat(
           beside, "which is no file that can be read; no build makes such: remove it"));
     case JournalState::kNamesAnother:

@@ -1,6 +1,7 @@
 // Maps whose contexts and structures stay in their file.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
 #include <filesystem>
 #include <thread>
@@ -130,6 +131,18 @@ TEST_F(OpenMapTest, GoesOnWhileTheFileIsAppendedToReplacedOrRemoved) {
 }
 
 // Sound in itself, with all its checksums, but another map.
+TEST_F(OpenMapTest, HasNoJournalRemovedThatItCannotLookAt) {
+  rlimit before = {};
+  ASSERT_EQ(getrlimit(RLIMIT_NOFILE, &before), 0);
+  rlimit none_left = before;
+  none_left.rlim_cur = 3;
+  ASSERT_EQ(setrlimit(RLIMIT_NOFILE, &none_left), 0);
+  const absl::Status status = OpenMap(path_).status();
+  ASSERT_EQ(setrlimit(RLIMIT_NOFILE, &before), 0);
+  EXPECT_THAT(status.message(), testing::HasSubstr("limit of open files"));
+  EXPECT_THAT(status.message(), testing::Not(testing::HasSubstr("remove")));
+}
+
 TEST_F(OpenMapTest, RefusesWhatWasWrittenOverItInPlace) {
   const auto opened = LocalizerOf(OpenMap(path_));
   Build(dir_.File("b.scanloc"), 700, Params());
