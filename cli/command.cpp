@@ -75,18 +75,6 @@ CLI::Option* AddParsedOption(CLI::App& app, const std::string& flag,
       what);
 }
 
-void RefuseEmptyValues(CLI::App& app) {
-  const CLI::Validator given(
-      [](std::string& text) {
-        return text.empty() ? std::string("its value is empty; give one, or leave the option out")
-                            : std::string();
-      },
-      "");
-  for (CLI::Option* option : app.get_options()) {
-    if (option->get_items_expected_max() > 0) option->transform(given);  // looks first
-  }
-}
-
 absl::Status CheckOutputs(const CLI::App& command) {
   for (const char* name : {"--out", "--csv", "--geojson", "--picture"}) {
     const CLI::Option* output = command.get_option_no_throw(name);

@@ -71,10 +71,6 @@ CLI::Option* AddParsedOption(CLI::App& app, const std::string& flag,
                              std::function<absl::Status(const std::string& text)> take,
                              const std::string& what);
 
-/// Makes the options declared so far refuse an empty value, as of "$UNSET": it would pass for 0, or
-/// for an option that was not given, which may mean no encryption or no token.
-void RefuseEmptyValues(CLI::App& app);
-
 /// InvalidArgument: a file that the command would replace is one that it was given to read.
 [[nodiscard]] absl::Status CheckOutputs(const CLI::App& command);
 

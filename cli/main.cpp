@@ -12,6 +12,7 @@
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
 #include "cli/command.hpp"
+#include "cli/empty_values.hpp"
 #include "cli/output.hpp"
 #include "scanloc/core/printable.hpp"
 

@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "cli/command.hpp"
+#include "cli/empty_values.hpp"
 #include "scanloc/core/limits.hpp"
 
 namespace scanloc::ros2 {

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "absl/synchronization/mutex.h"
+#include "cli/empty_values.hpp"
 #include "config_file.hpp"
 #include "front/listener.hpp"
 #include "front/memory.hpp"
@@ -56,20 +57,6 @@ CLI::Option* Choose(CLI::Option* option, const CLI::TransformPairs<Choice>& choi
   for (const auto& [name, choice] : choices) names.push_back(name);
   option->transform(CLI::Transformer(choices).description(""));
   return option->transform(CLI::IsMember(names))->type_name("TEXT");  // looks first
-}
-
-/// An empty value, as of "$UNSET", would pass for 0, or for an option that was not given: no
-/// tokens, no TLS, no bound of the rate.
-void RefuseEmptyValues(CLI::App& app) {
-  const CLI::Validator given(
-      [](std::string& text) {
-        return text.empty() ? std::string("its value is empty; give one, or leave the option out")
-                            : std::string();
-      },
-      "");
-  for (CLI::Option* option : app.get_options()) {
-    if (option->get_items_expected_max() > 0) option->transform(given);  // looks first
-  }
 }
 
 void Declare(CLI::App& app, CommandLine& line) {
@@ -204,7 +191,7 @@ void Declare(CLI::App& app, CommandLine& line) {
       ->type_name("FILE");
   app.set_version_flag("--version", std::string("scanlocd ") + BuildVersion());
   app.footer(kExamples);
-  RefuseEmptyValues(app);
+  cli::RefuseEmptyValues(app);
 }
 
 int Fail(int exit_status, const absl::Status& status) {

@@ -6,8 +6,8 @@
 
 #include "absl/strings/str_cat.h"
 #include "api.hpp"
-#include "cli/command.hpp"
 #include "cli/connection_options.hpp"
+#include "cli/empty_values.hpp"
 #include "cli/output.hpp"
 #include "gateway.hpp"
 #include "http_server.hpp"
