@@ -71,6 +71,17 @@ TEST(OrderedJobs, GiveResultsInOrderAndRunAheadByAWindow) {
   EXPECT_LE(farthest, 4);  // the one that is just being taken, and a window from there
 }
 
+TEST(OrderedJobs, ThrowWhatAJobThrewWhereItIsTaken) {
+  OrderedJobs<int> jobs(0, 10, 2, [](std::size_t number, std::size_t) {
+    if (number == 1) throw std::bad_alloc();
+    return static_cast<int>(number);
+  });
+  ASSERT_TRUE(jobs.Start(2).ok());
+  EXPECT_EQ(jobs.Take(), 0);
+  EXPECT_THROW((void)jobs.Take(), std::bad_alloc);
+  EXPECT_EQ(jobs.Take(), 2);
+}
+
 TEST(OrderedJobs, EndWithoutHavingBeenTaken) {
   std::atomic<int> num_done = 0;
   {

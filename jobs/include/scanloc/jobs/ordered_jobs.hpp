@@ -2,6 +2,7 @@
 
 #include <condition_variable>
 #include <cstddef>
+#include <exception>
 #include <functional>
 #include <mutex>
 #include <optional>
@@ -46,22 +47,34 @@ class OrderedJobs {
   }
 
   /// The next result in order; waits for it. From one thread, and no oftener than there are jobs.
+  /// Throws what its job threw.
   [[nodiscard]] Result Take() {
     std::unique_lock lock(mutex_);
-    std::optional<Result>& slot = slots_[next_take_ % slots_.size()];
-    is_ready_.wait(lock, [&] { return slot.has_value(); });
-    std::optional<Result> result = std::exchange(slot, std::nullopt);
+    Slot& slot = slots_[next_take_ % slots_.size()];
+    is_ready_.wait(lock, [&] { return slot.result.has_value() || slot.thrown != nullptr; });
+    Slot taken = std::exchange(slot, {});
     ++next_take_;
     may_claim_.notify_one();
-    return *std::move(result);
+    if (taken.thrown != nullptr) std::rethrow_exception(taken.thrown);
+    return *std::move(taken.result);
   }
 
  private:
+  struct Slot {
+    std::optional<Result> result;
+    std::exception_ptr thrown;
+  };
+
   void Work(std::size_t worker) {
     while (const std::optional<std::size_t> number = Claim()) {
-      Result result = job_(*number, worker);
+      Slot done;
+      try {
+        done.result = job_(*number, worker);
+      } catch (...) {  // out of this thread it would end the process
+        done.thrown = std::current_exception();
+      }
       const std::lock_guard lock(mutex_);
-      slots_[*number % slots_.size()] = std::move(result);
+      slots_[*number % slots_.size()] = std::move(done);
       is_ready_.notify_one();
     }
   }
@@ -81,7 +94,7 @@ class OrderedJobs {
   std::size_t next_claim_;
   std::size_t next_take_;
   const std::size_t end_;
-  std::vector<std::optional<Result>> slots_;
+  std::vector<Slot> slots_;
   std::vector<std::jthread> threads_;  // last: joined first
 };
 
