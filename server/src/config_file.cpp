@@ -31,6 +31,12 @@ std::vector<CLI::ConfigItem> ConfigFile::from_config(std::istream& input) const 
   std::istringstream stream(text);
   std::vector<CLI::ConfigItem> found = CLI::ConfigTOML::from_config(stream);
   for (const CLI::ConfigItem& item : found) names_.push_back(item.fullname());
+  for (const CLI::ConfigItem& item : found) {
+    // A flag would be taken for set by it.
+    if (std::count(item.inputs.begin(), item.inputs.end(), "") == 0) continue;
+    throw CLI::ValidationError("--" + item.fullname(),
+                               "its value is empty; give one, or leave the option out");
+  }
   return found;
 }
 

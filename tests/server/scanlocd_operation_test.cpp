@@ -199,6 +199,7 @@ TEST_F(ScanlocdOperationTest, SaysInWhichLineOfTheConfigFileTheMistakeIs) {
        {Case{"# limits\n\nmax-pionts = 100\n", ":3: no option is named \"max-pionts\""},
         Case{"max-points = 100\n  max-inflight = \"many\"\n", ":2: "},
         Case{"max-points 100\n", ":1: "}, Case{"max-points = 1\n[limits]\nmax-rate = 1\n", ":2: "},
+        Case{"allow-plaintext = \"\"\n", ":1: --allow-plaintext: its value is empty"},
         Case{"log-requests = \"most\"\n", ":1: --log-requests: most not in {none,failed,all}"}}) {
     const std::string config = dir_.Write("scanlocd.toml", text);
     const test::ProcessResult result =
