@@ -223,7 +223,7 @@ int Run(CommandLine line) {
   RouteLibraryLogs();
   std::signal(SIGPIPE, SIG_IGN);
   std::signal(SIGXFSZ, SIG_IGN);  // a file as long as files may be is an error of the write
-  RaiseDescriptorLimit();
+  if (auto status = RaiseDescriptorLimit(); !status.ok()) return Fail(kExitFailed, status);
   // Debian builds abseil to look for deadlocks at every lock that gRPC takes, and to remember them.
   absl::SetMutexDeadlockDetectionMode(absl::OnDeadlockCycle::kIgnore);
   BlockStopSignals();

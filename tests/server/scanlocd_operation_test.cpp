@@ -223,6 +223,15 @@ TEST_F(ScanlocdOperationTest, SaysThatThereCanBeNoSoManyThreads) {
 }
 #endif
 
+TEST_F(ScanlocdOperationTest, SaysThatTooFewFilesMayBeOpen) {
+  const std::string map = WriteMap("town", 1);
+  const test::ProcessResult result = test::RunProcess(
+      {"/bin/sh", "-c",
+       "ulimit -n 8; exec " + test::BinDir() + "/scanlocd --listen 127.0.0.1:0 --map town=" + map});
+  EXPECT_EQ(result.status, 1) << result.err;
+  EXPECT_THAT(result.err, HasSubstr("only 8 files and connections may be open"));
+}
+
 TEST_F(ScanlocdOperationTest, WarnsOfAHalfBuiltMap) {
   const std::string path = dir_.File("half.scanloc");
   test::WriteSmallMap(path, 1, 3, {}, /*num_left=*/2);

@@ -67,13 +67,19 @@ void Cut(int socket) {
 
 }  // namespace
 
-void RaiseDescriptorLimit() {
+absl::Status RaiseDescriptorLimit() {
+  constexpr rlim_t kLeast = kOwnDescriptors + kDescriptorsPerConnection * kMinConnections;
   rlimit limit = {};
-  if (getrlimit(RLIMIT_NOFILE, &limit) != 0 || limit.rlim_cur == limit.rlim_max) return;
-  limit.rlim_cur = limit.rlim_max;
-  if (setrlimit(RLIMIT_NOFILE, &limit) != 0) {
+  if (getrlimit(RLIMIT_NOFILE, &limit) != 0) return absl::OkStatus();
+  const rlim_t before = std::exchange(limit.rlim_cur, limit.rlim_max);
+  if (before != limit.rlim_max && setrlimit(RLIMIT_NOFILE, &limit) != 0) {
     spdlog::warn("cannot raise the number of open files: {}", std::strerror(errno));
+    limit.rlim_cur = before;
   }
+  if (limit.rlim_cur >= kLeast) return absl::OkStatus();
+  return absl::FailedPreconditionError(
+      absl::StrCat("only ", limit.rlim_cur, " files and connections may be open at once, and ",
+                   kLeast, " are needed: raise the limit (ulimit -n, LimitNOFILE)"));
 }
 
 int MaxConnections(std::int64_t max_memory_bytes) {

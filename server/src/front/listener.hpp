@@ -17,7 +17,8 @@
 namespace scanloc::server {
 
 /// Raises the number of files and connections that the process may have open as far as it may.
-void RaiseDescriptorLimit();
+/// FailedPrecondition: these are fewer than a server needs; gRPC ends the process without them.
+[[nodiscard]] absl::Status RaiseDescriptorLimit();
 
 /// What gRPC holds for a connection with nothing on it, and some.
 inline constexpr std::int64_t kBytesPerConnection = std::int64_t{64} << 10;
