@@ -48,6 +48,8 @@ class KeyBatches {
   /// Components of a key as Quantize gives it.
   [[nodiscard]] std::size_t key_size() const { return 2 * num_pairs_; }
 
+  /// Gives back the memory that was kept for more batches.
+  void ShrinkToFit() { components_.shrink_to_fit(); }
   /// Appends a batch of at most kNumLanes keys, each of key_size() components; the lanes left over
   /// hold nothing.
   void Append(std::span<const std::int16_t* const> keys);

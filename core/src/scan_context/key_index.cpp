@@ -19,19 +19,14 @@ double GrowthOf(std::size_t num_places) {
 }  // namespace
 
 KeyEffort EffortFor(std::size_t num_places, int k) {
-  // For 700, half as many compared find 7 fewer of 500 scans in a town of 33,332 places, an exact
-  // search finds 2 more (docs/algorithm.md, "As the map grows").
   constexpr double kNumScanned = 65'536;
   constexpr double kGrowthOfScanned = 0.4;
-  constexpr std::size_t kNumComparedForOne = 8;
-  constexpr std::size_t kNumComparedForMany = 5'600;
-  constexpr std::size_t kNumComparedForOneOfMany = 3;
+  constexpr std::size_t kNumComparedForOne = 2;
   if (num_places <= kMaxExactPlaces) return {};
   const auto num_found = static_cast<std::size_t>(std::max(1, k));
   const double growth = GrowthOf(num_places);
   return {.max_scanned = static_cast<std::size_t>(kNumScanned * std::pow(growth, kGrowthOfScanned)),
-          .max_compared = std::max(std::min(kNumComparedForOne * num_found, kNumComparedForMany),
-                                   kNumComparedForOneOfMany * num_found)};
+          .max_compared = kNumComparedForOne * num_found};
 }
 
 int NumToFind(std::size_t num_places, int k) {

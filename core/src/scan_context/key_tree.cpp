@@ -90,16 +90,19 @@ KeyTree::KeyTree(const ContextTable& table, KeyScale scale, std::size_t begin, s
     batches_.Quantize(turned.data(), std::span(keys.components).subspan(size));
     entries.push_back(static_cast<std::uint32_t>(i - begin));
   }
-  Build(keys, entries, BoxOf(keys, entries));
+  Build(keys, entries);
+  batches_.ShrinkToFit();
+  owners_.shrink_to_fit();
 }
 
-KeyTree::Box KeyTree::BoxOf(const Keys& keys, std::span<const std::uint32_t> entries) {
+KeyTree::Box KeyTree::BoxOf(const Keys& keys, std::span<const std::uint32_t> entries,
+                            std::size_t num_components) {
   std::array<std::int16_t, kMaxHeld> low;
   std::array<std::int16_t, kMaxHeld> high;
   low.fill(std::numeric_limits<std::int16_t>::max());
   high.fill(std::numeric_limits<std::int16_t>::min());
   for (const std::uint32_t i : entries) {
-    for (std::size_t c = 0; c < keys.size; c += kWidened) {
+    for (std::size_t c = 0; c < num_components; c += kWidened) {
       Widen(keys.Key(i) + c, &low[c], &high[c]);
     }
   }
@@ -108,11 +111,12 @@ KeyTree::Box KeyTree::BoxOf(const Keys& keys, std::span<const std::uint32_t> ent
   return box;
 }
 
-void KeyTree::Build(const Keys& keys, std::span<std::uint32_t> entries, const Box& box) {
+void KeyTree::Build(const Keys& keys, std::span<std::uint32_t> entries) {
   if (entries.size() <= kLeafSize) {
-    AppendLeaf(keys, entries, box);
+    AppendLeaf(keys, entries);
     return;
   }
+  const Box box = BoxOf(keys, entries, kNumLead);
   const auto widest = std::max_element(
       box.begin(), box.begin() + kNumLead,
       [](const Interval& a, const Interval& b) { return a.high - a.low < b.high - b.low; });
@@ -125,11 +129,12 @@ void KeyTree::Build(const Keys& keys, std::span<std::uint32_t> entries, const Bo
   if (num_first == 0 || num_first == entries.size()) num_first = entries.size() / 2;
   for (const std::span<std::uint32_t> part :
        {entries.first(num_first), entries.subspan(num_first)}) {
-    Build(keys, part, BoxOf(keys, part));
+    Build(keys, part);
   }
 }
 
-void KeyTree::AppendLeaf(const Keys& keys, std::span<const std::uint32_t> entries, const Box& box) {
+void KeyTree::AppendLeaf(const Keys& keys, std::span<const std::uint32_t> entries) {
+  const Box box = BoxOf(keys, entries, keys.size);
   const std::size_t lane = leaves_.size() % kNumBoxes;
   if (lane == 0) boxes_.emplace_back();
   for (std::size_t c = 0; c < keys.size; ++c) {

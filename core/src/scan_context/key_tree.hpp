@@ -61,11 +61,13 @@ class KeyTree {
     std::array<std::int16_t, 16 * kMaxHeld> high{};
   };
 
-  static Box BoxOf(const Keys& keys, std::span<const std::uint32_t> entries);
+  /// Of the first components, a multiple of eight.
+  static Box BoxOf(const Keys& keys, std::span<const std::uint32_t> entries,
+                   std::size_t num_components);
   /// Cuts the widest component in its middle until few enough keys are left for a leaf.
-  void Build(const Keys& keys, std::span<std::uint32_t> entries, const Box& box);
+  void Build(const Keys& keys, std::span<std::uint32_t> entries);
   /// In batches of KeyBatches::kNumLanes; the last one is filled up with rows that nobody owns.
-  void AppendLeaf(const Keys& keys, std::span<const std::uint32_t> entries, const Box& box);
+  void AppendLeaf(const Keys& keys, std::span<const std::uint32_t> entries);
 
   /// A key as the batches hold theirs, and its length.
   struct Turned {
