@@ -29,6 +29,10 @@ SCANLOC_SIMD void FindCells(const float* __restrict x_m, const float* __restrict
   }
 }
 
+/// A word a grid of a block, and those of each binary digit.
+using GridWords = std::array<std::uint64_t, BearingBlock::kSize>;
+using GridDigits = std::array<GridWords, TurnCounts::kNumDigits>;
+
 using FourWords = std::uint64_t __attribute__((vector_size(32)));
 using EightWords = std::uint64_t __attribute__((vector_size(64)));
 
@@ -44,10 +48,10 @@ struct SideBySide {
 
   /// Adds the rings' words, each turned back by a cell's sector so that its bits are turns of the
   /// query: 64 turns of all grids at once, as numbers in binary digits; and the greatest of each.
-  static inline __attribute__((always_inline)) void Count(const std::uint64_t* rings,
+  static inline __attribute__((always_inline)) void Count(const BearingBlock::Rings& rings,
+                                                          std::size_t first_grid,
                                                           std::span<const std::uint16_t> cells,
-                                                          std::uint64_t* counts,
-                                                          std::uint64_t* most_of_all) {
+                                                          GridDigits& counts, GridWords& most) {
     Words digits[TurnCounts::kNumDigits] = {};
     Words ones = {};
     Words twos = {};
@@ -58,8 +62,7 @@ struct SideBySide {
         const std::size_t cell = cells[begin + i];
         const std::uint64_t sector = cell % BearingGrid::kNumSectors;
         Words ring;
-        std::memcpy(&ring, rings + cell / BearingGrid::kNumSectors * BearingBlock::kSize,
-                    sizeof(ring));
+        std::memcpy(&ring, &rings[cell / BearingGrid::kNumSectors][first_grid], sizeof(ring));
         turned[i] = (ring >> sector) | (ring << ((64U - sector) % 64U));
       }
       Words carry_twos[4];
@@ -82,29 +85,29 @@ struct SideBySide {
     digits[1] = twos;
     digits[2] = fours;
     Words among = ~Words{};
-    Words most = {};
+    Words greatest = {};
     for (std::size_t digit = TurnCounts::kNumDigits; digit-- > 0;) {
       const Words greater = among & digits[digit];
       among = greater != Words{} ? greater : among;
-      most |= greater != Words{} ? Words{} + (std::uint64_t{1} << digit) : Words{};
-      std::memcpy(counts + digit * BearingBlock::kSize, &digits[digit], sizeof(Words));
+      greatest |= greater != Words{} ? Words{} + (std::uint64_t{1} << digit) : Words{};
+      std::memcpy(&counts[digit][first_grid], &digits[digit], sizeof(Words));
     }
-    std::memcpy(most_of_all, &most, sizeof(most));
+    std::memcpy(&most[first_grid], &greatest, sizeof(Words));
   }
 };
 
-SCANLOC_SIMD void CountTurned(const std::uint64_t* rings, std::span<const std::uint16_t> cells,
-                              std::uint64_t* counts, std::uint64_t* most) {
-  SideBySide<FourWords>::Count(rings, cells, counts, most);
-  SideBySide<FourWords>::Count(rings + 4, cells, counts + 4, most + 4);
+SCANLOC_SIMD void CountTurned(const BearingBlock::Rings& rings,
+                              std::span<const std::uint16_t> cells, GridDigits& counts,
+                              GridWords& most) {
+  SideBySide<FourWords>::Count(rings, 0, cells, counts, most);
+  SideBySide<FourWords>::Count(rings, 4, cells, counts, most);
 }
 
 #ifdef __x86_64__
-__attribute__((target("avx512f"))) void CountTurnedByAvx512(const std::uint64_t* rings,
+__attribute__((target("avx512f"))) void CountTurnedByAvx512(const BearingBlock::Rings& rings,
                                                             std::span<const std::uint16_t> cells,
-                                                            std::uint64_t* counts,
-                                                            std::uint64_t* most) {
-  SideBySide<EightWords>::Count(rings, cells, counts, most);
+                                                            GridDigits& counts, GridWords& most) {
+  SideBySide<EightWords>::Count(rings, 0, cells, counts, most);
 }
 #endif
 
@@ -217,7 +220,7 @@ BearingQuery::BearingQuery(const BearingGrid& grid) : ring_counts_(grid.CountByR
 BlockCounts BearingQuery::Count(const BearingBlock& block) const {
   static const auto kCount = FastestCount();
   BlockCounts counts;
-  kCount(block.rings().front().data(), cells_, counts.digits_.front().data(), counts.most_.data());
+  kCount(block.rings(), cells_, counts.digits_, counts.most_);
   return counts;
 }
 
