@@ -1,10 +1,15 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
 namespace scanloc {
+
+/// Minimax polynomial of the arc tangent over [0, 1]: of odd powers.
+inline constexpr std::array<float, 6> kArcTangent = {0.99997726F,  -0.33262347F, 0.19354346F,
+                                                     -0.11643287F, 0.05265332F,  -0.0117212F};
 
 /// The sector that a direction falls into, of num_sectors that count from the rear,
 /// counter-clockwise. The azimuth is good to 1e-5 rad. Not std::atan2, so that loops over it become
@@ -16,13 +21,11 @@ inline int SectorFromRear(float x, float y, int num_sectors) {
   const float greater = std::max(along, across);
   const float ratio = std::min(along, across) / std::max(greater, 1e-30F);
   const float square = ratio * ratio;
-  // Minimax polynomial of the arc tangent over [0, 1].
+  const auto& c = kArcTangent;
   const float arc =
       ratio *
-      (0.99997726F +
-       square * (-0.33262347F +
-                 square * (0.19354346F + square * (-0.11643287F +
-                                                   square * (0.05265332F - square * 0.0117212F)))));
+      (c[0] +
+       square * (c[1] + square * (c[2] + square * (c[3] + square * (c[4] + square * c[5])))));
   // Without branches, else the compiler makes no vectors of it.
   const float is_steep = across > along ? 1.0F : 0.0F;
   const float quarter_rad = arc + is_steep * (kPi / 2.0F - 2.0F * arc);
