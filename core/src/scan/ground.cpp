@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 #include <numbers>
 #include <vector>
 
@@ -30,15 +31,18 @@ std::vector<Eigen::Vector3d> LowestPoints(const PointCloud& voxels, const Ground
   const auto cell_of = [&](float coordinate_m) {
     return std::min(static_cast<std::size_t>((coordinate_m + reach_m) / cell_m), side - 1);
   };
-  std::vector<const Point*> lowest(side * side);
+  constexpr float kNothing = std::numeric_limits<float>::infinity();
+  std::vector<Point> lowest(side * side, Point{0.0F, 0.0F, kNothing});
   for (const Point& p : voxels) {
     if (std::fabs(p.x) >= reach_m || std::fabs(p.y) >= reach_m) continue;
-    const Point*& cell = lowest[cell_of(p.y) * side + cell_of(p.x)];
-    if (cell == nullptr || p.z < cell->z) cell = &p;
+    Point& cell = lowest[cell_of(p.y) * side + cell_of(p.x)];
+    // No branch: which one is the lowest so far cannot be predicted.
+    const Point* const lower = p.z < cell.z ? &p : &cell;
+    cell = *lower;
   }
   std::vector<Eigen::Vector3d> points;
-  for (const Point* p : lowest) {
-    if (p != nullptr) points.emplace_back(p->x, p->y, p->z);
+  for (const Point& p : lowest) {
+    if (p.z != kNothing) points.emplace_back(p.x, p.y, p.z);
   }
   return points;
 }
@@ -54,16 +58,28 @@ Slope FitSlope(const std::vector<Eigen::Vector3d>& points, const GroundParams& p
   constexpr int kIterations = 15;
   for (int i = 0; i < kIterations; ++i) {
     const double scale_m = i < kIterations / 3 ? params.wide_m : params.narrow_m;
-    Eigen::Matrix3d hessian = Eigen::Matrix3d::Identity() * 1e-6;
-    Eigen::Vector3d right = Eigen::Vector3d::Zero();
+    // One by one: matrices would go through memory at each point.
+    double xx = 1e-6, xy = 0.0, x1 = 0.0, yy = 1e-6, y1 = 0.0, num = 1e-6;
+    double xz = 0.0, yz = 0.0, z1 = 0.0;
     for (const Eigen::Vector3d& p : points) {
-      const Eigen::Vector3d row(p.x(), p.y(), 1.0);
-      const double residual = (row.dot(slope) - p.z()) / scale_m;
+      const double residual = (p.x() * slope.x() + p.y() * slope.y() + slope.z() - p.z()) / scale_m;
       const double weight = 1.0 / ((1.0 + residual * residual) * (1.0 + residual * residual));
-      hessian += weight * row * row.transpose();
-      right += weight * p.z() * row;
+      const Eigen::Vector3d weighted = weight * p;
+      xx += weighted.x() * p.x();
+      xy += weighted.y() * p.x();
+      x1 += weighted.x();
+      yy += weighted.y() * p.y();
+      y1 += weighted.y();
+      num += weight;
+      xz += weighted.z() * p.x();
+      yz += weighted.z() * p.y();
+      z1 += weighted.z();
     }
-    slope = hessian.ldlt().solve(right);
+    Eigen::Matrix3d hessian;
+    hessian << xx, xy, x1,  //
+        xy, yy, y1,         //
+        x1, y1, num;
+    slope = hessian.ldlt().solve(Eigen::Vector3d(xz, yz, z1));
   }
   return slope;
 }

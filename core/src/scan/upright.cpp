@@ -58,19 +58,22 @@ struct Points {
   [[nodiscard]] Eigen::Vector3f at(std::size_t i) const { return {x[i], y[i], z[i]}; }
 };
 
+/// How many points lie on a plane, and how many clearly below it.
 struct Counts {
   int num_on = 0;
   int num_below = 0;
+
+  void Add(const Point& p, const Eigen::Vector3f& normal, float height_m, float on_m, int weight) {
+    const float above_m = normal.x() * p.x + normal.y() * p.y + normal.z() * p.z + height_m;
+    num_on += std::fabs(above_m) < on_m ? weight : 0;
+    num_below += above_m < -kBelow_m ? weight : 0;
+  }
 };
 
-Counts CountAround(const Points& points, const Eigen::Vector3f& normal, float height_m, float on_m,
-                   float below_m) {
+Counts CountAround(const Points& points, const Eigen::Vector3f& normal, float height_m) {
   Counts counts;
   for (std::size_t i = 0; i < points.size(); ++i) {
-    const float above_m =
-        normal.x() * points.x[i] + normal.y() * points.y[i] + normal.z() * points.z[i] + height_m;
-    counts.num_on += std::fabs(above_m) < on_m ? 1 : 0;
-    counts.num_below += above_m < -below_m ? 1 : 0;
+    counts.Add({points.x[i], points.y[i], points.z[i]}, normal, height_m, kOn_m, 1);
   }
   return counts;
 }
@@ -124,7 +127,7 @@ std::vector<GroundCandidate> DrawGrounds(const Points& points, const Points& nea
       height_m = -height_m;
     }
     if (std::abs(height_m - sensor_height_m) > slack_m) continue;
-    const Counts counts = CountAround(points, normal, height_m, kOn_m, kBelow_m);
+    const Counts counts = CountAround(points, normal, height_m);
     if (counts.num_on < kMinOn || counts.num_below > kMaxShareBelowUpright * counts.num_on)
       continue;
     candidates.push_back({normal, height_m, counts.num_on});
@@ -140,9 +143,14 @@ RollPitch LeanOf(const GroundPlane& plane) {
 }
 
 double ShareBelow(const PointCloud& voxels, const GroundPlane& plane, const GroundParams& params) {
-  const Lengths lengths(params);
-  const Counts counts = CountAround(Points(voxels, lengths.reach_m), plane.normal.cast<float>(),
-                                    static_cast<float>(plane.height_m), kAboutOn_m, kBelow_m);
+  const float reach_m = Lengths(params).reach_m;
+  const Eigen::Vector3f normal = plane.normal.cast<float>();
+  const auto height_m = static_cast<float>(plane.height_m);
+  Counts counts;
+  for (const Point& p : voxels) {
+    const bool is_near = p.x * p.x + p.y * p.y + p.z * p.z < reach_m * reach_m;
+    counts.Add(p, normal, height_m, kAboutOn_m, is_near ? 1 : 0);
+  }
   if (counts.num_on < params.min_cells) return std::numeric_limits<double>::infinity();
   return static_cast<double>(counts.num_below) / counts.num_on;
 }

@@ -11,6 +11,17 @@
 #include "scanloc/core/limits.hpp"
 
 namespace scanloc {
+
+/// x, y, z and the number of points.
+using Float4 = float __attribute__((vector_size(16)));
+
+/// Consecutive points in one voxel.
+struct VoxelRun {
+  Float4 sum;
+  std::uint64_t key;
+  std::size_t end;  // one behind the last of its points
+};
+
 namespace {
 
 // Of each axis the voxel's index is (distance from zero << 1 | sign): voxels are mirror images of
@@ -24,18 +35,10 @@ constexpr std::size_t kFirstSlots = std::size_t{1} << 14;
 constexpr std::size_t kBlockPoints = 512;
 using VoxelKeys = std::array<std::uint64_t, kBlockPoints>;
 
-/// x, y, z and the number of points.
-using Float4 = float __attribute__((vector_size(16)));
 using Int4 = std::int32_t __attribute__((vector_size(16)));
 using Long2 = std::int64_t __attribute__((vector_size(16)));
 
-/// Consecutive points in one voxel.
-struct Run {
-  Float4 sum;
-  std::uint64_t key;
-  std::size_t end;  // one behind the last of its points
-};
-using Runs = std::array<Run, kBlockPoints>;
+using Runs = std::array<VoxelRun, kBlockPoints>;
 
 constexpr std::uint32_t kMagnitudeMask = 0x7FFFFFFFU;
 constexpr std::uint32_t kLimitBits = std::bit_cast<std::uint32_t>(limits::kMaxCoordinate_m);
@@ -70,7 +73,7 @@ SCANLOC_SIMD std::size_t JoinRuns(const Point* __restrict points, std::size_t nu
                                   const VoxelKeys& __restrict keys, Runs& __restrict runs) {
   constexpr Int4 kXyz = {-1, -1, -1, 0};
   constexpr Float4 kOnePoint = {0.0F, 0.0F, 0.0F, 1.0F};
-  Run* run = runs.data();
+  VoxelRun* run = runs.data();
   std::uint64_t key = keys[0];
   Float4 sum = {};
   for (std::size_t i = 0; i < num_points; ++i) {
@@ -130,24 +133,47 @@ std::uint64_t Hash(std::uint64_t key) {
 VoxelFilter::VoxelFilter(double voxel_size_m)
     : voxel_size_m_(static_cast<float>(voxel_size_m)), slots_(kFirstSlots, kFree) {}
 
-VoxelFilter::Voxel& VoxelFilter::Find(std::uint64_t key) {
+void VoxelFilter::MakeRoom(std::size_t num_more) {
+  const std::size_t most = num_voxels_ + num_more;
+  while (2 * most > slots_.size()) Grow();
+  // And one behind them, that AddRuns asks.
+  if (most >= voxels_.size()) voxels_.resize(2 * most);
+}
+
+SCANLOC_SIMD void VoxelFilter::AddRuns(const VoxelRun* runs, std::size_t num_runs) {
+  Voxel* const voxels = voxels_.data();
+  std::uint32_t* const slots = slots_.data();
   const std::size_t mask = slots_.size() - 1;
-  std::size_t i = Hash(key) >> (64 - std::countr_zero(slots_.size()));
-  for (; slots_[i] != kFree; i = (i + 1) & mask) {
-    if (voxels_[slots_[i]].key == key) return voxels_[slots_[i]];
+  const int shift = 64 - std::countr_zero(slots_.size());
+  std::uint32_t num_voxels = num_voxels_;
+  for (std::size_t r = 0; r < num_runs; ++r) {
+    const VoxelRun& run = runs[r];
+    if (run.key == kNoVoxel) continue;
+    // The next voxel has this key, and a free slot names it: no branch that cannot be predicted.
+    voxels[num_voxels].key = run.key;
+    std::size_t slot = Hash(run.key) >> shift;
+    std::uint32_t found = std::min(slots[slot], num_voxels);
+    while (voxels[found].key != run.key) {
+      slot = (slot + 1) & mask;
+      found = std::min(slots[slot], num_voxels);
+    }
+    Voxel& voxel = voxels[found];
+    const std::int64_t keep = found == num_voxels ? 0 : -1;
+    slots[slot] = found;
+    voxel.slot = static_cast<std::uint32_t>(slot);
+    for (int i = 0; i < 4; ++i) {
+      const auto known = std::bit_cast<std::int64_t>(voxel.sum[i]) & keep;
+      voxel.sum[i] = std::bit_cast<double>(known) + run.sum[i];
+    }
+    num_voxels += static_cast<std::uint32_t>(1 + keep);
   }
-  if ((voxels_.size() + 1) * 2 > slots_.size()) {
-    Grow();
-    return Find(key);
-  }
-  slots_[i] = static_cast<std::uint32_t>(voxels_.size());
-  return voxels_.emplace_back(Voxel{.key = key, .slot = static_cast<std::uint32_t>(i), .sum = {}});
+  num_voxels_ = num_voxels;
 }
 
 void VoxelFilter::Grow() {
   slots_.assign(slots_.size() * 2, kFree);
   const std::size_t mask = slots_.size() - 1;
-  for (std::size_t v = 0; v < voxels_.size(); ++v) {
+  for (std::size_t v = 0; v < num_voxels_; ++v) {
     std::size_t i = Hash(voxels_[v].key) >> (64 - std::countr_zero(slots_.size()));
     while (slots_[i] != kFree) i = (i + 1) & mask;
     slots_[i] = static_cast<std::uint32_t>(v);
@@ -180,27 +206,24 @@ const PointCloud& VoxelFilter::ApplyToRows(const PointRows& scan, ScanCounts* co
     MakeKeys(points.data(), points.size(), 1.0F / voxel_size_m_, keys);
     const std::size_t num_runs = JoinRuns(points.data(), points.size(), keys, runs);
     for (std::size_t r = 0; r < num_runs; ++r) {
-      const Run& run = runs[r];
-      if (run.key == kNoVoxel) {
-        const std::size_t first = r == 0 ? 0 : runs[r - 1].end;
-        CountSkipped(points.subspan(first, run.end - first), found);
-        continue;
-      }
-      Voxel& voxel = Find(run.key);
-      for (int i = 0; i < 4; ++i) voxel.sum[i] += run.sum[i];
+      if (runs[r].key != kNoVoxel) continue;
+      const std::size_t first = r == 0 ? 0 : runs[r - 1].end;
+      CountSkipped(points.subspan(first, runs[r].end - first), found);
     }
+    MakeRoom(num_runs);
+    AddRuns(runs.data(), num_runs);
   }
 
-  centroids_.resize(voxels_.size());
-  for (std::size_t v = 0; v < voxels_.size(); ++v) {
+  centroids_.resize(num_voxels_);
+  for (std::size_t v = 0; v < num_voxels_; ++v) {
     const Voxel& voxel = voxels_[v];
     centroids_[v] = {Centroid(voxel.key, 0, voxel.sum[0], voxel.sum[3]),
                      Centroid(voxel.key, 1, voxel.sum[1], voxel.sum[3]),
                      Centroid(voxel.key, 2, voxel.sum[2], voxel.sum[3])};
     slots_[voxel.slot] = kFree;  // for the next scan
   }
-  found.num_voxels = voxels_.size();
-  voxels_.clear();
+  found.num_voxels = num_voxels_;
+  num_voxels_ = 0;
   if (counts != nullptr) *counts = found;
   return centroids_;
 }

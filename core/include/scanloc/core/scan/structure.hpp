@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "absl/status/status.h"
@@ -99,15 +100,17 @@ class StructureFinder {
 
  private:
   struct Cell {
-    float z_min, z_max, sum_x, sum_y, num_voxels;
-    std::uint32_t heights;
+    float z_min = std::numeric_limits<float>::infinity();
+    float z_max = -std::numeric_limits<float>::infinity();
+    float sum_x = 0.0F, sum_y = 0.0F, num_voxels = 0.0F;
+    std::uint32_t heights = 0;
   };
 
   PostParams posts_;
   GroundParams ground_;
   float sensor_height_m_;
-  int side_;  // of the grid of posts [cells]
-  std::vector<Cell> cells_;
+  int side_;                 // of the grid of posts [cells]
+  std::vector<Cell> cells_;  // and one for what is out of reach
   std::vector<std::uint32_t> touched_;
 };
 

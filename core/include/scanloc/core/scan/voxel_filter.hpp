@@ -19,6 +19,8 @@ struct ScanCounts {
   friend bool operator==(const ScanCounts&, const ScanCounts&) = default;
 };
 
+struct VoxelRun;
+
 /// Thins a scan to one point a voxel, the centroid of the points in it (paper, tab:impl).
 ///
 /// Voxels are half-open cubes and mirror images of each other about zero: along x, the i-th on
@@ -52,11 +54,14 @@ class VoxelFilter {
     alignas(16) double sum[4];
   };
 
-  Voxel& Find(std::uint64_t key);
+  /// So that so many more voxels may be hit.
+  void MakeRoom(std::size_t num_more);
+  void AddRuns(const VoxelRun* runs, std::size_t num_runs);
   void Grow();
 
   float voxel_size_m_;
-  std::vector<Voxel> voxels_;         // in the order in which they were hit
+  std::vector<Voxel> voxels_;  // in the order in which they were hit, and room for more
+  std::uint32_t num_voxels_ = 0;
   std::vector<std::uint32_t> slots_;  // of which voxel; open addressing, a power of two
   PointCloud centroids_;
 };
