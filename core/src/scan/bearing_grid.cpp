@@ -163,10 +163,10 @@ bool TurnCounts::Turn::IsNextTo(const Turn& other) const {
 TurnCounts::Turn TurnCounts::Most(std::uint64_t among) const {
   Turn most;
   for (std::size_t digit = kNumDigits; digit-- > 0;) {
+    // No branch: digits cannot be predicted.
     const std::uint64_t greater = among & digits_[digit];
-    if (greater == 0U) continue;
-    among = greater;
-    most.count |= 1 << digit;
+    among = greater != 0U ? greater : among;
+    most.count |= (greater != 0U ? 1 : 0) << digit;
   }
   most.sectors = static_cast<std::size_t>(std::countr_zero(among)) % BearingGrid::kNumSectors;
   return most;
@@ -174,6 +174,7 @@ TurnCounts::Turn TurnCounts::Most(std::uint64_t among) const {
 
 std::vector<TurnCounts::Turn> TurnCounts::Best(std::size_t max_turns) const {
   std::vector<Turn> best;
+  best.reserve(max_turns);
   std::uint64_t among = ~std::uint64_t{0};
   while (best.size() < max_turns && among != 0U) {
     const Turn most = Most(among);

@@ -92,16 +92,20 @@ struct Guess {
   }
 };
 
-/// The best guesses that are not next to better ones.
-std::vector<Guess> BestApart(std::vector<Guess> guesses, std::size_t max_guesses) {
-  std::stable_sort(guesses.begin(), guesses.end(),
-                   [](const Guess& a, const Guess& b) { return a.score > b.score; });
+/// The best guesses that are not next to better ones; of equal ones the first.
+std::vector<Guess> BestApart(std::span<const Guess> guesses, std::size_t max_guesses) {
   std::vector<Guess> best;
-  for (const Guess& guess : guesses) {
-    if (best.size() == max_guesses) break;
-    const bool is_known = std::any_of(best.begin(), best.end(),
-                                      [&](const Guess& better) { return guess.IsNextTo(better); });
-    if (!is_known) best.push_back(guess);
+  best.reserve(max_guesses);
+  while (best.size() < max_guesses) {
+    const Guess* next = nullptr;
+    for (const Guess& guess : guesses) {
+      if (next != nullptr && guess.score <= next->score) continue;
+      const bool is_known = std::any_of(
+          best.begin(), best.end(), [&](const Guess& better) { return guess.IsNextTo(better); });
+      if (!is_known) next = &guess;
+    }
+    if (next == nullptr) break;
+    best.push_back(*next);
   }
   return best;
 }
@@ -224,8 +228,9 @@ std::vector<Hypothesis> AutoSearch::GuessesOn(std::span<const Listed> listed,
                                               std::span<const Aside> asides) const {
   const auto max_guesses = static_cast<std::size_t>(map_.params.automatic.shortlist.num_headings);
   std::vector<Hypothesis> hypotheses;
+  std::array<std::vector<Guess>, BearingBlock::kSize> found;
   VisitAtOnce(map_, listed, [&](std::span<const Listed> block, const BearingBlock& grids) {
-    std::array<std::vector<Guess>, BearingBlock::kSize> found;
+    for (std::vector<Guess>& of_place : found) of_place.clear();
     for (std::size_t aside = 0; aside < asides.size(); ++aside) {
       const BlockCounts counts = asides[aside].bearings.Count(grids);
       const AgreementScores scores(grids, asides[aside].bearings);
@@ -236,7 +241,7 @@ std::vector<Hypothesis> AutoSearch::GuessesOn(std::span<const Listed> listed,
       }
     }
     for (std::size_t i = 0; i < block.size(); ++i) {
-      for (const Guess& guess : BestApart(std::move(found[i]), max_guesses)) {
+      for (const Guess& guess : BestApart(found[i], max_guesses)) {
         const double yaw_rad = HeadingOf(guess.turn);
         const double left_m = asides[guess.aside].left_m;
         hypotheses.push_back({block[i].place,

@@ -19,9 +19,21 @@ using StampBlock = std::uint16_t __attribute__((vector_size(2 * DistanceField::k
 void PlanarPoints::Assign(std::span<const Post> posts, std::size_t max_points) {
   size_ = std::min(posts.size(), max_points);
   const std::size_t num_padded = (size_ + kBlock - 1) / kBlock * kBlock;
-  x_m_.assign(num_padded, kFarPoint_m);
-  y_m_.assign(num_padded, kFarPoint_m);
-  heights_.assign(num_padded, 0U);
+  x_m_.resize(num_padded);
+  y_m_.resize(num_padded);
+  heights_.resize(num_padded);
+  std::fill(x_m_.begin() + static_cast<std::ptrdiff_t>(size_), x_m_.end(), kFarPoint_m);
+  std::fill(y_m_.begin() + static_cast<std::ptrdiff_t>(size_), y_m_.end(), kFarPoint_m);
+  std::fill(heights_.begin() + static_cast<std::ptrdiff_t>(size_), heights_.end(), 0U);
+  const auto take = [&](std::size_t i, const Post& post) {
+    x_m_[i] = static_cast<float>(post.x_cm) * 0.01F;
+    y_m_[i] = static_cast<float>(post.y_cm) * 0.01F;
+    heights_[i] = post.heights;
+  };
+  if (size_ == posts.size()) {
+    for (std::size_t i = 0; i < size_; ++i) take(i, posts[i]);
+    return;
+  }
   if (size_ == 0) return;
   // The i-th is post i · posts / points, without a division for each.
   const std::size_t stride = posts.size() / size_;
@@ -29,9 +41,7 @@ void PlanarPoints::Assign(std::span<const Post> posts, std::size_t max_points) {
   std::size_t post = 0;
   std::size_t gathered = 0;
   for (std::size_t i = 0; i < size_; ++i) {
-    x_m_[i] = static_cast<float>(posts[post].x_cm) * 0.01F;
-    y_m_[i] = static_cast<float>(posts[post].y_cm) * 0.01F;
-    heights_[i] = posts[post].heights;
+    take(i, posts[post]);
     post += stride;
     gathered += rest;
     if (gathered >= size_) {

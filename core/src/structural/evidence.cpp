@@ -92,7 +92,6 @@ Mirrored MirrorScore(QueryMatch& match, const Structure& query, const Structure&
                                  WithInliers(one.score, match.InlierRatio(lines, one.T_place_query),
                                              match.params().evidence));
   }
-  match.SetPlace(place);
   return best;
 }
 
