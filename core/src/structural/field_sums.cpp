@@ -4,6 +4,7 @@
 #include <bit>
 #include <cstring>
 
+#include "scan/avx512.hpp"
 #include "scan/simd.hpp"
 #include "structural/horizon.hpp"
 
@@ -176,11 +177,7 @@ SCANLOC_SIMD InSight SumOverlapWithin(const Placed& placed, const float* __restr
 std::vector<Kernels> All() {
   std::vector<Kernels> all;
 #ifdef __x86_64__
-  // Processors without the last of these are slow at looking many numbers up at once.
-  if (__builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vbmi2") &&
-      __builtin_cpu_supports("avx512bf16")) {
-    all.push_back(kAvx512);
-  }
+  if (avx512::IsQuick()) all.push_back(kAvx512);
 #endif
   all.push_back({"portable", &AddUp, &SumOverlap, &SumOverlapWithin});
   return all;

@@ -5,7 +5,9 @@
 #include <cmath>
 #include <cstddef>
 
+#include "scan/avx512.hpp"
 #include "scan/simd.hpp"
+#include "structural/height_kernels.hpp"
 
 namespace scanloc {
 namespace {
@@ -14,29 +16,19 @@ constexpr std::uint32_t kAllHeights = (1U << static_cast<unsigned>(Post::kNumHei
 // Around the grid: no post's neighbours lie outside, and what is beyond falls on empty cells.
 constexpr int kMargin = 3;
 
-struct View {
-  int side;
-  float cosine, sine, x_m, y_m, cells_per_m, middle, last;
-  // In cells above the lowest height.
-  float sensor_height, lowest_slope, highest_slope;
-};
-
-struct MetCounts {
-  int num_heights = 0;
-  int num_met = 0;
-};
-
 /// A number of heights, counted from the lowest.
 inline std::int32_t Bounded(float num_heights) {
   return static_cast<std::int32_t>(
       std::min(std::max(num_heights, 0.0F), static_cast<float>(Post::kNumHeights)));
 }
 
-SCANLOC_SIMD MetCounts CountMet(const View& given, const std::uint32_t* __restrict cells,
-                                const float* __restrict reach_squared_m,
-                                const float* __restrict x_m, const float* __restrict y_m,
-                                const std::uint32_t* __restrict heights, std::size_t num_points) {
-  const View view = given;
+SCANLOC_SIMD MetCounts CountMetPortably(const HeightView& given,
+                                        const std::uint32_t* __restrict cells,
+                                        const float* __restrict reach_squared_m,
+                                        const float* __restrict x_m, const float* __restrict y_m,
+                                        const std::uint32_t* __restrict heights,
+                                        std::size_t num_points) {
+  const HeightView view = given;
   MetCounts seen;
   for (std::size_t begin = 0; begin < num_points; begin += PlanarPoints::kBlock) {
     // Without what is looked up, so that the loop becomes vectors.
@@ -76,6 +68,15 @@ SCANLOC_SIMD MetCounts CountMet(const View& given, const std::uint32_t* __restri
 }
 
 }  // namespace
+
+std::vector<HeightKernel> HeightKernels() {
+  std::vector<HeightKernel> kernels;
+#ifdef __x86_64__
+  if (avx512::IsQuick()) kernels.push_back(&CountMetByAvx512);
+#endif
+  kernels.push_back(&CountMetPortably);
+  return kernels;
+}
 
 HeightGrid::HeightGrid(const PostParams& params)
     : cell_m_(static_cast<float>(params.cell_m)),
@@ -130,22 +131,23 @@ double HeightGrid::Overlap(const PlanarPoints& points, const PlanarPose& T_grid_
     endless.fill(1e30F);
     return endless;
   }();
-  const View view = {.side = side_,
-                     .cosine = static_cast<float>(std::cos(T_grid_points.yaw_rad)),
-                     .sine = static_cast<float>(std::sin(T_grid_points.yaw_rad)),
-                     .x_m = static_cast<float>(T_grid_points.x_m),
-                     .y_m = static_cast<float>(T_grid_points.y_m),
-                     .cells_per_m = 1.0F / cell_m_,
-                     .middle = 0.5F * static_cast<float>(side_),
-                     .last = static_cast<float>(side_) - 0.5F,
-                     .sensor_height = sensor_height_m_ / cell_m_ - 0.5F,
-                     .lowest_slope = lowest_slope_,
-                     .highest_slope = highest_slope_};
+  static const HeightKernel kCountMet = HeightKernels().front();
+  const HeightView view = {.side = side_,
+                           .cosine = static_cast<float>(std::cos(T_grid_points.yaw_rad)),
+                           .sine = static_cast<float>(std::sin(T_grid_points.yaw_rad)),
+                           .x_m = static_cast<float>(T_grid_points.x_m),
+                           .y_m = static_cast<float>(T_grid_points.y_m),
+                           .cells_per_m = 1.0F / cell_m_,
+                           .middle = 0.5F * static_cast<float>(side_),
+                           .last = static_cast<float>(side_) - 0.5F,
+                           .sensor_height = sensor_height_m_ / cell_m_ - 0.5F,
+                           .lowest_slope = lowest_slope_,
+                           .highest_slope = highest_slope_};
   const float* reach_squared_m =
       horizon == nullptr ? kEndless.data() : horizon->reach_squared_m().data();
   const MetCounts seen =
-      CountMet(view, cells_.data(), reach_squared_m, points.x_m().data(), points.y_m().data(),
-               points.heights().data(), points.x_m().size());
+      kCountMet(view, cells_.data(), reach_squared_m, points.x_m().data(), points.y_m().data(),
+                points.heights().data(), points.x_m().size());
   return seen.num_heights == 0 ? 0.0 : static_cast<double>(seen.num_met) / seen.num_heights;
 }
 

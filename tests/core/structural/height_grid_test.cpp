@@ -5,7 +5,11 @@
 #include <cmath>
 #include <cstdint>
 #include <numbers>
+#include <random>
 #include <vector>
+
+#include "structural/height_kernels.hpp"
+#include "structural/horizon.hpp"
 
 namespace scanloc {
 namespace {
@@ -78,6 +82,51 @@ TEST_F(HeightGridTest, SurvivesPostsAtTheEdgeAndBeyond) {
     edge.posts.push_back({end, end, 0xffffffffU});
   }
   EXPECT_GT(Overlap(edge, edge), 0.9);
+}
+
+TEST(HeightKernels, CountTheSame) {
+  constexpr int kSide = 40;
+  std::mt19937 random(1);
+  const auto within = [&](float reach) {
+    return reach * (static_cast<float>(random() % 2001) / 1000.0F - 1.0F);
+  };
+  std::vector<std::uint32_t> cells(kSide * kSide);
+  for (std::uint32_t& cell : cells) cell = random() & random() & 0x7FFFFFFFU;
+  std::vector<float> reach_squared(Horizon::kNumSectors);
+  for (float& reach : reach_squared) reach = static_cast<float>(random() % 600);
+  for (const std::size_t num_points : {0U, 8U, 16U, 24U, 1000U}) {
+    std::vector<float> x_m(num_points);
+    std::vector<float> y_m(num_points);
+    std::vector<std::uint32_t> heights(num_points);
+    for (std::size_t i = 0; i < num_points; ++i) {
+      x_m[i] = within(14.0F);
+      y_m[i] = within(14.0F);
+      heights[i] = random() & 0x7FFFFFFFU;
+    }
+    const HeightView view = {.side = kSide,
+                             .cosine = 0.6F,
+                             .sine = -0.8F,
+                             .x_m = within(2.0F),
+                             .y_m = within(2.0F),
+                             .cells_per_m = 2.0F,
+                             .middle = 20.0F,
+                             .last = 39.5F,
+                             .sensor_height = 3.1F,
+                             .lowest_slope = -0.4F,
+                             .highest_slope = 0.7F};
+    const std::vector<HeightKernel> kernels = HeightKernels();
+    const auto count = [&](HeightKernel kernel) {
+      return kernel(view, cells.data(), reach_squared.data(), x_m.data(), y_m.data(),
+                    heights.data(), num_points);
+    };
+    const MetCounts expected = count(kernels.back());
+    EXPECT_EQ(expected.num_met > 0, num_points > 0);
+    for (const HeightKernel kernel : kernels) {
+      const MetCounts counts = count(kernel);
+      EXPECT_EQ(counts.num_heights, expected.num_heights);
+      EXPECT_EQ(counts.num_met, expected.num_met);
+    }
+  }
 }
 
 }  // namespace
