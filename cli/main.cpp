@@ -16,6 +16,10 @@
 #include "cli/output.hpp"
 #include "scanloc/core/printable.hpp"
 
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
+
 namespace {
 
 using scanloc::cli::Command;
@@ -23,6 +27,17 @@ using scanloc::cli::Command;
 constexpr int kDone = 0;
 constexpr int kFailed = 1;
 constexpr int kWrongUsage = 2;
+
+// What a query gives back is there for the next one: by default most of it goes to the system and
+// is asked for again, where no scan was large.
+void KeepFreedMemory() {
+#ifdef __GLIBC__
+  constexpr int kMaxFreeEndBytes = 8 << 20;
+  constexpr int kMaxKeptBlockBytes = 4 << 20;
+  mallopt(M_TRIM_THRESHOLD, kMaxFreeEndBytes);
+  mallopt(M_MMAP_THRESHOLD, kMaxKeptBlockBytes);
+#endif
+}
 
 // Always one line, so that whoever reads a log can count on it.
 int Complain(const std::string& who, std::string message, int exit_status) {
@@ -70,6 +85,7 @@ int RunCommand(Command& command, const CLI::App& options, const std::string& who
 }  // namespace
 
 int main(int argc, char** argv) {
+  KeepFreedMemory();
   scanloc::cli::PrepareStandardStreams();
   CLI::App app(
       "Tells a robot that wakes up anywhere in a mapped town where it is, from one LiDAR "
