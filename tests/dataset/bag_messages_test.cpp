@@ -22,6 +22,7 @@ using ::testing::ElementsAre;
 using ::testing::FloatNear;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
+using ::testing::SizeIs;
 
 // A message of ROS 1, which packs its values.
 class Ros1Message {
@@ -109,6 +110,7 @@ TEST(CloudMessage, TellsTheUnitOfTimesAndWhetherTheyAreAbsolute) {
   EXPECT_THAT(OffsetsFromStamp({-0.05, 0.0, 0.05}, kStamp_ns), ElementsAre(-0.05F, 0.0F, 0.05F));
   EXPECT_THAT(OffsetsFromStamp({0.0, 100'000.0}, kStamp_ns), ElementsAre(0.0F, 0.1F));
   EXPECT_THAT(OffsetsFromStamp({0.0, 99'000'000.0}, kStamp_ns), ElementsAre(0.0F, 0.099F));
+  EXPECT_THAT(OffsetsFromStamp({0.0, 100.0}, kStamp_ns), ElementsAre(0.0F, 0.1F));
   EXPECT_THAT(OffsetsFromStamp({1.7e9, 1.7e9 + 0.1}, kStamp_ns),
               ElementsAre(0.0F, FloatNear(0.1F, 1e-6F)));
   EXPECT_THAT(OffsetsFromStamp({1.7e18, 1.7e18 + 1e8}, kStamp_ns),
@@ -118,6 +120,17 @@ TEST(CloudMessage, TellsTheUnitOfTimesAndWhetherTheyAreAbsolute) {
   EXPECT_THAT(OffsetsFromStamp({7.0, 7.0}, kStamp_ns), IsEmpty());
   EXPECT_THAT(OffsetsFromStamp({0.0, NAN}, kStamp_ns), IsEmpty());
   EXPECT_THAT(OffsetsFromStamp({1.5e9, 1.5e9 + 0.1}, kStamp_ns), IsEmpty());
+}
+
+TEST(CloudMessage, HasNoTimesOfAnotherClockThanItsStamp) {
+  constexpr std::int64_t kStamp_ns = 1'700'000'000'000'000'000;
+  for (const double late_s : {-37.0, -0.5, 0.5, 37.0, 3600.0}) {
+    const double first_s = 1.7e9 + late_s;
+    EXPECT_THAT(OffsetsFromStamp({first_s, first_s + 0.1}, kStamp_ns), IsEmpty()) << late_s;
+    EXPECT_THAT(OffsetsFromStamp({1e9 * first_s, 1e9 * (first_s + 0.1)}, kStamp_ns), IsEmpty());
+  }
+  EXPECT_THAT(OffsetsFromStamp({0.6, 0.7}, kStamp_ns), IsEmpty()) << "since the last full second";
+  EXPECT_THAT(OffsetsFromStamp({-0.3, -0.2}, kStamp_ns), SizeIs(2)) << "stamped on arrival";
 }
 
 TEST(PoseMessages, LeaveOutWhatIsNoPose) {

@@ -87,6 +87,9 @@ std::vector<float> OffsetsFromStamp(const std::vector<double>& values, std::int6
   constexpr double kShortest_s = 1e-3;
   constexpr double kLongest_s = 2.0;
   constexpr double kDay_s = 86400.0;
+  // Drivers stamp a cloud with its first point, its last, or its arrival; farther off the times are
+  // another clock's (PTP without the leap seconds), and would move points to where they never were.
+  constexpr double kMostBeside_s = 0.25;
   std::vector<float> offsets_s;
   if (values.empty() || !std::all_of(values.begin(), values.end(),
                                      [](double value) { return std::isfinite(value); })) {
@@ -94,12 +97,14 @@ std::vector<float> OffsetsFromStamp(const std::vector<double>& values, std::int6
   }
   const auto [least, most] = std::minmax_element(values.begin(), values.end());
   const double stamp_s = 1e-9 * static_cast<double>(stamp_ns);
-  for (const double unit_s : {1.0, 1e-6, 1e-9}) {
+  for (const double unit_s : {1.0, 1e-6, 1e-9, 1e-3}) {
     const double sweep_s = (*most - *least) * unit_s;
     if (sweep_s < kShortest_s || sweep_s > kLongest_s) continue;
     const bool is_absolute = std::abs(*least * unit_s - stamp_s) < kDay_s && stamp_s > kDay_s;
-    if (!is_absolute && std::abs(*least * unit_s) > kLongest_s) continue;
     const double zero_s = is_absolute ? stamp_s : 0.0;
+    if (*least * unit_s - zero_s > kMostBeside_s || *most * unit_s - zero_s < -kMostBeside_s) {
+      continue;
+    }
     offsets_s.reserve(values.size());
     for (const double value : values) {
       offsets_s.push_back(static_cast<float>(value * unit_s - zero_s));

@@ -33,9 +33,10 @@ struct PointField {
 void AppendTimes(const PointField& field, const BinaryLayout& xyz, std::size_t num_points,
                  std::string_view bytes, std::vector<double>& values);
 
-/// Values of a field of times as seconds from the stamp. Of s, us and ns the unit is taken in which
-/// all lie within 1 ms to 2 s of each other; they are absolute if the first lies within a day of
-/// the stamp, else from it. Empty if they are no times.
+/// Values of a field of times as seconds from the stamp. Of s, us, ns and ms the unit is taken in
+/// which all lie within 1 ms to 2 s of each other; they are absolute if the first lies within a day
+/// of the stamp, else from it. Empty if they are no times, or of a sweep that does not come within
+/// 0.25 s of the stamp.
 [[nodiscard]] std::vector<float> OffsetsFromStamp(const std::vector<double>& values,
                                                   std::int64_t stamp_ns);
 
