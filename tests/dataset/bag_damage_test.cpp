@@ -152,5 +152,19 @@ TEST(DamagedBag, SaysInANoteWhatIsWrong) {
   }
 }
 
+TEST(DamagedBag, OfRosbag2IsReadAsFarAsItsDatabaseGoes) {
+  const TempDir dir;
+  const std::string whole = ReadFile(BagPath("ros2/ros2.db3"));
+  for (const int percent : {75, 80, 90}) {
+    SCOPED_TRACE(percent);
+    const auto bag =
+        Bag::Open({dir.Write("cut.db3", whole.substr(0, whole.size() * percent / 100))});
+    ASSERT_TRUE(bag.ok()) << bag.status();
+    EXPECT_THAT((*bag)->notes(), Contains(HasSubstr("cut off")));
+    BagDamage damage;
+    EXPECT_GE(ReadAll(**bag, damage).size(), percent / 4);
+  }
+}
+
 }  // namespace
 }  // namespace scanloc::dataset

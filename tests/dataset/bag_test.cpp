@@ -143,6 +143,16 @@ TEST(Bag, ReadsWhatComesBeforeTheCut) {
   }
 }
 
+TEST(Bag, SaysThatAWriteAheadLogBesideItIsNotRead) {
+  const TempDir dir;
+  const std::string path = dir.Write("a.db3", ReadFile(BagPath("ros2/ros2.db3")));
+  dir.Write("a.db3-wal", "");
+  EXPECT_THAT(Open(path).value()->notes(), IsEmpty());
+  dir.Write("a.db3-wal", "frames");
+  EXPECT_THAT(Open(path).value()->notes(),
+              testing::ElementsAre(HasSubstr("a.db3-wal may hold messages")));
+}
+
 TEST(Bag, RefusesWhatIsNoBag) {
   const TempDir dir;
   const std::string mcap = ReadFile(BagPath("zstd.mcap"));

@@ -181,11 +181,20 @@ absl::StatusOr<std::unique_ptr<BagFile>> OpenRos2Database(const std::string& pat
   }
   sqlite3_limit(raw, SQLITE_LIMIT_LENGTH, limits::kMaxBagChunkBytes);
   sqlite3_db_config(raw, SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0, nullptr);
-  sqlite3_db_config(raw, SQLITE_DBCONFIG_DEFENSIVE, 1, nullptr);
+  // Nothing is written; but without it SQLite reads no database that is shorter than its head says.
+  sqlite3_db_config(raw, SQLITE_DBCONFIG_WRITABLE_SCHEMA, 1, nullptr);
   sqlite3_db_config(raw, SQLITE_DBCONFIG_ENABLE_VIEW, 0, nullptr);
   sqlite3_db_config(raw, SQLITE_DBCONFIG_ENABLE_TRIGGER, 0, nullptr);
   auto bag = std::make_unique<Ros2Database>(std::move(database), path);
   if (absl::Status status = bag->Index(); !status.ok()) return status;
+  const std::string wal = absl::StrCat(path, "-wal");
+  std::error_code error;
+  if (const std::uintmax_t num_bytes = std::filesystem::file_size(wal, error);
+      !error && num_bytes > 0) {
+    bag->AddNote(absl::StrCat(wal, " may hold messages that a recorder did not get to move into ",
+                              path, ": they are not read; `sqlite3 ", path,
+                              " 'PRAGMA wal_checkpoint'` moves them"));
+  }
   return bag;
 }
 
