@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_join.h"
 #include "text.hpp"
 
 namespace scanloc::dataset {
@@ -92,6 +93,12 @@ absl::StatusOr<FileBytes> ReadFileBytes(const std::string& path, std::int64_t ma
 absl::Status Annotate(const absl::Status& status, std::string_view context) {
   if (status.ok()) return status;
   return {status.code(), absl::StrCat(ToAbsl(context), ": ", status.message())};
+}
+
+absl::Status WithNotes(const absl::Status& error, const std::vector<std::string>& notes) {
+  if (notes.empty()) return error;
+  return {error.code(),
+          absl::StrCat(error.message(), "; noticed before: ", absl::StrJoin(notes, "; "))};
 }
 
 }  // namespace scanloc::dataset

@@ -6,6 +6,7 @@
 #include <memory>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
@@ -35,5 +36,9 @@ class FileBytes {
 
 /// The same status with "context: " before its message.
 [[nodiscard]] absl::Status Annotate(const absl::Status& status, std::string_view context);
+
+/// The same error with what else was noticed behind its message, which may be its cause.
+[[nodiscard]] absl::Status WithNotes(const absl::Status& error,
+                                     const std::vector<std::string>& notes);
 
 }  // namespace scanloc::dataset

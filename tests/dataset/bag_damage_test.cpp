@@ -166,5 +166,17 @@ TEST(DamagedBag, OfRosbag2IsReadAsFarAsItsDatabaseGoes) {
   }
 }
 
+TEST(DamagedBag, SaysThatItIsCutOffWhereThatLeavesNoCloudEither) {
+  const TempDir dir;
+  const std::string whole = ReadFile(BagPath("ros1_bz2.bag"));
+  const std::string cut = dir.Write("cut.bag", whole.substr(0, whole.size() / 10));
+  std::vector<std::string> notes;
+  for (const absl::Status& status :
+       {OpenBagDrive({.paths = {cut}}).status(), ListBagScans({.paths = {cut}}, notes).status()}) {
+    EXPECT_THAT(std::string(status.message()),
+                AllOf(HasSubstr("no topic of point clouds"), HasSubstr("cut off")));
+  }
+}
+
 }  // namespace
 }  // namespace scanloc::dataset

@@ -293,7 +293,9 @@ ScanFile BagScans::FileOf(std::size_t index, std::shared_ptr<const BagScans> sel
 
 absl::StatusOr<Drive> OpenBagDrive(const BagDriveOptions& options) {
   const auto scans = std::make_shared<BagScans>();
-  if (absl::Status status = scans->Open(options, true); !status.ok()) return status;
+  if (absl::Status status = scans->Open(options, true); !status.ok()) {
+    return WithNotes(status, scans->notes());
+  }
   Drive drive;
   std::vector<std::size_t> without;
   for (std::size_t i = 0; i < scans->clouds().size(); ++i) {
@@ -312,11 +314,12 @@ absl::StatusOr<Drive> OpenBagDrive(const BagDriveOptions& options) {
   }
   if (drive.frames.empty()) {
     const auto span = scans->PoseSpan();
-    return Invalid(
+    const absl::Status error = Invalid(
         absl::StrCat(absl::StrJoin(options.paths, ", "), ": none of the ", scans->clouds().size(),
                      " clouds has a pose: their stamps are ",
                      SpanText(scans->clouds().front().stamp_ns, scans->clouds().back().stamp_ns),
                      ", those of the poses ", span ? SpanText(span->first, span->second) : "none"));
+    return WithNotes(error, scans->notes());
   }
   drive.notes = scans->notes();
   drive.num_without_pose = without.size();
@@ -332,7 +335,9 @@ absl::StatusOr<Drive> OpenBagDrive(const BagDriveOptions& options) {
 absl::StatusOr<std::vector<ScanFile>> ListBagScans(const BagDriveOptions& options,
                                                    std::vector<std::string>& notes) {
   const auto scans = std::make_shared<BagScans>();
-  if (absl::Status status = scans->Open(options, false); !status.ok()) return status;
+  if (absl::Status status = scans->Open(options, false); !status.ok()) {
+    return WithNotes(status, scans->notes());
+  }
   std::vector<ScanFile> files;
   for (std::size_t i = 0; i < scans->clouds().size(); ++i) files.push_back(scans->FileOf(i, scans));
   notes.insert(notes.end(), scans->notes().begin(), scans->notes().end());
