@@ -105,7 +105,11 @@ TEST_F(OfflineClientTest, TracksARobotAsAServerDoes) {
     EXPECT_EQ(told->num_scans, expected->num_scans);
     EXPECT_EQ(told->is_relocated, expected->is_relocated);
   }
-  EXPECT_TRUE(here.Close().ok());
+  for (RobotStream* stream : {&here, &there}) {
+    EXPECT_TRUE(stream->Close().ok());
+    const absl::Status ended = stream->Locate(test::QueryScan(1, 0)).status();
+    EXPECT_EQ(ended.code(), absl::StatusCode::kFailedPrecondition) << ended;
+  }
 }
 
 TEST_F(OfflineClientTest, TellsOfTheBaseOfAMountedSensorAsAServerDoes) {

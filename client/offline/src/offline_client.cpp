@@ -128,6 +128,7 @@ class OfflineClient::TrackedRobot final : public RobotStream::Tracking {
 
   absl::StatusOr<TrackedReply> Locate(PointView scan, const std::optional<Pose>& T_last_scan,
                                       const ScanHeader& header) override {
+    if (is_closed_) return absl::FailedPreconditionError("the stream has ended; open another");
     const absl::StatusOr<State::Described> described = state_->Describe(scan, mount_);
     if (!described.ok()) return described.status();
     std::optional<Pose> T_last = T_last_scan;
@@ -146,10 +147,15 @@ class OfflineClient::TrackedRobot final : public RobotStream::Tracking {
                         .num_scans = told->num_scans,
                         .is_relocated = told->is_relocated};
   }
+  absl::Status Close() override {
+    is_closed_ = true;
+    return absl::OkStatus();
+  }
 
  private:
   const std::shared_ptr<State> state_;
   Tracker tracker_;
+  bool is_closed_ = false;
   const SensorMount mount_;
   const Terms terms_;
 };
