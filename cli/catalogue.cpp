@@ -7,7 +7,6 @@
 #include <CLI/CLI.hpp>
 #include <filesystem>
 #include <fstream>
-#include <iterator>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -181,10 +180,12 @@ class PublishCommand : public Command {
     for (const absl::string_view part : absl::StrSplit(area_, ',')) {
       double number = 0.0;
       if (!absl::SimpleAtod(part, &number)) {
+        constexpr std::size_t kMostBytes = 16 << 20;  // /dev/zero has no end
         std::ifstream file(area_, std::ios::binary);
-        const std::string text{std::istreambuf_iterator<char>(file),
-                               std::istreambuf_iterator<char>()};
-        if (file) return catalogue::AreaFromGeoJson(text);
+        std::string text(kMostBytes, '\0');
+        file.read(text.data(), kMostBytes);
+        text.resize(static_cast<std::size_t>(file.gcount()));
+        if (file.eof()) return catalogue::AreaFromGeoJson(text);
         return absl::NotFoundError(absl::StrCat(
             "--area ", Printable(area_), " is neither a list of numbers nor a file to be read"));
       }

@@ -1,6 +1,7 @@
 #include "cli/connection_options.hpp"
 
 #include <fstream>
+#include <iomanip>
 
 namespace scanloc::cli {
 
@@ -38,7 +39,8 @@ absl::StatusOr<client::ClientOptions> ClientOptionsOf(const Connection& connecti
                                 .connect_timeout = connection.deadline};
   if (!connection.token_file.empty()) {
     std::ifstream file(connection.token_file);
-    if (!(file >> options.token)) {
+    constexpr int kMostBytes = 64 << 10;  // /dev/zero has no end
+    if (!(file >> std::setw(kMostBytes) >> options.token)) {
       return absl::NotFoundError("cannot read a token from " + connection.token_file);
     }
   }

@@ -4,7 +4,6 @@
 #include <grpcpp/security/credentials.h>
 
 #include <fstream>
-#include <iterator>
 #include <string>
 
 #include "absl/strings/str_cat.h"
@@ -14,10 +13,16 @@ namespace scanloc::client {
 namespace {
 
 absl::StatusOr<std::string> ReadPem(const std::string& path) {
+  // More than the certificates of every CA there is; /dev/zero has no end, and a folder throws if
+  // it is read by iterators.
+  constexpr std::size_t kMostBytes = 4 << 20;
   if (path.empty()) return std::string();
   std::ifstream file(path);
-  std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-  if (!file || text.find("-----BEGIN ") == std::string::npos) {
+  std::string text(kMostBytes, '\0');
+  file.read(text.data(), kMostBytes);
+  const bool is_whole = file.eof();
+  text.resize(static_cast<std::size_t>(file.gcount()));
+  if (!is_whole || text.find("-----BEGIN ") == std::string::npos) {
     return absl::InvalidArgumentError(
         absl::StrCat("'", path, "' cannot be read or is not in PEM format"));
   }

@@ -5,6 +5,7 @@
 
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_split.h"
 #include "absl/strings/strip.h"
 
 namespace scanloc::server {
@@ -22,12 +23,15 @@ std::size_t LineOf(const std::vector<std::string>& lines, const std::string& beg
 }  // namespace
 
 std::vector<CLI::ConfigItem> ConfigFile::from_config(std::istream& input) const {
-  lines_.clear();
-  std::string text;
-  for (std::string line; std::getline(input, line);) {
-    absl::StrAppend(&text, line, "\n");
-    lines_.push_back(line);
+  constexpr std::size_t kMostBytes = 1 << 20;  // /dev/zero has no end
+  std::string text(kMostBytes, '\0');
+  input.read(text.data(), kMostBytes);
+  text.resize(static_cast<std::size_t>(input.gcount()));
+  if (!input.eof()) {
+    throw CLI::ValidationError(
+        "--config", absl::StrCat("cannot be read, or has ", kMostBytes, " bytes or more"));
   }
+  lines_ = absl::StrSplit(text, '\n');
   std::istringstream stream(text);
   std::vector<CLI::ConfigItem> found = CLI::ConfigTOML::from_config(stream);
   for (const CLI::ConfigItem& item : found) names_.push_back(item.fullname());

@@ -39,6 +39,13 @@ class ClientTest : public testing::Test {
   std::optional<Client> client_;
 };
 
+TEST(Client, RefusesCertificatesThatAreNone) {
+  for (const char* path : {"/dev/zero", "/", "/none"}) {
+    const auto client = Client::Connect({.address = "127.0.0.1:1", .tls_ca_file = path});
+    EXPECT_EQ(client.status().code(), absl::StatusCode::kInvalidArgument) << client.status();
+  }
+}
+
 TEST_F(ClientTest, GetsTheAnswerOfALocalizerInEveryWay) {
   const Map map = test::SmallMap(1, kNumPlaces);
   Connect({{"town", map}});

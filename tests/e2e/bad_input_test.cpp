@@ -177,6 +177,15 @@ TEST(BadInput, MapMustBeAMap) {
   }
 }
 
+TEST(BadInput, FilesWithoutAnEndAndFoldersAreNotReadForEver) {
+  const TempDir dir;
+  for (const auto& [option, part] : {std::pair("--token-file", "token"), {"--tls-ca", "PEM"}}) {
+    for (const std::string& path : {std::string("/dev/zero"), dir.path().string()}) {
+      ExpectOneLine(Scanloc({"info", "--server", "127.0.0.1:1", option, path}), part);
+    }
+  }
+}
+
 TEST(BadInput, PlotRefusesAnswersThatAreNotOfTheMap) {
   const TempDir dir;
   const std::string header = "query,outcome,place,x,y\n";

@@ -86,8 +86,9 @@ TEST(Publish, SaysWhereARegionIs) {
       R"({"type": "Polygon", "coordinates": [[[11.5, 48], [11.6, 48], [11.6, 48.1], [11.5, 48]]]})");
   EXPECT_EQ(area(Town().map1, {"--area", file}),
             json({{"on_earth", true}, {"corners", {{11.5, 48}, {11.6, 48}, {11.6, 48.1}}}}));
-  for (const std::string& bad : {std::string("1,2,3"), std::string("1,2"), dir.File("none"),
-                                 std::string("11.5,48,200,49"), Town().map1}) {
+  for (const std::string& bad :
+       {std::string("1,2,3"), std::string("1,2"), dir.File("none"), std::string("11.5,48,200,49"),
+        Town().map1, dir.path().string(), std::string("/dev/zero")}) {
     const ProcessResult result = Publish(dir, on_earth, "town", {"--area", bad});
     EXPECT_EQ(result.status, 1) << bad;
     EXPECT_EQ(CountLines(result.err), 1) << result.err;

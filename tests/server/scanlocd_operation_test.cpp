@@ -183,7 +183,7 @@ TEST_F(ScanlocdOperationTest, RefusesAConfigFileThatItDoesNotUnderstand) {
   const std::string map = "town=" + WriteMap("town", 1);
   for (const std::string& config :
        {dir_.Write("a.toml", "max-pionts = 100\n"), dir_.Write("b.toml", "max-points = \"many\"\n"),
-        dir_.File("absent.toml")}) {
+        dir_.File("absent.toml"), std::string("/dev/zero")}) {
     test::Process scanlocd(Command({"--map", map, "--config", config}));
     EXPECT_EQ(scanlocd.Wait(), 2) << config;
     EXPECT_NE(scanlocd.stderr_text(), "");

@@ -7,14 +7,13 @@
 #include <grpcpp/security/tls_credentials_options.h>
 
 #include <chrono>
-#include <fstream>
-#include <iterator>
 #include <memory>
 #include <vector>
 
 #include "absl/status/statusor.h"
 #include "absl/strings/str_cat.h"
 #include "grpc/health/v1/health.grpc.pb.h"
+#include "ops/file_watch.hpp"
 #include "scanloc/proto/status.hpp"
 
 namespace scanloc::server {
@@ -22,10 +21,9 @@ namespace {
 
 absl::StatusOr<std::string> ReadText(const std::string& path) {
   if (path.empty()) return std::string();
-  std::ifstream file(path);
-  std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-  if (file && !text.empty()) return text;
-  return absl::InvalidArgumentError(absl::StrCat("cannot read '", path, "', or it is empty"));
+  absl::StatusOr<std::string> text = ReadSmallFile(path);
+  if (!text.ok() || !text->empty()) return text;
+  return absl::InvalidArgumentError(absl::StrCat("'", path, "' is empty"));
 }
 
 absl::StatusOr<std::shared_ptr<grpc::ChannelCredentials>> CredentialsOf(const Probe& probe) {
