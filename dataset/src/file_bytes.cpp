@@ -44,8 +44,9 @@ absl::Status CheckSize(const std::string& path, const struct stat& info, std::in
   return absl::OkStatus();
 }
 
-// What a repository holds in place of a large file that was not fetched.
-absl::Status CheckNoPointer(const std::string& path, std::string_view bytes) {
+// What a repository holds in place of a large file that was not fetched, and what gzip makes of
+// one.
+absl::Status CheckIsItself(const std::string& path, std::string_view bytes) {
   constexpr std::string_view kLfs = "version https://git-lfs.github.com/spec/";
   constexpr std::string_view kAnnex = "/annex/objects/";
   if (bytes.substr(0, kLfs.size()) == kLfs) {
@@ -55,6 +56,12 @@ absl::Status CheckNoPointer(const std::string& path, std::string_view bytes) {
   if (bytes.substr(0, kAnnex.size()) == kAnnex) {
     return absl::InvalidArgumentError(absl::StrCat(
         path, ": is a git-annex pointer, not the file itself; fetch that with `git annex get`"));
+  }
+  // As a float, with the byte behind them, they are smaller than any coordinate.
+  constexpr std::string_view kGzip = "\x1F\x8B\x08";
+  if (bytes.size() > 3 && bytes.substr(0, 3) == kGzip && bytes[3] >= 0 && bytes[3] < ' ') {
+    return absl::InvalidArgumentError(
+        absl::StrCat(path, ": is compressed by gzip; decompress it with `gunzip` first"));
   }
   return absl::OkStatus();
 }
@@ -86,7 +93,7 @@ absl::StatusOr<FileBytes> ReadFileBytes(const std::string& path, std::int64_t ma
     num_read += static_cast<std::size_t>(n);
   }
   FileBytes bytes(std::move(data), size);
-  if (absl::Status status = CheckNoPointer(path, bytes.view()); !status.ok()) return status;
+  if (absl::Status status = CheckIsItself(path, bytes.view()); !status.ok()) return status;
   return bytes;
 }
 

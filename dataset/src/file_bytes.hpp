@@ -30,7 +30,7 @@ class FileBytes {
 
 /// Reads a regular file that is not empty and holds at most max_bytes. Never waits for a pipe.
 /// NotFound, PermissionDenied, or InvalidArgument with the path and the reason, which may be that
-/// the file is a pointer of Git LFS or git-annex.
+/// the file is a pointer of Git LFS or git-annex, or compressed by gzip.
 [[nodiscard]] absl::StatusOr<FileBytes> ReadFileBytes(const std::string& path,
                                                       std::int64_t max_bytes);
 

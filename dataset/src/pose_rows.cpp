@@ -39,6 +39,10 @@ absl::Status ForEachRow(const std::string& file, BlankLines blank_lines, const R
                         const RowHandler& handle_comment) {
   const absl::StatusOr<FileBytes> bytes = ReadFileBytes(file, kMaxTextFileBytes);
   if (!bytes.ok()) return bytes.status();
+  const std::string_view mark = bytes->view().substr(0, 2);
+  if (mark == "\xFF\xFE" || mark == "\xFE\xFF") {
+    return BadText(absl::StrCat(file, ": is text in UTF-16; save it as UTF-8"));
+  }
   LineReader lines(bytes->view());
   TextRow row;
   std::size_t first_blank_line = 0;

@@ -11,12 +11,15 @@
 
 namespace scanloc::dataset {
 
-/// Walks through the lines of a text, counting them; takes "\n" and "\r\n" ends.
+/// Walks through the lines of a text, counting them; takes "\n" and "\r\n" ends, and passes over
+/// the mark (BOM) that Windows puts before UTF-8.
 class LineReader {
  public:
   /// first_line is the number of the text's first line, for messages.
   explicit LineReader(std::string_view text, std::size_t first_line = 1)
-      : rest_(text), line_number_(first_line - 1) {}
+      : rest_(text), line_number_(first_line - 1) {
+    if (rest_.substr(0, 3) == "\xEF\xBB\xBF") rest_.remove_prefix(3);
+  }
 
   /// The next line without its end; none at the end of the text.
   std::optional<std::string_view> Next();

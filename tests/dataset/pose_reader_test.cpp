@@ -89,6 +89,22 @@ TEST(PoseReader, TakesTrailingBlankLinesAndWindowsLineEnds) {
   EXPECT_EQ(trajectory->T_map_sensor.size(), 2U);
 }
 
+TEST(PoseReader, PassesOverTheMarkBeforeUtf8AndNamesUtf16) {
+  for (const std::string& text :
+       {kTurnedRow, "# a comment\n" + kTurnedRow,
+        std::string("x,y,z,qw,qx,qy,qz\n1,2,3,0.70710678,0,0,0.70710678")}) {
+    const auto trajectory = Read("\xEF\xBB\xBF" + text);
+    ASSERT_TRUE(trajectory.ok()) << trajectory.status();
+    EXPECT_TRUE(trajectory->T_map_sensor[0].isApprox(Turned(), 1e-7));
+  }
+  EXPECT_THAT(std::string(Read(std::string("\xFF\xFE"
+                                           "1\0 \0",
+                                           6))
+                              .status()
+                              .message()),
+              HasSubstr("poses.txt: is text in UTF-16"));
+}
+
 TEST(PoseReader, TakesALastLineWithoutEnd) {
   const auto trajectory = Read(kTurnedRow);
   ASSERT_TRUE(trajectory.ok()) << trajectory.status();

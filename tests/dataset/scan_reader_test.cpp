@@ -104,7 +104,7 @@ TEST(ScanReader, RefusesRowsOfAnotherNumberOfFloats) {
   }
 }
 
-TEST(ScanReader, NamesPointersThatStandForAFile) {
+TEST(ScanReader, NamesWhatStandsForAFile) {
   const TempDir dir;
   for (const char* name : {"0.bin", "0.pcd", "0.ply", "0.npy"}) {
     EXPECT_THAT(std::string(ReadScan(dir.Write(name,
@@ -117,6 +117,9 @@ TEST(ScanReader, NamesPointersThatStandForAFile) {
         std::string(
             ReadScan(dir.Write(name, "/annex/objects/SHA256E-s1--00\n")).status().message()),
         HasSubstr("git-annex pointer"));
+    EXPECT_THAT(
+        std::string(ReadScan(dir.Write(name, "\x1F\x8B\x08\x08 and more")).status().message()),
+        HasSubstr("compressed by gzip"));
   }
 }
 
