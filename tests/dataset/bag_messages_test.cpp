@@ -49,6 +49,7 @@ class Ros1Message {
 struct Layout {
   std::uint32_t height = 1, width = 1, z_offset = 8, point_step = 12, row_step = 12, num_data = 12;
   std::uint8_t z_type = 7;
+  std::uint32_t z_count = 1;
 };
 
 std::string Cloud(const Layout& layout) {
@@ -56,7 +57,7 @@ std::string Cloud(const Layout& layout) {
   message.Head(1, "/lidar").Add(layout.height).Add(layout.width).Add(std::uint32_t{3});
   message.Add(std::string("x")).Add(std::uint32_t{0}).Add(std::uint8_t{7}).Add(std::uint32_t{1});
   message.Add(std::string("y")).Add(std::uint32_t{4}).Add(std::uint8_t{7}).Add(std::uint32_t{1});
-  message.Add(std::string("z")).Add(layout.z_offset).Add(layout.z_type).Add(std::uint32_t{1});
+  message.Add(std::string("z")).Add(layout.z_offset).Add(layout.z_type).Add(layout.z_count);
   message.Add(std::uint8_t{0}).Add(layout.point_step).Add(layout.row_step);
   message.Add(layout.num_data).Add(1.0F).Add(2.0F).Add(3.0F).Add(std::uint8_t{1});
   return message.bytes();
@@ -94,6 +95,12 @@ TEST(CloudMessage, IsRefusedWithTheReason) {
   EXPECT_FALSE(DecodeCloud(WireFormat::kCdr, Cloud({}), false).ok());
   EXPECT_FALSE(DecodeCloud(WireFormat::kCdr, std::string("\0\x03\0\0", 4), false).ok());
   EXPECT_FALSE(DecodeCloud(WireFormat::kOther, Cloud({}), false).ok());
+}
+
+TEST(CloudMessage, MaySayThatItHasNoneOfACoordinate) {
+  const auto cloud = DecodeCloud(WireFormat::kRos1, Cloud({.z_count = 0}), false);
+  ASSERT_TRUE(cloud.ok()) << cloud.status();
+  EXPECT_EQ(cloud->scan.points, (PointCloud{{1, 2, 3}}));
 }
 
 TEST(CloudMessage, MayBeWithoutPointsAndFields) {

@@ -95,8 +95,11 @@ absl::StatusOr<CloudLayout> ReadLayout(WireReader& reader, bool with_intensities
     field.offset = reader.Read<std::uint32_t>();
     field.type = reader.Read<std::uint8_t>();
     const auto count = reader.Read<std::uint32_t>();
-    // Of padding nothing is read, whatever its type.
-    if (count > 0 && IsReadField(field.name, with_intensities)) layout.fields.push_back(field);
+    // Of padding nothing is read, whatever its type. Some drivers say 0 for one, as PCL takes it.
+    const bool is_coordinate = field.name == "x" || field.name == "y" || field.name == "z";
+    if ((count > 0 || is_coordinate) && IsReadField(field.name, with_intensities)) {
+      layout.fields.push_back(field);
+    }
   }
   layout.is_big_endian = reader.Read<std::uint8_t>() != 0;
   layout.point_step = reader.Read<std::uint32_t>();
