@@ -8,6 +8,7 @@
 #include <array>
 
 #include "absl/strings/str_cat.h"
+#include "bag/pose_gaps.hpp"
 #include "scanloc/dataset/scan_reader.hpp"
 #include "support/paths.hpp"
 #include "support/temp_dir.hpp"
@@ -117,6 +118,19 @@ TEST(BagDrive, LeavesOutCloudsThatHaveNoPoseInTime) {
   EXPECT_THAT(std::string(late.status().message()),
               AllOf(HasSubstr("none of the 7 clouds has a pose"),
                     HasSubstr("those of the poses 1700003599.900 to 1700003601.950 s")));
+}
+
+TEST(BagDrive, NotesWherePosesLeapFasterThanAnythingDrives) {
+  std::vector<Frame> frames(4);
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    frames[i].stamp_ns = 1'000'000'000 + 100'000'000 * static_cast<std::int64_t>(i);
+    frames[i].T_map_sensor = Eigen::Translation3d(5.0 * static_cast<double>(i), 0, 0);
+  }
+  EXPECT_EQ(LeapText(frames), "") << "50 m/s";
+  frames[2].T_map_sensor = frames[3].T_map_sensor = Pose::Identity();
+  frames[1].T_map_sensor = Eigen::Translation3d(80, 0, 0);
+  EXPECT_THAT(LeapText(frames),
+              HasSubstr("leap by 80.0 m within 0.100 s, to the cloud of 1.100 s"));
 }
 
 TEST(BagDrive, LeavesOutCloudsThatNameNoFrameWhereOthersDo) {

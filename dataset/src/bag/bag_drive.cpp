@@ -190,8 +190,9 @@ absl::Status BagScans::ReadHeads() {
                                   " have no stamp: the time of recording is taken"));
   }
   if (num_bad_poses_ > 0) {
-    notes_.push_back(
-        absl::StrCat(num_bad_poses_, " poses or transforms that are none are left out"));
+    notes_.push_back(absl::StrCat(num_bad_poses_,
+                                  " poses or transforms that are none (not finite, or with a "
+                                  "quaternion not of length 1) are left out"));
   }
   return absl::OkStatus();
 }
@@ -322,6 +323,7 @@ absl::StatusOr<Drive> OpenBagDrive(const BagDriveOptions& options) {
     return WithNotes(error, scans->notes());
   }
   drive.notes = scans->notes();
+  if (std::string leap = LeapText(drive.frames); !leap.empty()) drive.notes.push_back(leap);
   drive.num_without_pose = without.size();
   if (!without.empty()) {
     drive.notes.push_back(absl::StrCat(without.size(), " of the ", scans->clouds().size(),

@@ -26,6 +26,23 @@ std::string GapText(const std::vector<std::int64_t>& stamps_ns,
                          last, longest_s, kSPerNs * static_cast<double>(stamps_ns[first]));
 }
 
+std::string LeapText(const std::vector<Frame>& frames) {
+  constexpr double kFastest_m_per_s = 100.0;
+  constexpr double kLeast_m = 5.0;
+  for (std::size_t i = 1; i < frames.size(); ++i) {
+    const double way_m =
+        (frames[i].T_map_sensor.translation() - frames[i - 1].T_map_sensor.translation()).norm();
+    const double time_s =
+        kSPerNs * static_cast<double>(frames[i].stamp_ns - frames[i - 1].stamp_ns);
+    if (way_m < kLeast_m + kFastest_m_per_s * time_s) continue;
+    return absl::StrFormat(
+        "the poses leap by %.1f m within %.3f s, to the cloud of %.3f s: where "
+        "odometry began anew there, build what is before and after apart",
+        way_m, time_s, kSPerNs * static_cast<double>(frames[i].stamp_ns));
+  }
+  return "";
+}
+
 std::string SpanText(std::int64_t first_ns, std::int64_t last_ns) {
   return absl::StrFormat("%.3f to %.3f s", kSPerNs * static_cast<double>(first_ns),
                          kSPerNs * static_cast<double>(last_ns));

@@ -5,12 +5,18 @@
 #include <string>
 #include <vector>
 
+#include "scanloc/dataset/drive.hpp"
+
 namespace scanloc::dataset {
 
 /// "the longest gap is that of clouds 3 to 7, ...": of the clouds without a pose, which are given
 /// by their numbers in the order of time, at least one.
 [[nodiscard]] std::string GapText(const std::vector<std::int64_t>& stamps_ns,
                                   const std::vector<std::size_t>& without);
+
+/// Says where a drive leaps from one cloud to the next, faster than anything drives, as where
+/// odometry began anew; empty if it does nowhere.
+[[nodiscard]] std::string LeapText(const std::vector<Frame>& frames);
 
 /// "1.000 to 2.500 s".
 [[nodiscard]] std::string SpanText(std::int64_t first_ns, std::int64_t last_ns);
