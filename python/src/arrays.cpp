@@ -20,15 +20,17 @@ std::string Text(const nb::object& object) { return nb::str(object).c_str(); }
 
 std::string TypeText(nb::handle object) { return Text(nb::borrow(object.type())); }
 
+/// What an object is, for who wanted an array of something else.
+std::string KindText(nb::handle object) {
+  if (!nb::hasattr(object, "dtype")) return TypeText(object);
+  return absl::StrCat("an array of ", Text(object.attr("dtype")));
+}
+
 /// Any array that lies in this machine's memory in its own byte order.
 nb::ndarray<nb::ro> AnyArray(nb::handle object, const char* name, const char* wanted) {
   nb::ndarray<nb::ro> array;
   if (!nb::try_cast(object, array)) {
-    std::string what = TypeText(object);
-    if (nb::hasattr(object, "dtype")) {
-      what = absl::StrCat("an array of ", Text(object.attr("dtype")));
-    }
-    Refuse(absl::StrCat(name, " is ", what, "; it must be ", wanted));
+    Refuse(absl::StrCat(name, " is ", KindText(object), "; it must be ", wanted));
   }
   return array;
 }
@@ -115,8 +117,8 @@ Scan::Scan(nb::handle points)
     Refuse("points lie on another device; copy them to this machine's memory");
   }
   if (array_.dtype() != nb::dtype<float>()) {
-    Refuse(absl::StrCat("points are of ", Text(points.attr("dtype")),
-                        "; they must be float32: points.astype(numpy.float32)"));
+    Refuse(absl::StrCat("points is ", KindText(points),
+                        "; it must be of float32: points.astype(numpy.float32)"));
   }
   if (array_.ndim() != 2 || array_.shape(1) < 3 || array_.shape(1) > 64) {
     Refuse(absl::StrCat("points have the shape ", ShapeText(array_),

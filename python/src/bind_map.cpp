@@ -1,7 +1,9 @@
+#include <nanobind/stl/filesystem.h>
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
 
+#include <filesystem>
 #include <optional>
 #include <string>
 
@@ -40,17 +42,24 @@ constexpr char kBuildDoc[] =
   "num_threads: int = 0, "                                   \
   "progress: collections.abc.Callable[[int, int], object] | None = None"
 
+/// Names of files may be no UTF-8; as os.fsdecode has them.
+nb::str FsText(const std::string& text) {
+  return nb::steal<nb::str>(
+      PyUnicode_DecodeFSDefaultAndSize(text.data(), static_cast<Py_ssize_t>(text.size())));
+}
+
 }  // namespace
 
 void BindMap(nb::module_& m) {
   nb::class_<PythonMap>(m, "Map", "A map file (*.scanloc) in memory; immutable.")
       .def_static(
-          "open", [](const std::string& path) { return Unlocked([&] { return OpenMap(path); }); },
+          "open",
+          [](const std::filesystem::path& path) { return Unlocked([&] { return OpenMap(path); }); },
           nb::arg("path"), "Reads the file and checks all of it. NotFound, DataLoss, ...")
       .def_static(
           "build",
-          [](const std::string& path, nb::object scans, nb::handle T_map_scan, double spacing_m,
-             const std::optional<std::vector<std::int64_t>>& stamps_ns,
+          [](const std::filesystem::path& path, nb::object scans, nb::handle T_map_scan,
+             double spacing_m, const std::optional<std::vector<std::int64_t>>& stamps_ns,
              const std::optional<std::vector<std::string>>& names, const std::string& session,
              const Params& params, std::optional<double> scale, const SensorMount& mount,
              bool check, bool calibrate, bool resume, int num_threads, nb::object progress) {
@@ -66,7 +75,7 @@ void BindMap(nb::module_& m) {
           nb::arg("mount").sig("SensorMount()") = SensorMount{}, nb::arg("check") = true,
           nb::arg("calibrate") = true, nb::arg("resume") = false, nb::arg("num_threads") = 0,
           nb::arg("progress") = nb::none(),
-          nb::sig("def build(path: str, " SCANLOC_DRIVE
+          nb::sig("def build(path: str | os.PathLike, " SCANLOC_DRIVE
                   ", *, spacing_m: float = 1.0, " SCANLOC_EACH_SCAN
                   ", session: str = 'drive', params: Params = Params(), scale: float | None = "
                   "None, " SCANLOC_STEPS ") -> Map"),
@@ -77,7 +86,7 @@ void BindMap(nb::module_& m) {
               .c_str())
       .def_static(
           "append",
-          [](const std::string& path, nb::object scans, nb::handle T_map_scan,
+          [](const std::filesystem::path& path, nb::object scans, nb::handle T_map_scan,
              const std::string& session, double spacing_m,
              const std::optional<std::vector<std::int64_t>>& stamps_ns,
              const std::optional<std::vector<std::string>>& names, const SensorMount& mount,
@@ -94,14 +103,14 @@ void BindMap(nb::module_& m) {
           nb::arg("mount").sig("SensorMount()") = SensorMount{}, nb::arg("check") = true,
           nb::arg("calibrate") = true, nb::arg("resume") = false, nb::arg("num_threads") = 0,
           nb::arg("progress") = nb::none(),
-          nb::sig("def append(path: str, " SCANLOC_DRIVE
+          nb::sig("def append(path: str | os.PathLike, " SCANLOC_DRIVE
                   ", session: str, *, spacing_m: float = 1.0, " SCANLOC_EACH_SCAN ", " SCANLOC_STEPS
                   ") -> Map"),
           absl::StrCat("Adds a session to the file and opens it anew; maps opened before stay as "
                        "they were. ",
                        kBuildDoc)
               .c_str())
-      .def_ro("path", &PythonMap::path)
+      .def_prop_ro("path", [](const PythonMap& map) { return FsText(map.path); })
       .def_prop_ro("params", [](const PythonMap& map) { return map.map->params; })
       .def_prop_ro("content_id", [](const PythonMap& map) { return map.map->content_id; })
       .def_prop_ro(
@@ -138,7 +147,7 @@ void BindMap(nb::module_& m) {
           },
           nb::rv_policy::move, "N int32, indices into sessions.")
       .def("__repr__", [](const PythonMap& map) {
-        return absl::StrCat("<Map ", map.path, ": ", map.map->places.size(), " places>");
+        return FsText(absl::StrCat("<Map ", map.path, ": ", map.map->places.size(), " places>"));
       });
 }
 

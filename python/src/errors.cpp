@@ -1,5 +1,7 @@
 #include "errors.hpp"
 
+#include <string_view>
+
 namespace nb = nanobind;
 
 namespace scanloc::python {
@@ -45,7 +47,11 @@ void TranslateErrors() {
       std::rethrow_exception(thrown);
     } catch (const StatusError& error) {
       const nb::object kind = nb::module_::import_("scanloc.errors").attr(NameOf(error.code()));
-      PyErr_SetString(kind.ptr(), error.what());
+      // Names of files may be no UTF-8.
+      const std::string_view text = error.what();
+      const nb::object what = nb::steal(PyUnicode_DecodeUTF8(
+          text.data(), static_cast<Py_ssize_t>(text.size()), "surrogateescape"));
+      PyErr_SetObject(kind.ptr(), what.ptr());
     }
   });
 }

@@ -65,6 +65,7 @@ def test_skips_points_that_are_not_finite(localizer):
     (np.array([[None] * 3]), "object"),
     ([[1.0, 2.0, 3.0]], "list"),
     ("points", "str"),
+    (bytes(48), "bytes"),
     (None, "NoneType"),
 ])
 def test_refuses_arrays_that_are_no_scan(localizer, bad, text):

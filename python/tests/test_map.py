@@ -19,9 +19,9 @@ def test_tells_its_places_as_arrays(town, poses):
 
 
 def test_opens_and_appends(tmp_path, town, scans, poses):
-    path = str(tmp_path / "town.scanloc")
-    pathlib.Path(path).write_bytes(pathlib.Path(town.path).read_bytes())
-    before = scanloc.Map.open(path)
+    path = tmp_path / "town.scanloc"
+    path.write_bytes(pathlib.Path(town.path).read_bytes())
+    before = scanloc.Map.open(str(path))
     assert before.content_id == town.content_id
     more = np.stack([place_pose(i) for i in range(20, 25)])
     grown = scanloc.Map.append(path, lambda i: scene(20 + i), more, "second")
@@ -30,6 +30,16 @@ def test_opens_and_appends(tmp_path, town, scans, poses):
     with pytest.raises(scanloc.AlreadyExists):
         scanloc.Map.append(path, scans, poses, "second", check=False)
     assert scanloc.Map.open(path).content_id == grown.content_id
+
+
+def test_takes_names_of_files_that_are_no_text(tmp_path, town):
+    path = os.fsencode(tmp_path) + b"/\xff.scanloc"
+    with pytest.raises(scanloc.NotFound, match="\udcff.scanloc"):
+        scanloc.Map.open(path)
+    with open(path, "wb") as file:
+        file.write(pathlib.Path(town.path).read_bytes())
+    opened = scanloc.Map.open(path)
+    assert os.fsencode(opened.path) == path and "\udcff" in repr(opened)
 
 
 def test_raises_errors_of_their_kinds(tmp_path, town, scans, poses):
