@@ -56,7 +56,13 @@ Told Lookout::TakeOdometry(const dataset::StampedPose& pose) {
     const auto T_child_base = chain.ok() ? chain->At(pose.stamp_ns) : std::nullopt;
     if (T_child_base) of_base.T_parent_child = pose.T_parent_child * *T_child_base;
   }
-  odometry_.Add(of_base);
+  if (odometry_.Add(of_base)) {
+    T_odom_asked_.reset();
+    last_reply_.reset();
+    begins_anew_ = true;
+    // Where the map lies in what is counted from now on is not known.
+    if (T_map_odom_) Lose();
+  }
   if (options_.odom_frame.empty()) odom_frame_ = pose.parent;
   Told told;
   if (options_.publishes_tf && state_ == State::kLocalized && T_map_odom_) {
@@ -235,10 +241,14 @@ void Lookout::TakeMiss() {
   ++num_misses_in_row_;
   not_before_ns_ = asked_at_ns_ + kSearchInterval_ns;
   if (state_ == State::kLocalized && num_misses_in_row_ >= options_.num_misses_to_lost) {
-    state_ = State::kLost;
-    unheard_.reset();
-    T_map_odom_.reset();  // silent rather than wrong
+    Lose();
   }
+}
+
+void Lookout::Lose() {
+  state_ = State::kLost;
+  unheard_.reset();
+  T_map_odom_.reset();  // silent rather than wrong
 }
 
 std::int64_t Lookout::NextChange_ns() const {

@@ -126,6 +126,7 @@ class Lookout {
   [[nodiscard]] PoseMessage TakeLocalized(const TrackedReply& reply,
                                           const dataset::MessageHead& head, std::int64_t now_ns);
   void TakeMiss();
+  void Lose();
   /// One line for people, and how bad it is.
   void DiagnoseState(DiagnosticMessage& diagnosis) const;
 

@@ -47,7 +47,8 @@ void Lookout::DiagnoseState(DiagnosticMessage& diagnosis) const {
     return Set(diagnosis, Level::kError, absl::StrCat("no answer: ", Printable(problem_)));
   }
   if (state_ == State::kLost) {
-    return Set(diagnosis, Level::kError, absl::StrCat("lost again: ", outcome));
+    return Set(diagnosis, Level::kError,
+               absl::StrCat("lost again: ", last_reply_ ? outcome : "odometry leapt"));
   }
   if (!cloud_problem_.empty()) {
     return Set(diagnosis, Level::kError,

@@ -1,11 +1,22 @@
 #include "odometry.hpp"
 
+#include <cmath>
+
 namespace scanloc::ros2 {
 
-void Odometry::Add(const dataset::StampedPose& pose) {
+bool Odometry::Add(const dataset::StampedPose& pose) {
+  constexpr double kFastest_m_per_s = 100.0;
+  constexpr double kLeast_m = 1.0;
   const std::optional<std::int64_t> newest = newest_ns();
-  if (newest == pose.stamp_ns) return;  // a pose a time
-  if (newest > pose.stamp_ns) track_ = {};
+  if (newest == pose.stamp_ns) return false;  // a pose a time
+  bool leaps = false;
+  if (newest) {
+    const Pose& last = track_.samples().back().second;
+    const double way_m = (pose.T_parent_child.translation() - last.translation()).norm();
+    const double time_s = std::abs(1e-9 * static_cast<double>(pose.stamp_ns - *newest));
+    leaps = way_m > kLeast_m + kFastest_m_per_s * time_s;
+  }
+  if (leaps || newest > pose.stamp_ns) track_ = {};
   track_.Add(pose.stamp_ns, pose.T_parent_child);
   const auto& samples = track_.samples();
   if (samples.size() > kMaxSamples) {
@@ -13,6 +24,7 @@ void Odometry::Add(const dataset::StampedPose& pose) {
   } else if (samples.front().first < pose.stamp_ns - 2 * kKept_ns) {
     track_.ForgetBefore(pose.stamp_ns - kKept_ns);
   }
+  return leaps;
 }
 
 std::optional<std::int64_t> Odometry::newest_ns() const {

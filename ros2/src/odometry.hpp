@@ -20,8 +20,9 @@ class Odometry {
   static constexpr std::size_t kMaxSamples = 20'000;
 
   /// Takes a message of odometry. A stamp from before the newest forgets all that was there: time
-  /// began anew, as when a bag is played again.
-  void Add(const dataset::StampedPose& pose);
+  /// began anew, as when a bag is played again. So does a leap, and says so: a way that no robot
+  /// goes in the time since the newest, as where odometry began anew.
+  bool Add(const dataset::StampedPose& pose);
 
   /// Interpolated; none outside of what is known.
   [[nodiscard]] std::optional<Pose> At(std::int64_t stamp_ns) const { return track_.At(stamp_ns); }

@@ -175,6 +175,34 @@ TEST_F(LookoutTest, PublishesMapToOdomWhileLocalizedAndIsSilentWhenLost) {
   EXPECT_FALSE(Odom(3, At(30)).map_odom.has_value());
 }
 
+TEST_F(LookoutTest, IsSilentFromALeapOfOdometryUntilTheRobotIsFound) {
+  Begin({.mode = Mode::kUntilLocalized, .stays = true, .publishes_tf = true});
+  (void)Odom(0, At(0));
+  (void)Odom(1, At(10));
+  Cloud(1);
+  ASSERT_TRUE(Next().has_value());
+  (void)Answer(Localized(At(110)));
+  EXPECT_TRUE(Odom(1.1, At(19)).map_odom.has_value()) << "90 m/s";
+  EXPECT_FALSE(Odom(1.2, At(0)).map_odom.has_value()) << "odometry began anew";
+  EXPECT_EQ(lookout->Diagnose().message, "lost again: odometry leapt");
+
+  Cloud(1.2);
+  now_ns += 2 * kSecond;
+  const auto question = Next();
+  ASSERT_TRUE(question.has_value());
+  EXPECT_TRUE(question->begins_anew);
+  (void)Odom(1.3, At(50));  // once more, before the answer
+  (void)Answer(Localized(At(119)));
+  EXPECT_FALSE(Odom(1.4, At(50)).map_odom.has_value()) << "the answer is of before";
+  Cloud(1.4);
+  now_ns += 2 * kSecond;
+  ASSERT_TRUE(Next().has_value());
+  (void)Answer(Localized(At(120)));
+  const Told told = Odom(1.5, At(51));
+  ASSERT_TRUE(told.map_odom.has_value());
+  EXPECT_TRUE(told.map_odom->T_parent_child.isApprox(At(70), 1e-9));
+}
+
 TEST(Odometry, KeepsTheLastSecondsOnly) {
   Odometry odometry;
   for (int i = 0; i < 100'000; ++i) {
