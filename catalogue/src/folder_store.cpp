@@ -4,8 +4,10 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <chrono>
 #include <cstring>
 #include <filesystem>
+#include <random>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
@@ -71,13 +73,18 @@ class FolderStore : public Store {
 
   absl::Status Put(const std::string& name, const std::string& path) override {
     const std::string target = absl::StrCat(folder_, "/", name);
-    const std::string part = absl::StrCat(target, ".part-", getpid());
+    const absl::StatusOr<std::string> there = Sha256OfFile(target);
+    if (there.ok() && there == Sha256OfFile(path)) return absl::OkStatus();
+    // Processes in two containers that share the folder may have one number.
+    const std::string part = absl::StrCat(target, ".part-", absl::Hex(std::random_device()()),
+                                          absl::Hex(std::random_device()()));
     absl::Status status =
         Copy(path, part, std::numeric_limits<std::int64_t>::max(), [] { return true; });
     if (status.ok() && rename(part.c_str(), target.c_str()) != 0) {
       status = FailedTo("rename", part, errno);
     }
     if (!status.ok()) unlink(part.c_str());
+    if (status.ok()) RemoveOldParts(target);
     return status;
   }
 
@@ -87,6 +94,23 @@ class FolderStore : public Store {
   }
 
  private:
+  /// What publishers that were killed left, a day older by the folder's own clock than what was
+  /// put.
+  void RemoveOldParts(const std::string& put) const {
+    constexpr std::chrono::hours kOld(24);
+    std::error_code error;
+    const fs::file_time_type now = fs::last_write_time(put, error);
+    if (error) return;
+    fs::directory_iterator entry(folder_, error);
+    for (const fs::directory_iterator end; !error && entry != end; entry.increment(error)) {
+      std::error_code gone;
+      if (entry->path().filename().string().find(".scanloc.part-") == std::string::npos) continue;
+      if (fs::last_write_time(entry->path(), gone) < now - kOld && !gone) {
+        fs::remove(entry->path(), gone);
+      }
+    }
+  }
+
   std::string folder_;
 };
 

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "absl/strings/str_cat.h"
 #include "support/file_size_limit.hpp"
 #include "support/paths.hpp"
 #include "support/process.hpp"
@@ -123,6 +124,33 @@ TEST(S3Store, GivesWhatItWasGivenToWhoeverSignsWithItsSecret) {
   EXPECT_THAT(stranger->Get("name", dir.File("copy"), 3'000'000, kGoOn).message(),
               testing::HasSubstr("status 403"));
   EXPECT_THAT(stranger->Put("other", dir.File("file")).message(), testing::HasSubstr("status 403"));
+}
+
+TEST(FolderStore, CopiesNothingThatItHas) {
+  const test::TempDir dir;
+  const std::string path = dir.Write("file", "the map");
+  const auto store = *OpenStore(dir.File("store"));
+  ASSERT_TRUE(store->Put("name", path).ok());
+  const fs::file_time_type long_ago = fs::last_write_time(path) - std::chrono::hours(1000);
+  fs::last_write_time(dir.File("store/name"), long_ago);
+  ASSERT_TRUE(store->Put("name", path).ok());
+  EXPECT_EQ(fs::last_write_time(dir.File("store/name")), long_ago);
+}
+
+TEST(FolderStore, RemovesWhatKilledPublishersLeftLongAgo) {
+  const test::TempDir dir;
+  const std::string path = dir.Write("file", "the map");
+  for (const char* name : {"a.scanloc.part-1", "b.scanloc.part-1", "c.scanloc"}) {
+    dir.Write(absl::StrCat("store/", name), "half");
+  }
+  const auto day = std::chrono::hours(24);
+  for (const char* name : {"store/b.scanloc.part-1", "store/c.scanloc"}) {
+    fs::last_write_time(dir.File(name), fs::last_write_time(path) - 2 * day);
+  }
+  ASSERT_TRUE((*OpenStore(dir.File("store")))->Put("d.scanloc", path).ok());
+  EXPECT_TRUE(fs::exists(dir.File("store/a.scanloc.part-1"))) << "may be under way";
+  EXPECT_FALSE(fs::exists(dir.File("store/b.scanloc.part-1")));
+  EXPECT_TRUE(fs::exists(dir.File("store/c.scanloc")));
 }
 
 TEST(FolderStore, TellsThatTheDiskIsFull) {

@@ -17,7 +17,8 @@ class Store {
   virtual ~Store() = default;
 
   /// Copies a file there. Until it is complete, what was there under the name stays: nothing, or
-  /// the same file, which may have been damaged meanwhile.
+  /// the same file, which may have been damaged meanwhile. A folder that has it already, whole, is
+  /// left as it is.
   [[nodiscard]] virtual absl::Status Put(const std::string& name, const std::string& path) = 0;
 
   /// Copies the file to a path, over what is there, and fails if it would have more than max_bytes.
