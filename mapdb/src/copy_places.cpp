@@ -255,6 +255,7 @@ absl::StatusOr<std::string> WriteCopy(const std::string& out, const std::vector<
   }
   const std::string partial = absl::StrCat(out, ".partial-", getpid());
   RemovePartial(partial);  // of a process that was killed, and had the same number
+  for (const char* kind : {".partial-", ".fresh-"}) RemoveLeftBehind(absl::StrCat(out, kind));
   absl::StatusOr<std::string> content_id =
       WriteParts(partial, parts, HistoryOf(parts, std::move(made_by)));
   absl::Status status = content_id.status();

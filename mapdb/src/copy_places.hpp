@@ -48,7 +48,8 @@ struct CopyPart {
 /// the sources and made_by, with their content ids as parents, unless made_by has no command.
 ///
 /// The file appears under its name in one step, finished, whole and on disk, and only if there is
-/// none of that name: AlreadyExists. What a killed process leaves is named `OUT.partial-PID`.
+/// none of that name: AlreadyExists. What a killed process leaves is named `OUT.partial-PID`, and
+/// removed by who writes OUT an hour later.
 /// FailedPrecondition: sources of other parameters. InvalidArgument: no place at all.
 [[nodiscard]] absl::StatusOr<std::string> WriteCopy(const std::string& out,
                                                     const std::vector<CopyPart>& parts,

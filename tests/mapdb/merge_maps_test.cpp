@@ -3,11 +3,15 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <malloc.h>
+#include <unistd.h>
 
+#include <chrono>
 #include <filesystem>
 
+#include "absl/strings/str_cat.h"
 #include "scanloc/mapdb/map_file.hpp"
 #include "support/map_equality.hpp"
+#include "support/process.hpp"
 #include "support/small_maps.hpp"
 #include "support/temp_dir.hpp"
 
@@ -51,6 +55,31 @@ TEST_F(MergeMapsTest, GivesTheMapThatAppendingGives) {
   ASSERT_TRUE(merged.ok()) << merged.status();
   EXPECT_TRUE(test::SameMap(*merged, *LoadMap(appended)));
   EXPECT_TRUE(FindProblems(out_)->empty());
+}
+
+TEST_F(MergeMapsTest, RemovesWhatKilledProcessesLeftAnHourAgo) {
+  namespace fs = std::filesystem;
+  const std::vector<std::string> inputs = {Input("one", 2, 1), Input("two", 2, 50)};
+  const std::string young = dir_.Write("out.scanloc.partial-7", "half");
+  const std::string own = dir_.Write(absl::StrCat("out.scanloc.fresh-", getpid()), "an input");
+  const std::string locked = dir_.Write("out.scanloc.partial-9", "half");
+  const std::string other = dir_.Write("out.scanloc-2", "another map");
+  const std::vector<std::string> left = {dir_.Write("out.scanloc.partial-8", "half"),
+                                         dir_.Write("out.scanloc.partial-8-journal", "half"),
+                                         dir_.Write("out.scanloc.fresh-8", "half")};
+  for (const auto& entry : fs::directory_iterator(dir_.path())) {
+    if (entry.path() != young) {
+      fs::last_write_time(entry, fs::file_time_type::clock::now() - std::chrono::hours(2));
+    }
+  }
+  test::Process writer({"/usr/bin/python3", "-c",
+                        "import fcntl, signal, sys; f = open(sys.argv[1], 'r+'); fcntl.lockf(f, "
+                        "fcntl.LOCK_EX); print('locked', flush=True); signal.pause()",
+                        locked});
+  ASSERT_EQ(writer.ReadLine(), "locked");
+  ASSERT_TRUE(MergeMaps(out_, inputs).ok());
+  for (const std::string& path : left) EXPECT_FALSE(fs::exists(path)) << path;
+  for (const std::string& path : {young, own, locked, other}) EXPECT_TRUE(fs::exists(path)) << path;
 }
 
 TEST_F(MergeMapsTest, NamesSessionsAnewOnRequest) {
