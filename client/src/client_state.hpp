@@ -16,6 +16,7 @@
 #include "channel.hpp"
 #include "map_cache.hpp"
 #include "request_id.hpp"
+#include "request_text.hpp"
 #include "scanloc/client/client.hpp"
 #include "scanloc/proto/convert.hpp"
 #include "scanloc/proto/convert_viewer.hpp"
@@ -93,6 +94,7 @@ struct Client::State {
   [[nodiscard]] absl::StatusOr<Response> CallOn(Stub& service,
                                                 Method<Stub, Request, Response> method,
                                                 const Request& request, const Terms& terms) const {
+    if (absl::Status status = CheckTexts(request); !status.ok()) return status;
     grpc::ClientContext context;
     context.set_deadline(ToGpr(terms.deadline));
     ShowToken(options, context);

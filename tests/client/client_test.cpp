@@ -46,6 +46,24 @@ TEST(Client, RefusesCertificatesThatAreNone) {
   }
 }
 
+TEST_F(ClientTest, SendsNoTextThatIsNone) {
+  Connect({{"town", test::SmallMap(1, 2)}});
+  const PointCloud scan = test::QueryScan(1, 0);
+  RobotStream stream = client_->OpenStream().value();
+  const RequestOptions of_frame{.header = {.frame_id = "lidar\xff"}};
+  testing::internal::CaptureStderr();
+  for (const auto& [status, text] : std::vector<std::pair<absl::Status, std::string>>{
+           {client_->GetMapInfo("\xff").status(), "map is \"\\xff\""},
+           {client_->OpenStream({.map = "\xff"}).status(), "map is \"\\xff\""},
+           {client_->LocalizeScan(scan, of_frame).status(), "frame_id is \"lidar\\xff\""},
+           {stream.Locate(scan, {}, of_frame.header).status(), "frame_id is \"lidar\\xff\""}}) {
+    EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument) << status;
+    EXPECT_THAT(std::string(status.message()), HasSubstr(text + ", which is not UTF-8"));
+  }
+  EXPECT_THAT(testing::internal::GetCapturedStderr(), testing::Not(HasSubstr("UTF-8")));
+  EXPECT_TRUE(stream.Locate(scan).ok()) << "the stream goes on";
+}
+
 TEST_F(ClientTest, GetsTheAnswerOfALocalizerInEveryWay) {
   const Map map = test::SmallMap(1, kNumPlaces);
   Connect({{"town", map}});
