@@ -5,8 +5,10 @@
 
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_join.h"
 #include "absl/strings/str_split.h"
 #include "absl/strings/strip.h"
+#include "scanloc/core/printable.hpp"
 
 namespace scanloc::server {
 namespace {
@@ -35,13 +37,22 @@ std::vector<CLI::ConfigItem> ConfigFile::from_config(std::istream& input) const 
   std::istringstream stream(text);
   std::vector<CLI::ConfigItem> found = CLI::ConfigTOML::from_config(stream);
   for (const CLI::ConfigItem& item : found) names_.push_back(item.fullname());
-  for (const CLI::ConfigItem& item : found) {
-    // A flag would be taken for set by it.
-    if (std::count(item.inputs.begin(), item.inputs.end(), "") == 0) continue;
-    throw CLI::ValidationError("--" + item.fullname(),
-                               "its value is empty; give one, or leave the option out");
-  }
+  for (const CLI::ConfigItem& item : found) Check(item);
   return found;
+}
+
+void ConfigFile::Check(const CLI::ConfigItem& item) const {
+  const std::string name = absl::StrCat("--", item.fullname());
+  // A flag would be taken for set by it.
+  if (std::count(item.inputs.begin(), item.inputs.end(), "") > 0) {
+    throw CLI::ValidationError(name, "its value is empty; give one, or leave the option out");
+  }
+  const CLI::Option* option = app_ == nullptr ? nullptr : app_->get_option_no_throw(name);
+  if (option == nullptr || option->get_expected_min() > 0) return;
+  const std::string value = absl::StrJoin(item.inputs, ",");
+  if (value == "true" || value == "false") return;
+  throw CLI::ValidationError(
+      name, absl::StrCat("its value is \"", Printable(value), "\"; it must be true or false"));
 }
 
 std::optional<std::string> ConfigFile::Explain(const CLI::ParseError& error,

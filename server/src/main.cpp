@@ -174,6 +174,7 @@ void Declare(CLI::App& app, CommandLine& line) {
       ->default_str("text");
   app.allow_config_extras(CLI::config_extras_mode::error);
   app.config_formatter(line.config);
+  line.config->KnowFlagsOf(app);
   app.set_config("--config", "",
                  "read options from this TOML file; the command line goes before it")
       ->type_name("FILE");

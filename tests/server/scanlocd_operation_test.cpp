@@ -200,6 +200,8 @@ TEST_F(ScanlocdOperationTest, SaysInWhichLineOfTheConfigFileTheMistakeIs) {
         Case{"max-points = 100\n  max-inflight = \"many\"\n", ":2: "},
         Case{"max-points 100\n", ":1: "}, Case{"max-points = 1\n[limits]\nmax-rate = 1\n", ":2: "},
         Case{"allow-plaintext = \"\"\n", ":1: --allow-plaintext: its value is empty"},
+        Case{"admin = 2024-01-01\n", ":1: --admin: its value is \"2024-01-01\"; it must"},
+        Case{"admin = [true, true]\n", ":1: --admin: its value is \"true,true\"; it must be"},
         Case{"log-requests = \"most\"\n", ":1: --log-requests: most not in {none,failed,all}"}}) {
     const std::string config = dir_.Write("scanlocd.toml", text);
     const test::ProcessResult result =
