@@ -14,6 +14,7 @@
 #include "scanloc/dataset/bag.hpp"
 #include "scanloc/dataset/bag_drive.hpp"
 #include "support/paths.hpp"
+#include "support/sql.hpp"
 #include "support/temp_dir.hpp"
 
 namespace scanloc::dataset {
@@ -164,6 +165,14 @@ TEST(DamagedBag, OfRosbag2IsReadAsFarAsItsDatabaseGoes) {
     BagDamage damage;
     EXPECT_GE(ReadAll(**bag, damage).size(), percent / 4);
   }
+}
+
+TEST(DamagedBag, OfRosbag2SaysThatItDoesNotNameATopic) {
+  const TempDir dir;
+  const std::string path = dir.Write("a.db3", ReadFile(BagPath("ros2/ros2.db3")));
+  test::Sql(path, "DELETE FROM topics WHERE name = '/points'");
+  EXPECT_THAT(Bag::Open({path}).value()->notes(),
+              Contains(HasSubstr("of 7 messages it does not name the topic")));
 }
 
 TEST(DamagedBag, SaysThatItIsCutOffWhereThatLeavesNoCloudEither) {

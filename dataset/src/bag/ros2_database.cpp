@@ -113,15 +113,24 @@ absl::Status Ros2Database::Index() {
   // Pages that point at each other can hold more rows than the file has bytes.
   std::error_code error;
   const std::uintmax_t num_bytes = std::filesystem::file_size(path_, error);
+  std::size_t num_nameless = 0;
   int step = SQLITE_ROW;
   while ((step = sqlite3_step(rows->get())) == SQLITE_ROW) {
-    if (messages_.size() > num_bytes) return Error("is damaged: holds more messages than bytes");
+    if (messages_.size() + num_nameless > num_bytes)
+      return Error("is damaged: holds more messages than bytes");
     const auto topic = topic_of->find(sqlite3_column_int64(rows->get(), 1));
-    if (topic == topic_of->end()) continue;
+    if (topic == topic_of->end()) {
+      ++num_nameless;
+      continue;
+    }
     const std::int64_t row = sqlite3_column_int64(rows->get(), 0);
     messages_.push_back({.log_time_ns = sqlite3_column_int64(rows->get(), 2),
                          .topic = topic->second,
                          .at = static_cast<std::uint64_t>(row)});
+  }
+  if (num_nameless > 0) {
+    AddNote(absl::StrCat(path_, " is damaged: of ", num_nameless,
+                         " messages it does not name the topic; they are left out"));
   }
   if (step != SQLITE_DONE) {
     // A database that was cut off is read as far as it goes.
