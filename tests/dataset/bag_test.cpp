@@ -21,6 +21,7 @@ using test::BagPath;
 using test::ReadFile;
 using test::TempDir;
 using ::testing::AnyOf;
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
@@ -175,6 +176,18 @@ TEST(Bag, RefusesWhatIsNoBag) {
   }
   EXPECT_EQ(Open(dir.File("missing.bag")).status().code(), absl::StatusCode::kNotFound);
   EXPECT_FALSE(Bag::Open({}).ok());
+}
+
+TEST(Bag, ReadsAFileOfAFolderOnceThatIsThereCompressedToo) {
+  const TempDir dir;
+  const std::string database = ReadFile(BagPath("ros2/ros2.db3"));
+  dir.Write("drive.db3", database);
+  dir.Write("drive.db3.zstd", ReadFile(BagPath("ros2_file_zstd/ros2_file_zstd.db3.zstd")));
+  const auto bag = Open(dir.File(""));
+  ASSERT_TRUE(bag.ok()) << bag.status();
+  EXPECT_EQ(CountReadable(**bag), CountReadable(**Open(BagPath("ros2"))));
+  EXPECT_THAT((*bag)->notes(),
+              ElementsAre(HasSubstr("\"drive.db3.zstd\" is left out, because \"drive.db3\"")));
 }
 
 TEST(Bag, GivesMessagesOrARefusalWhateverHappensToTheFile) {

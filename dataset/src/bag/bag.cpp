@@ -3,12 +3,14 @@
 #include <algorithm>
 #include <filesystem>
 #include <map>
+#include <set>
 #include <system_error>
 #include <utility>
 
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
+#include "absl/strings/strip.h"
 #include "bag/bag_file.hpp"
 #include "name_order.hpp"
 #include "text.hpp"
@@ -18,16 +20,18 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr absl::string_view kZstdEnding = ".zstd";
+
 bool IsBagName(const std::string& name) {
-  const absl::string_view plain = absl::EndsWith(name, ".zstd")
-                                      ? absl::string_view(name).substr(0, name.size() - 5)
-                                      : absl::string_view(name);
+  const absl::string_view plain = absl::StripSuffix(name, kZstdEnding);
   return absl::EndsWith(plain, ".mcap") || absl::EndsWith(plain, ".db3") ||
          absl::EndsWith(plain, ".bag");
 }
 
 // The bags of a folder in natural order; rosbag2 numbers the parts of one without leading zeros.
-absl::StatusOr<std::vector<std::string>> ListFolder(const std::string& folder) {
+// What is there plain and compressed is taken once, and a note says so.
+absl::StatusOr<std::vector<std::string>> ListFolder(const std::string& folder,
+                                                    std::vector<std::string>* notes) {
   std::vector<std::string> names;
   std::error_code error;
   fs::directory_iterator entry(folder, error);
@@ -36,6 +40,14 @@ absl::StatusOr<std::vector<std::string>> ListFolder(const std::string& folder) {
     if (name.front() != '.' && IsBagName(name)) names.push_back(std::move(name));
   }
   if (error) return absl::ErrnoToStatus(error.value(), absl::StrCat(folder, ": cannot be listed"));
+  const std::set<std::string> all(names.begin(), names.end());
+  std::erase_if(names, [&](const std::string& name) {
+    const std::string plain(absl::StripSuffix(name, kZstdEnding));
+    if (plain == name || !all.contains(plain)) return false;
+    notes->push_back(absl::StrCat(folder, ": ", Quote(name), " is left out, because ", Quote(plain),
+                                  " is there, too"));
+    return true;
+  });
   if (names.empty()) {
     return absl::InvalidArgumentError(
         absl::StrCat(folder, ": holds no bag (.mcap, .db3 or .bag, or one of these .zstd)"));
@@ -89,19 +101,21 @@ Bag::~Bag() = default;
 
 absl::StatusOr<std::shared_ptr<const Bag>> Bag::Open(const std::vector<std::string>& paths) {
   std::vector<std::string> files;
+  std::vector<std::string> notes;
   for (const std::string& path : paths) {
     std::error_code error;
     if (!fs::is_directory(path, error)) {
       files.push_back(path);
       continue;
     }
-    const absl::StatusOr<std::vector<std::string>> inside = ListFolder(path);
+    const absl::StatusOr<std::vector<std::string>> inside = ListFolder(path, &notes);
     if (!inside.ok()) return inside.status();
     files.insert(files.end(), inside->begin(), inside->end());
   }
   if (files.empty()) return absl::InvalidArgumentError("no bag is given");
 
   std::shared_ptr<Bag> bag(new Bag(std::make_unique<Impl>()));
+  bag->notes_ = std::move(notes);
   Impl& impl = *bag->impl_;
   std::map<std::string, std::pair<FileTopic, std::string>> topics;  // by name; and of which file
   for (const std::string& path : files) {
@@ -115,8 +129,8 @@ absl::StatusOr<std::shared_ptr<const Bag>> Bag::Open(const std::vector<std::stri
                          " but of ", Told(topic), " in ", path, "; read these apart"));
       }
     }
-    const auto& notes = (*file)->notes();
-    bag->notes_.insert(bag->notes_.end(), notes.begin(), notes.end());
+    const auto& of_file = (*file)->notes();
+    bag->notes_.insert(bag->notes_.end(), of_file.begin(), of_file.end());
     impl.files.push_back(*std::move(file));
   }
   for (const auto& [name, topic] : topics) {
