@@ -51,10 +51,16 @@ void Lookout::TakeCloud(ReceivedBytes cloud) {
 
 Told Lookout::TakeOdometry(const dataset::StampedPose& pose) {
   dataset::StampedPose of_base = pose;
-  if (pose.child != options_.base_frame) {
+  unconnected_.clear();
+  if (!pose.child.empty() && pose.child != options_.base_frame) {
     const auto chain = static_frames_.Connect(pose.child, options_.base_frame);
     const auto T_child_base = chain.ok() ? chain->At(pose.stamp_ns) : std::nullopt;
-    if (T_child_base) of_base.T_parent_child = pose.T_parent_child * *T_child_base;
+    if (!T_child_base) {
+      // Taken for the base's, it would put the frames off by where the body sits on the robot.
+      unconnected_ = pose.child;
+      return {};
+    }
+    of_base.T_parent_child = pose.T_parent_child * *T_child_base;
   }
   if (odometry_.Add(of_base)) {
     T_odom_asked_.reset();

@@ -76,6 +76,8 @@ class Lookout {
   explicit Lookout(const LookoutOptions& options);
 
   void TakeCloud(ReceivedBytes cloud);
+  /// Of a body that static transforms do not connect with the base it is left out, and told of. One
+  /// that names no body is the base's.
   [[nodiscard]] Told TakeOdometry(const dataset::StampedPose& pose);
   /// One that does not change. Those after kMaxStaticFrames frames are passed over.
   void TakeStaticTransform(const dataset::StampedPose& pose);
@@ -138,6 +140,8 @@ class Lookout {
   Odometry odometry_;
   dataset::FrameTree static_frames_;
   std::string odom_frame_;
+  std::string
+      unconnected_;  // the body of the last odometry, where nothing connects it with the base
 
   std::optional<ReceivedBytes> waiting_;          // the newest, not looked into
   std::optional<dataset::CloudMessage> decoded_;  // is asked about next

@@ -54,6 +54,12 @@ void Lookout::DiagnoseState(DiagnosticMessage& diagnosis) const {
     return Set(diagnosis, Level::kError,
                absl::StrCat("a cloud is refused: ", Printable(cloud_problem_)));
   }
+  if (!unconnected_.empty()) {
+    return Set(diagnosis, Level::kWarn,
+               absl::StrCat("odometry is of \"", Printable(unconnected_),
+                            "\" and left out: no static transform connects it with \"",
+                            Printable(options_.base_frame), "\" (--base-frame)"));
+  }
   if (counts_.received == 0) return Set(diagnosis, Level::kWarn, "no cloud has come");
   if (state_ == State::kSearching) {
     return Set(diagnosis, Level::kWarn, absl::StrCat("not localized: ", outcome));

@@ -86,6 +86,28 @@ TEST_F(LookoutTest, TakesOdometryOfAnotherFrameOfTheRobot) {
   EXPECT_TRUE(told.map_odom->T_parent_child.isApprox(At(100), 1e-9));
 }
 
+TEST_F(LookoutTest, LeavesOutOdometryOfABodyThatNothingConnectsWithTheBase) {
+  Begin({.mode = Mode::kAlways, .publishes_tf = true, .interval_s = 0.0});
+  const auto odometry = [&](double at_s, double x) {
+    const auto stamp_ns = kStart_ns + static_cast<std::int64_t>(at_s * 1e9);
+    return lookout->TakeOdometry({stamp_ns, "odom", "imu", At(x)});
+  };
+  (void)odometry(0, 10);
+  Cloud(0);
+  ASSERT_TRUE(Next().has_value());
+  (void)Answer(Localized(At(108)));
+  EXPECT_FALSE(odometry(1, 11).map_odom.has_value()) << "it would be off by where the imu sits";
+  EXPECT_THAT(lookout->Diagnose().message, HasSubstr("odometry is of \"imu\" and left out"));
+
+  lookout->TakeStaticTransform({.parent = "base_link", .child = "imu", .T_parent_child = At(2)});
+  (void)odometry(2, 11);
+  Cloud(2);
+  ASSERT_TRUE(Next().has_value());
+  (void)Answer(Localized(At(109)));  // base_link is at 9 in odom
+  EXPECT_TRUE(odometry(3, 12).map_odom->T_parent_child.isApprox(At(100), 1e-9));
+  EXPECT_THAT(lookout->Diagnose().message, HasSubstr("localized"));
+}
+
 TEST_F(LookoutTest, WaitsALittleForOdometryOfTheScansTime) {
   Begin({.mode = Mode::kAlways, .interval_s = 0.0, .odometry_wait_s = 0.1});
   (void)Odom(0.9, At(0));
