@@ -1,6 +1,7 @@
 #include "folder_store.hpp"
 
 #include <fcntl.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -42,11 +43,17 @@ absl::Status FailedTo(absl::string_view what, const std::string& path, int error
 
 absl::Status Copy(const std::string& from, const std::string& to, std::int64_t max_bytes,
                   const std::function<bool()>& go_on) {
-  const Descriptor source(open(from.c_str(), O_RDONLY | O_CLOEXEC));
+  // A pipe would be waited for, which no go_on ends.
+  const Descriptor source(open(from.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
   if (source.get() < 0 && errno == ENOENT) {
     return absl::NotFoundError(absl::StrCat("the store has no file '", from, "'"));
   }
   if (source.get() < 0) return FailedTo("read", from, errno);
+  struct stat info = {};
+  if (fstat(source.get(), &info) != 0) return FailedTo("read", from, errno);
+  if (!S_ISREG(info.st_mode)) {
+    return absl::DataLossError(absl::StrCat("what the store has as '", from, "' is no file"));
+  }
   const Descriptor target(open(to.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666));
   if (target.get() < 0) return FailedTo("write", to, errno);
   std::vector<char> block(1 << 20);

@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <csignal>
 #include <filesystem>
@@ -135,6 +136,14 @@ TEST(FolderStore, CopiesNothingThatItHas) {
   fs::last_write_time(dir.File("store/name"), long_ago);
   ASSERT_TRUE(store->Put("name", path).ok());
   EXPECT_EQ(fs::last_write_time(dir.File("store/name")), long_ago);
+}
+
+TEST(FolderStore, DoesNotWaitForWhatIsNoFile) {
+  const test::TempDir dir;
+  const auto store = *OpenStore(dir.File("store"));
+  ASSERT_EQ(mkfifo(dir.File("store/name").c_str(), 0600), 0);
+  const absl::Status got = store->Get("name", dir.File("copy"), 100, kGoOn);
+  EXPECT_EQ(got.code(), absl::StatusCode::kDataLoss) << got;
 }
 
 TEST(FolderStore, RemovesWhatKilledPublishersLeftLongAgo) {
