@@ -1,4 +1,5 @@
 #include <CLI/CLI.hpp>
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -11,6 +12,7 @@
 #include "cli/made_now.hpp"
 #include "cli/output.hpp"
 #include "scanloc/core/printable.hpp"
+#include "scanloc/mapdb/check_session.hpp"
 #include "scanloc/mapdb/map_file.hpp"
 #include "scanloc/mapdb/merge_maps.hpp"
 
@@ -29,6 +31,8 @@ class MergeCommand : public Command {
         ->required();
     app.add_flag("--rename-sessions", rename_sessions_,
                  "Name sessions anew whose name an earlier map has: NAME-2, NAME-3, ...");
+    app.add_flag("--accept-inconsistent", accept_inconsistent_,
+                 "Merge though places that several maps have stand elsewhere in each");
     AddThreadsOption(app, &num_threads_, "calibrate");
     AddQuietOption(app, &quiet_);
     app.footer(
@@ -40,10 +44,13 @@ class MergeCommand : public Command {
   [[nodiscard]] absl::Status Run() override {
     CatchInterrupts();
     std::string calibration;
-    const absl::StatusOr<std::string> content_id =
-        mapdb::MergeMaps(out_, inputs_, rename_sessions_,
-                         MadeNow(absl::StrCat("merge ", absl::StrJoin(inputs_, " "))),
-                         Calibrating(num_threads_, quiet_, &calibration));
+    const absl::StatusOr<std::string> content_id = mapdb::MergeMaps(
+        out_, inputs_, rename_sessions_,
+        MadeNow(absl::StrCat("merge ", absl::StrJoin(inputs_, " "))), [&](const std::string& path) {
+          absl::Status status = CheckFrames(path);
+          if (!status.ok()) return status;
+          return Calibrating(num_threads_, quiet_, &calibration)(path);
+        });
     if (!content_id.ok()) return content_id.status();
     const absl::StatusOr<mapdb::FileInfo> info = mapdb::ReadInfo(out_);
     if (!info.ok()) return info.status();
@@ -55,10 +62,25 @@ class MergeCommand : public Command {
   }
 
  private:
+  [[nodiscard]] absl::Status CheckFrames(const std::string& merged) const {
+    if (accept_inconsistent_) return absl::OkStatus();
+    std::vector<std::int64_t> num_places;
+    for (const std::string& input : inputs_) {
+      const absl::StatusOr<mapdb::FileInfo> info = mapdb::ReadInfo(input);
+      if (!info.ok()) return info.status();
+      num_places.push_back(info->num_places);
+    }
+    const absl::Status status = mapdb::CheckParts(merged, num_places);
+    if (!absl::IsInvalidArgument(status)) return status;
+    return absl::InvalidArgumentError(absl::StrCat(
+        status.message(), ". Nothing was written; --accept-inconsistent merges all the same"));
+  }
+
   std::string out_;
   std::vector<std::string> inputs_;
   int num_threads_ = 0;
   bool rename_sessions_ = false;
+  bool accept_inconsistent_ = false;
   bool quiet_ = false;
 };
 

@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <memory>
 #include <optional>
+#include <string>
 #include <utility>
 #include <vector>
 
 #include "absl/strings/str_format.h"
+#include "scanloc/core/limits.hpp"
 #include "scanloc/core/localizer.hpp"
 #include "scanloc/core/scan/pose_difference.hpp"
 #include "scanloc/core/structural/consistency.hpp"
@@ -38,6 +40,84 @@ double Median(std::vector<double> values) {
 std::string Motion(const Pose& pose) {
   const PoseDifference difference = DifferenceOf(Pose::Identity(), pose);
   return absl::StrFormat("%.2f m and %.1f deg", pose.translation().norm(), difference.heading_deg);
+}
+
+/// None if its scans have no structure to be localized by, or it has no place.
+absl::StatusOr<std::shared_ptr<const Localizer>> OpenLocalizer(const std::string& map_path) {
+  absl::StatusOr<Map> map = OpenMap(map_path);
+  if (!map.ok()) return map.status();
+  if (!map->params.structure.enabled || map->places.empty()) return nullptr;
+  return Localizer::Create(std::make_shared<const Map>(*std::move(map)));
+}
+
+/// What became of queries whose poses are told.
+class FrameTally {
+ public:
+  void Add(const Answer& answer, const Pose& T_map_told) {
+    if (answer.outcome != Outcome::kLocalized) return;
+    ++num_found_;
+    const PoseDifference difference =
+        DifferenceOf(answer.candidates.front().T_map_query, T_map_told);
+    if (!MissOf(difference).any()) return;
+    planes_m_.push_back(difference.plane_m);
+    heights_m_.push_back(difference.height_m);
+    headings_deg_.push_back(difference.heading_deg);
+  }
+  [[nodiscard]] bool disagrees() const {
+    return num_found_ >= kMinFound && planes_m_.size() * 2 > num_found_;
+  }
+  [[nodiscard]] std::string Text() const {
+    return absl::StrFormat(
+        "%d are found in the map, %d of them elsewhere than their poses say, by %.2f m in the "
+        "plane, %.2f m in height and %.1f deg (medians)",
+        num_found_, planes_m_.size(), Median(planes_m_), Median(heights_m_), Median(headings_deg_));
+  }
+
+ private:
+  std::size_t num_found_ = 0;
+  std::vector<double> planes_m_;
+  std::vector<double> heights_m_;
+  std::vector<double> headings_deg_;
+};
+
+std::size_t SessionOf(const Map& map, std::size_t place) {
+  return static_cast<std::size_t>(map.places[place].session);
+}
+
+/// One of the maps that a merged one is made of.
+struct Part {
+  std::size_t begin = 0;  ///< place
+  std::size_t end = 0;
+  std::size_t num_queries = 0;
+  std::size_t num_asked = 0;
+  Query elsewhere;  ///< in the sessions of the other parts
+  FrameTally tally;
+
+  /// The place to ask about next; `end` after the last.
+  [[nodiscard]] std::size_t NextQuery() const {
+    return num_asked == num_queries ? end : begin + num_asked * (end - begin) / num_queries;
+  }
+};
+
+std::vector<Part> PartsOf(const Map& map, const std::vector<std::int64_t>& num_places) {
+  std::vector<Part> parts;
+  std::size_t begin = 0;
+  for (const std::int64_t num : num_places) {
+    Part part{.begin = begin,
+              .end = std::min(begin + static_cast<std::size_t>(num), map.places.size())};
+    std::vector<bool> is_own(map.sessions.size());
+    for (std::size_t i = part.begin; i < part.end; ++i) is_own[SessionOf(map, i)] = true;
+    std::vector<std::string>& others = part.elsewhere.prior.sessions;
+    for (std::size_t i = 0; i < map.sessions.size(); ++i) {
+      if (!is_own[i]) others.push_back(map.sessions[i]);
+    }
+    if (!others.empty() && others.size() <= limits::kMaxPriorSessions) {
+      part.num_queries = std::min(part.end - part.begin, kMaxQueries);
+    }
+    begin = part.end;
+    parts.push_back(std::move(part));
+  }
+  return parts;
 }
 
 }  // namespace
@@ -87,19 +167,13 @@ absl::Status CheckPoses(const Params& params, const SessionPlan& plan,
 
 absl::Status CheckFrame(const std::string& map_path, const SessionPlan& plan,
                         const ScanLoader& load_scan) {
-  absl::StatusOr<Map> map = OpenMap(map_path);
-  if (!map.ok()) return map.status();
-  if (!map->params.structure.enabled || map->places.empty()) return absl::OkStatus();
-  absl::StatusOr<Describer> describer = Describer::Create(map->params);
-  if (!describer.ok()) return describer.status();
-  const absl::StatusOr<std::shared_ptr<const Localizer>> localizer =
-      Localizer::Create(std::make_shared<const Map>(*std::move(map)));
+  const absl::StatusOr<std::shared_ptr<const Localizer>> localizer = OpenLocalizer(map_path);
   if (!localizer.ok()) return localizer.status();
+  if (*localizer == nullptr) return absl::OkStatus();
+  absl::StatusOr<Describer> describer = Describer::Create((*localizer)->map().params);
+  if (!describer.ok()) return describer.status();
 
-  std::vector<double> planes_m;
-  std::vector<double> heights_m;
-  std::vector<double> headings_deg;
-  std::size_t num_found = 0;
+  FrameTally tally;
   const std::size_t num_queries = std::min(plan.scans.size(), kMaxQueries);
   for (std::size_t k = 0; k < num_queries; ++k) {
     const std::size_t i = k * plan.scans.size() / num_queries;
@@ -108,22 +182,42 @@ absl::Status CheckFrame(const std::string& map_path, const SessionPlan& plan,
     if (!*scan) continue;
     const absl::StatusOr<Answer> answer = (*localizer)->Localize(**scan);
     if (!answer.ok()) return answer.status();
-    if (answer->outcome != Outcome::kLocalized) continue;
-    ++num_found;
-    const PoseDifference difference =
-        DifferenceOf(answer->candidates.front().T_map_query, plan.scans[i].T_map_place);
-    if (!MissOf(difference).any()) continue;
-    planes_m.push_back(difference.plane_m);
-    heights_m.push_back(difference.height_m);
-    headings_deg.push_back(difference.heading_deg);
+    tally.Add(*answer, plan.scans[i].T_map_place);
   }
-  if (num_found < kMinFound || planes_m.size() * 2 <= num_found) return absl::OkStatus();
-  return absl::InvalidArgumentError(absl::StrFormat(
-      "the same places are found in both drives, but their poses disagree: of %d scans of this "
-      "drive %d are found in the map, %d of them elsewhere than their poses say, by %.2f m in the "
-      "plane, %.2f m in height and %.1f deg (medians). Bring the drive into the map's frame first",
-      num_queries, num_found, planes_m.size(), Median(planes_m), Median(heights_m),
-      Median(headings_deg)));
+  if (!tally.disagrees()) return absl::OkStatus();
+  return absl::InvalidArgumentError(
+      absl::StrFormat("the same places are found in both drives, but their poses disagree: of %d "
+                      "scans of this drive %s. Bring the drive into the map's frame first",
+                      num_queries, tally.Text()));
+}
+
+absl::Status CheckParts(const std::string& map_path, const std::vector<std::int64_t>& num_places) {
+  const absl::StatusOr<std::shared_ptr<const Localizer>> localizer = OpenLocalizer(map_path);
+  if (!localizer.ok()) return localizer.status();
+  if (*localizer == nullptr) return absl::OkStatus();
+  const Map& map = (*localizer)->map();
+  std::vector<Part> parts = PartsOf(map, num_places);
+  auto part = parts.begin();
+  absl::Status status =
+      VisitDescriptors(map_path, [&](std::size_t place, const PlaceDescriptor& descriptor) {
+        while (part != parts.end() && place >= part->end) ++part;
+        if (part == parts.end() || place != part->NextQuery()) return absl::OkStatus();
+        ++part->num_asked;
+        const absl::StatusOr<Answer> answer =
+            (*localizer)->Localize(QueryOf(descriptor), part->elsewhere);
+        if (!answer.ok()) return answer.status();
+        part->tally.Add(*answer, map.places[place].T_map_place);
+        return absl::OkStatus();
+      });
+  if (!status.ok()) return status;
+  for (const Part& checked : parts) {
+    if (!checked.tally.disagrees()) continue;
+    return absl::InvalidArgumentError(absl::StrFormat(
+        "the same places are in several of the maps, but their poses disagree: of %d places of "
+        "session '%s' on %s. Bring the maps into one frame first",
+        checked.num_asked, map.sessions[SessionOf(map, checked.begin)], checked.tally.Text()));
+  }
+  return absl::OkStatus();
 }
 
 }  // namespace scanloc::mapdb

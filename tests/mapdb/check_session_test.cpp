@@ -8,6 +8,7 @@
 #include <numbers>
 #include <string>
 
+#include "scanloc/mapdb/merge_maps.hpp"
 #include "support/scenes.hpp"
 #include "support/temp_dir.hpp"
 
@@ -132,6 +133,30 @@ TEST_F(CheckSessionTest, TellsByHowMuchASecondDriveStandsInAnotherFrame) {
   });
   EXPECT_EQ(CheckPoses(params_, moved, Loader()), absl::OkStatus());
   const absl::Status status = CheckFrame(path, moved, Loader());
+  EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_THAT(std::string(status.message()), HasSubstr("by 6.0"));
+}
+
+TEST_F(CheckSessionTest, TellsWhichOfMergedMapsStandsInAnotherFrame) {
+  const test::TempDir dir;
+  const auto build = [&](const std::string& name, double by_m) {
+    SessionPlan plan = Plan([&](std::size_t i) {
+      Pose pose = poses_[i];
+      pose.pretranslate(Eigen::Vector3d(by_m, 0.0, 0.0));
+      return pose;
+    });
+    plan.name = name;
+    EXPECT_TRUE(BuildMap({.path = dir.File(name), .params = params_}, plan, Loader()).ok());
+  };
+  const auto check = [&](const std::string& one, const std::string& two) {
+    EXPECT_TRUE(MergeMaps(dir.File(one + two), {dir.File(one), dir.File(two)}).ok());
+    return CheckParts(dir.File(one + two), {kNumScans, kNumScans});
+  };
+  build("a", 0.0);
+  build("b", 0.1);
+  build("c", 6.0);
+  EXPECT_EQ(check("a", "b"), absl::OkStatus());
+  const absl::Status status = check("a", "c");
   EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument);
   EXPECT_THAT(std::string(status.message()), HasSubstr("by 6.0"));
 }

@@ -1,5 +1,9 @@
 #pragma once
 
+#include <cstdint>
+#include <string>
+#include <vector>
+
 #include "absl/status/status.h"
 #include "scanloc/core/params.hpp"
 #include "scanloc/mapdb/build_map.hpp"
@@ -23,5 +27,13 @@ namespace scanloc::mapdb {
 /// tells by how much. Other errors are those of LoadMap and of CheckPoses.
 [[nodiscard]] absl::Status CheckFrame(const std::string& map_path, const SessionPlan& plan,
                                       const ScanLoader& load_scan);
+
+/// Whether what a merged map is made of stands in one frame: of each part, given by how many places
+/// it has, in their order, a sample of at most 40 is localized in the sessions of the other parts.
+/// OK as of CheckFrame, and where these have more sessions than a prior may name.
+///
+/// InvalidArgument: as of CheckFrame. Other errors are those of LoadMap.
+[[nodiscard]] absl::Status CheckParts(const std::string& map_path,
+                                      const std::vector<std::int64_t>& num_places);
 
 }  // namespace scanloc::mapdb
