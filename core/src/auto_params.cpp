@@ -32,6 +32,7 @@ EvidenceParams IndoorEvidence() {
   params.alike_score = 0.78;
   params.cohort = 3.0;
   params.cohort_surely = 1.0;
+  params.max_unseen = 0.5;
   params.equal_floors = 0.15;
   params.shared_in_a_row = 0.3;  // floors are alike in more than decks are
   return params;

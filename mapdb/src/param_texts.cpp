@@ -105,7 +105,8 @@ int VersionOf(std::string_view name) {
                                                          {"auto.evidence.equal_floors", 10},
                                                          {"auto.shortlist.aside_m", 11},
                                                          {"auto.shortlist.num_asides", 11},
-                                                         {"auto.shortlist.num_hypotheses", 11}};
+                                                         {"auto.shortlist.num_hypotheses", 11},
+                                                         {"auto.evidence.max_unseen", 12}};
   for (const auto& [later, version] : kLater) {
     if (later == name) return version;
   }

@@ -31,12 +31,12 @@ struct Golden {
 };
 
 constexpr Golden kGoldens[] = {
-    {1, "cfb06ece459fc7898dd2e31ec0f8b41b"},    {2, "fdba44550c143156202ea809d68c04e8"},
-    {3, "c1e3c145e98f1c3f29e929981272aaea"},    {4, "94d186b8448cc438c3e5d4e73314e275", 3},
-    {5, "94d186b8448cc438c3e5d4e73314e275", 3}, {6, "b29f9a8af2426d636b7ba0d4be6cd7ac", 3},
-    {7, "a6adcf91d27fdd5c6e6eb403a6c870c5", 3}, {8, "4f42a5086c6944dcbef0abf4e3f1ab03"},
-    {9, "6edaeb823e4aad6394f07048e0cdb07b"},    {10, "2e113ea2d047e102f22fcbaa655b8515", 9},
-    {11, "c29552f0917c709b402bf0ee3df848b9", 9}};
+    {1, "cfb06ece459fc7898dd2e31ec0f8b41b"},     {2, "fdba44550c143156202ea809d68c04e8"},
+    {3, "c1e3c145e98f1c3f29e929981272aaea"},     {4, "94d186b8448cc438c3e5d4e73314e275", 3},
+    {5, "94d186b8448cc438c3e5d4e73314e275", 3},  {6, "b29f9a8af2426d636b7ba0d4be6cd7ac", 3},
+    {7, "a6adcf91d27fdd5c6e6eb403a6c870c5", 3},  {8, "4f42a5086c6944dcbef0abf4e3f1ab03"},
+    {9, "6edaeb823e4aad6394f07048e0cdb07b"},     {10, "2e113ea2d047e102f22fcbaa655b8515", 9},
+    {11, "c29552f0917c709b402bf0ee3df848b9", 9}, {12, "000707e7993d3595cc2357a5367e0e58", 9}};
 
 class GoldenMap : public testing::TestWithParam<Golden> {};
 

@@ -32,11 +32,12 @@ Params DistinctParams() {
     }
   });
   params.automatic = {};
-  VisitAutoFields(params.automatic,
-                  [&](std::string_view /*name*/, auto& field, auto /*least*/, auto /*most*/) {
-                    field += static_cast<std::decay_t<decltype(field)>>(
-                        std::is_same_v<std::decay_t<decltype(field)>, int> ? 1.0 : 0.05);
-                  });
+  VisitAutoFields(
+      params.automatic, [&](std::string_view /*name*/, auto& field, auto /*least*/, auto most) {
+        const double step = std::is_same_v<std::decay_t<decltype(field)>, int> ? 1.0 : 0.05;
+        const double raised = static_cast<double>(field) + step;
+        field += static_cast<std::decay_t<decltype(field)>>(raised > most ? -step : step);
+      });
   params.polar.enabled = true;  // both kinds disabled would be refused
   params.cart.max_shift_cols = 3;
   params.search.polar_threshold = 1.0 / 3.0;

@@ -55,6 +55,7 @@ inline Params GoldenParams(int version) {
   params.automatic.ground.reach_m = 20.5;
   // What later versions brought.
   const AutoParams usual = AutoParamsAtScale(params.automatic.scale);
+  if (version < 12) params.automatic.evidence.max_unseen = usual.evidence.max_unseen;
   if (version < 11) {
     ShortlistParams& shortlist = params.automatic.shortlist;
     shortlist.aside_m = usual.shortlist.aside_m;
@@ -140,15 +141,15 @@ inline PlaceDescriptor GoldenDescriptor(int seed, int version) {
 /// Makes a map of two sessions: `morning` of 3 scans, the second one empty, and an unfinished
 /// `evening` of which 1 of 2 scans is done. Gives its content id.
 inline absl::Status MakeGoldenMap(const std::string& path) {
-  auto morning = mapdb::MapBuilder::Create(path, GoldenParams(11), GoldenPlan("morning", 3));
+  auto morning = mapdb::MapBuilder::Create(path, GoldenParams(12), GoldenPlan("morning", 3));
   if (!morning.ok()) return morning.status();
-  if (absl::Status status = morning->Add(GoldenDescriptor(0, 11)); !status.ok()) return status;
+  if (absl::Status status = morning->Add(GoldenDescriptor(0, 12)); !status.ok()) return status;
   if (absl::Status status = morning->Skip(mapdb::SkipReason::kEmpty); !status.ok()) return status;
-  if (absl::Status status = morning->Add(GoldenDescriptor(1, 11)); !status.ok()) return status;
+  if (absl::Status status = morning->Add(GoldenDescriptor(1, 12)); !status.ok()) return status;
   if (absl::Status status = morning->Finish().status(); !status.ok()) return status;
   auto evening = mapdb::MapBuilder::Append(path, GoldenPlan("evening", 2));
   if (!evening.ok()) return evening.status();
-  if (absl::Status status = evening->Add(GoldenDescriptor(2, 11)); !status.ok()) return status;
+  if (absl::Status status = evening->Add(GoldenDescriptor(2, 12)); !status.ok()) return status;
   return evening->Commit();
 }
 

@@ -138,6 +138,16 @@ class FreeSpace {
     return num_seen == 0 ? 0.0 : static_cast<double>(num_contradicted) / num_seen;
   }
 
+  /// Of directions 10° wide, the share in which nothing is seen.
+  [[nodiscard]] double Unseen() const {
+    constexpr std::size_t kWidth = 5;
+    std::size_t num_unseen = 0;
+    for (auto first = first_m_.begin(); first != first_m_.end(); first += kWidth) {
+      num_unseen += std::none_of(first, first + kWidth, [](float m) { return std::isfinite(m); });
+    }
+    return static_cast<double>(num_unseen * kWidth) / kNumSectors;
+  }
+
  private:
   static constexpr std::size_t kNumSectors = 180;
 
@@ -161,9 +171,11 @@ Support SupportOf(QueryMatch& match, const Structure& query, const Structure& pl
   support.over_mirror = support.score - mirrored.score;
   support.over_mirror_exactly =
       WithInliers(support.score, support.inliers, params) - mirrored.with_inliers;
+  const FreeSpace of_place(place.posts, params);
   support.contradicted =
-      FreeSpace(place.posts, params).Contradicted(query.posts, T_place_query) +
+      of_place.Contradicted(query.posts, T_place_query) +
       FreeSpace(query.posts, params).Contradicted(place.posts, Inverse(T_place_query));
+  support.unseen = of_place.Unseen();
   return support;
 }
 
@@ -239,9 +251,13 @@ std::vector<double> Confidences(std::span<const double> scores, const Support& s
   if (scores.empty()) return cautious;
   const double more = literal.front() - cautious.front();
   const double told = std::min(literal.front(), params.undecided) - cautious.front();
-  if (more <= 0.0 || told <= 0.0) return cautious;
-  for (std::size_t i = 0; i < cautious.size(); ++i) {
-    cautious[i] += told / more * (literal[i] - cautious[i]);
+  if (more > 0.0 && told > 0.0) {
+    for (std::size_t i = 0; i < cautious.size(); ++i) {
+      cautious[i] += told / more * (literal[i] - cautious[i]);
+    }
+  }
+  if (support.unseen > params.max_unseen) {
+    cautious.front() = std::min(cautious.front(), params.undecided);
   }
   return cautious;
 }

@@ -28,6 +28,9 @@ struct Support {
   /// Share of the query's posts that stand where the place is seen through, and of the place's
   /// that stand where the query is; the sum of both.
   double contradicted = 0.0;
+  /// Share of the directions in which the place shows nothing: what stands there, and may look like
+  /// this, is not known.
+  double unseen = 0.0;
   /// Of the query. Of few posts a score is high, and higher than another, by chance.
   std::size_t num_posts = 0;
 };

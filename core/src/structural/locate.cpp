@@ -28,6 +28,13 @@ void DecideByConfidence(const std::vector<Spot>& spots, double confidence, doubl
                  min_confidence ||
              rival_score >= params.explaining_score) {
     answer.outcome = Outcome::kAmbiguous;
+    if (support.unseen > params.max_unseen) {
+      answer.reason = absl::StrFormat(
+          "%.0f %% of the upright structure agrees, but the place was mapped in %.0f %% of the "
+          "directions only: what looks like it may stand where the map did not look",
+          percent, 100.0 * (1.0 - support.unseen));
+      return;
+    }
     answer.reason = absl::StrFormat(
         "two distinct spots explain the scan: %.0f %% and %.0f %% of the upright structure agree, "
         "and %.0f %% with the mirror image of the first",

@@ -177,22 +177,34 @@ TEST(SupportOf, IsSharpAmongPostsAndFlatBetweenTwoEndlessWalls) {
   EXPECT_LT(between_walls.over_mirror, 0.05);
 }
 
+/// What stands all around at the same distance, in view_deg of the directions.
+Structure Ring(double radius_m, int view_deg = 360) {
+  Structure seen;
+  for (int deg = 0; deg < view_deg; deg += 2) {
+    const double turn = deg * std::numbers::pi / 180.0;
+    seen.posts.push_back({static_cast<std::int16_t>(100.0 * radius_m * std::cos(turn)),
+                          static_cast<std::int16_t>(100.0 * radius_m * std::sin(turn))});
+  }
+  return seen;
+}
+
 TEST(SupportOf, CountsWhatStandsInFreeSpace) {
-  const auto ring = [](double radius_m) {
-    Structure seen;
-    for (int i = 0; i < 180; ++i) {
-      const double turn = i * std::numbers::pi / 90.0;
-      seen.posts.push_back({static_cast<std::int16_t>(100.0 * radius_m * std::cos(turn)),
-                            static_cast<std::int16_t>(100.0 * radius_m * std::sin(turn))});
-    }
-    return seen;
-  };
-  const Structure near = ring(6.0);
-  const Structure far = ring(12.0);
+  const Structure near = Ring(6.0);
+  const Structure far = Ring(12.0);
   QueryMatch match(near, {}, near.height_m);
   match.SetPlace(far);
   // The query's walls stand where the place sees none; the place's stand behind the query's.
   EXPECT_DOUBLE_EQ(SupportOf(match, near, far, PlanarPose{}).contradicted, 1.0);
+}
+
+TEST(SupportOf, CountsTheDirectionsInWhichAPlaceShowsNothing) {
+  const Structure query = Ring(6.0);
+  QueryMatch match(query, {}, query.height_m);
+  for (const auto& [view_deg, unseen] : {std::pair(360, 0.0), std::pair(90, 0.75)}) {
+    const Structure place = Ring(6.0, view_deg);
+    match.SetPlace(place);
+    EXPECT_NEAR(SupportOf(match, query, place, PlanarPose{}).unseen, unseen, 0.06) << view_deg;
+  }
 }
 
 TEST(Evidence, OfAlikeFloorsSaysAmbiguousAndNamesEachWhateverIsUp) {
@@ -287,6 +299,26 @@ TEST(ConfidencesOf, DoNotTellFloorsApartByASmallLead) {
   EXPECT_LT(ConfidencesOf(spots, indoors, Eigen::Vector3d::UnitZ()).front(), 0.55);
   spots[1].score = 0.45;
   EXPECT_GT(ConfidencesOf(spots, indoors, Eigen::Vector3d::UnitZ()).front(), 0.95);
+}
+
+TEST(ConfidencesOf, BelieveNoScanAloneThatAMapOfNarrowViewsExplainsIndoors) {
+  const EvidenceParams indoors = AutoParamsAtScale(0.35).evidence;
+  std::vector<Spot> spots(1, {.score = 0.8});
+  Support& support = spots[0].support.emplace();
+  support = {.score = 0.85,
+             .sharpness = 0.3,
+             .over_mirror = 0.4,
+             .inliers = 0.7,
+             .over_mirror_exactly = 0.4,
+             .num_posts = 300};
+  const auto confidence = [&](const EvidenceParams& params, double unseen) {
+    support.unseen = unseen;
+    return ConfidencesOf(spots, params, Eigen::Vector3d::UnitZ()).front();
+  };
+  EXPECT_EQ(confidence(indoors, 0.4), confidence(indoors, 0.0)) << "a wall that is far off";
+  EXPECT_GT(confidence(indoors, 0.4), 0.95);
+  EXPECT_EQ(confidence(indoors, 0.8), indoors.undecided);
+  EXPECT_EQ(confidence({}, 0.8), confidence({}, 0.0)) << "streets are not alike when turned";
 }
 
 }  // namespace

@@ -157,6 +157,9 @@ struct EvidenceParams {
   int cohort_size = 6;         ///< ... where there are so many, nothing where there are half
   /// Most that the confidence is where only scores that may be equal by chance tell poses apart.
   double undecided = 0.799;
+  /// And most that it is by one scan alone where the place shows nothing in more than this share of
+  /// the directions: a map made by a sensor of 70° does not hold what it did not look at.
+  double max_unseen = 1.0;
   /// By how much scores differ that may be equal of spots that differ in height alone: what is seen
   /// of each floor depends on where a place of the map happens to be, on stairs most of all.
   double equal_floors = 0.0;
