@@ -1,5 +1,6 @@
 // What speaks for the best answer to each query of some drives, as CSV: what
-// scripts/fit_evidence.py fits the confidence to, and the confidence as it is.
+// scripts/fit_evidence.py fits the confidence to, and the confidence as it is. Spots, best first:
+// right, on another floor, usual (each 0 or 1) and score, between colons.
 //   evidence_dump SETS > answers.csv
 // SETS: lines of KIND MAP_DRIVE QUERY_DRIVE within|elsewhere SENSOR_HEIGHT_M SCALE; a drive is a
 // folder with scans and poses.txt, or FOLDER:FROM:TO:STEP for some of them. Queries from elsewhere
@@ -44,16 +45,20 @@ void Dump(const std::string& kind, const std::string& map_drive, const std::stri
     const std::vector<Spot> spots = Get(search.Find(query, {}, {}, times));
     if (spots.empty()) continue;
     const Support& support = *spots.front().support;
-    const bool is_right =
-        is_within &&
-        !MissOf(DifferenceOf(spots.front().T_map_query, frame.T_map_sensor, search.up())).any();
     std::cout << absl::StrFormat(
-        "%s,%d,%.4f,%.4f,%.4f,%.4f,%.4f,%.4f,%.4f,%.4f,%d,%.4f\n", kind, is_right, support.score,
-        spots.front().score, spots.size() < 2 ? 0.0 : spots[1].score, support.sharpness,
-        support.over_mirror, support.contradicted,
-        params.automatic.evidence.inliers_share > 0.0 ? support.inliers : -1.0,
-        support.over_mirror_exactly, support.num_posts,
+        "%s,%.4f,%.4f,%.4f,%.4f,%.4f,%.4f,%.4f,%d,%.4f,", kind, support.score, support.sharpness,
+        support.over_mirror, support.contradicted, support.inliers, support.over_mirror_exactly,
+        support.unseen, support.num_posts,
         ConfidencesOf(spots, params.automatic.evidence, search.up()).front());
+    for (const Spot& spot : spots) {
+      const bool is_right =
+          is_within &&
+          !MissOf(DifferenceOf(spot.T_map_query, frame.T_map_sensor, search.up())).any();
+      const bool is_above = IsAbove(spots.front(), spot, search.up());
+      std::cout << absl::StrFormat("%d:%d:%d:%.4f ", is_right, is_above, spot.hypothesis.is_usual,
+                                   spot.score);
+    }
+    std::cout << '\n';
   }
 }
 
@@ -63,8 +68,8 @@ void Dump(const std::string& kind, const std::string& map_drive, const std::stri
 int main(int argc, char** argv) {
   if (argc != 2) scanloc::bench::Fail("one argument: the file of sets");
   std::ifstream sets(argv[1]);
-  std::cout << "kind,right,score,best,rival,sharpness,over_mirror,contradicted,inliers,"
-               "over_mirror_exactly,num_posts,confidence\n";
+  std::cout << "kind,score,sharpness,over_mirror,contradicted,inliers,over_mirror_exactly,unseen,"
+               "num_posts,confidence,spots\n";
   for (std::string line; std::getline(sets, line);) {
     std::istringstream words(line);
     std::string kind, map_drive, query_drive, where;

@@ -1,129 +1,164 @@
 #!/usr/bin/env python3
 """Fits the weights of EvidenceParams (core/include/scanloc/core/auto_params.hpp) to what
-evidence_dump wrote.
+evidence_dump wrote, from those of today.
 
-  fit_evidence.py [--wrong N] [--judge WEIGHTS] [--rival WEIGHT] [--alike SCORE] [--by-chance N]
-                  [--max-over-mirror SCORE] answers.csv...
+  fit_evidence.py [--indoors] [--steps N] [--seed N] [--set NAME=VALUE]... answers.csv...
 
-Needs numpy. A wrong answer counts N times [1]; the last four are EvidenceParams::rival, alike_score,
-equal_by_chance and max_over_mirror [those of scale 1]. Prints the weights, then for each kind of
-data how many of the right answers would be localized, the wrong ones that would be, the greatest
-confidence of a wrong one and the calibration error; and the same with that kind left out of the
-fit. Each kind weighs as the root of its number. With --judge nothing is fitted: WEIGHTS, as many
-numbers between commas, are judged.
+Needs numpy. Random steps that make it better are kept: the mean over all kinds of the share of
+queries that are localized and right, less 0.02 for each wrong answer that nearly is, less the
+calibration error of all that were taken within the map and the mean of that of each kind. Then
+prints the weights and, for each kind, how many are localized and right of those that have a right
+spot, the wrong ones that are localized, the greatest confidence of a wrong one and the calibration
+error. --steps 0 judges the weights as they are. Kinds that end in x are scans from elsewhere; a
+number in a kind's name is its seed, and does not count as part of it.
 """
 import argparse
 import csv
+import re
 
 import numpy as np
 
-FEATURES = ("1", "score", "sharpness", "over_mirror", "contradicted", "1/sqrt(num_posts)", "inliers")
+OUTDOORS = dict(bias=-11.2, score=15.0, sharpness=15.6, over_mirror=17.8, contradicted=-4.2,
+                chance=-7.2, inliers=0.0, rival=40.0, beside=100.0, equal_by_chance=0.5,
+                alike_score=0.65, cohort=0.0, cohort_surely=0.0, max_over_mirror=0.3,
+                inliers_share=0.0, equal_floors=0.0, max_unseen=1.0)
+INDOORS = dict(bias=-18.6, score=17.7, sharpness=17.0, over_mirror=21.0, contradicted=-40.0,
+               chance=-38.0, inliers=11.3, rival=200.0, beside=250.0, equal_by_chance=0.85,
+               alike_score=0.75, cohort=1.7, cohort_surely=0.8, max_over_mirror=0.25,
+               inliers_share=1.0 / 3.0, equal_floors=0.15, max_unseen=0.5)
+# What is searched: how far a step goes, and the range.
+STEPS = dict(bias=(1.5, -40, 0), score=(2.5, 0, 60), sharpness=(3, 0, 60), over_mirror=(4, 0, 60),
+             contradicted=(4, -40, 0), chance=(12, -150, 0), inliers=(2.5, 0, 60),
+             rival=(15, 20, 200), beside=(10, 20, 250), equal_by_chance=(0.06, 0.45, 1),
+             cohort=(0.4, 0, 5), cohort_surely=(0.5, 0, 3))
 # As in EvidenceParams.
-MAX_SHARPNESS, MAX_INLIERS = 0.2, 0.5
-LEAST_INLIERS, BEYOND_INLIERS = 0.3, 40.0
-EQUAL_SCORES, EQUAL_OF_ALIKE = 0.02, 1.0
-LOCALIZED = 0.8
+MAX_SHARPNESS, MAX_INLIERS, LEAST_INLIERS, BEYOND_INLIERS = 0.2, 0.5, 0.3, 40.0
+EQUAL_SCORES, EQUAL_OF_ALIKE, COHORT_SHARE, COHORT_SIZE = 0.02, 1.0, 0.7, 6
+UNDECIDED, LOCALIZED = 0.799, 0.8
+MAX_SPOTS = 24
 
 
-def rivalry(better, score, chance, options):
-    """As RivalryLogOdds in evidence.cpp."""
-    equal = EQUAL_SCORES + options.by_chance * chance + EQUAL_OF_ALIKE * np.maximum(
-        score - options.alike, 0.0)
-    return options.rival * np.maximum(better - score - equal, 0.0)
+def logistic(log_odds):
+    return 1.0 / (1.0 + np.exp(-np.clip(log_odds, -60.0, 60.0)))
 
 
-def read(options):
-    rows = []
-    for name in options.files:
-        with open(name, newline="", encoding="utf-8") as file:
-            rows += list(csv.DictReader(file))
-    column = lambda name: np.array([float(row[name]) for row in rows])
-    chance = 1.0 / np.sqrt(column("num_posts"))
-    features = np.stack([np.ones(len(rows)), column("score"),
-                         np.minimum(column("sharpness"), MAX_SHARPNESS),
-                         np.minimum(column("over_mirror"), options.max_over_mirror),
-                         column("contradicted"), chance,
-                         np.clip(column("inliers"), 0.0, MAX_INLIERS)], 1)
-    share = 1.0 / (1.0 + np.exp(-rivalry(column("best"), column("rival"), chance, options)))
-    best = column("best")
-    genuine = rivalry(best, best - column("over_mirror_exactly"), chance, options)
-    # -1: they were not looked at.
-    exactly = BEYOND_INLIERS * np.maximum(column("inliers") - LEAST_INLIERS, 0.0)
-    genuine = np.where(column("inliers") < 0.0, genuine, np.minimum(genuine, exactly))
-    return features, share, genuine, column("right"), np.array([row["kind"] for row in rows])
+def log_odds_of(p):
+    p = np.clip(p, 1e-9, 1.0 - 1e-9)
+    return np.log(p / (1.0 - p))
 
 
-def confidence(features, share, genuine, b):
-    return share / (1.0 + np.exp(-np.minimum(features @ b, genuine)))
+class Answers:
+    def __init__(self, files):
+        rows = []
+        for name in files:
+            with open(name, newline="", encoding="utf-8") as file:
+                rows += list(csv.DictReader(file))
+        self.columns = {name: np.array([float(row[name]) for row in rows]) for name in rows[0]
+                        if name not in ("kind", "spots")}
+        self.kinds = np.array([re.sub(r"\d+", "", row["kind"]) for row in rows])
+        self.is_within = ~np.char.endswith(self.kinds, "x")
+        spots = np.full((len(rows), MAX_SPOTS, 4), -9.0)
+        for of, row in zip(spots, rows):
+            told = [spot.split(":") for spot in row["spots"].split()[:MAX_SPOTS]]
+            of[:len(told)] = np.array(told, float)
+        self.score = spots[:, :, 3]
+        self.right = spots[:, 0, 0] == 1.0
+        self.has_right = (spots[:, :, 0] == 1.0).any(1)
+        self.is_above = spots[:, :, 1] == 1.0
+        self.is_usual = spots[:, :, 2] == 1.0
 
+    def read(self, w, literally):
+        """As `read` in evidence.cpp's Confidences; of the best spot."""
+        of = self.columns
+        chance = 1.0 / np.sqrt(np.maximum(of["num_posts"], 1.0))
+        by_chance = 0.0 if literally else EQUAL_SCORES + w["equal_by_chance"] * chance
 
-def fit(features, share, genuine, right, weight, steps=4000):
-    """Greatest likelihood of logistic(min(features · b, genuine)) · share, by Adam, in features of
-    mean 0 and deviation 1."""
-    center, width = features.mean(0), features.std(0)
-    center[0], width[0] = 0.0, 1.0
-    scaled = (features - center) / np.maximum(width, 1e-9)
-    b = np.zeros(len(FEATURES))
-    mean, square = np.zeros_like(b), np.zeros_like(b)
-    for step in range(1, steps + 1):
-        supported = 1.0 / (1.0 + np.exp(-scaled @ b))
-        p = np.clip(supported * share, 1e-9, 1.0 - 1e-9)
-        slope = weight * (p - right) / (p * (1.0 - p)) * share * supported * (1.0 - supported)
-        slope *= scaled @ b < genuine
-        gradient = scaled.T @ slope / weight.sum() + 2e-5 * b
-        mean = 0.9 * mean + 0.1 * gradient
-        square = 0.999 * square + 0.001 * gradient**2
-        pace = 0.05 if step < 0.6 * steps else 0.01
-        b -= pace * (mean / (1.0 - 0.9**step)) / (np.sqrt(square / (1.0 - 0.999**step)) + 1e-9)
-    b /= np.maximum(width, 1e-9)
-    b[0] -= center @ b
-    return b
+        def rivalry(better, score):
+            alike = 0.0 if literally else EQUAL_OF_ALIKE * np.maximum(score - w["alike_score"], 0.0)
+            lead = better - score - alike
+            return w["rival"] * np.maximum((lead.T - by_chance).T, 0.0)
 
+        log_odds = (w["bias"] + w["score"] * of["score"] + w["contradicted"] * of["contradicted"] +
+                    w["sharpness"] * np.minimum(of["sharpness"], MAX_SHARPNESS) +
+                    w["over_mirror"] * np.minimum(of["over_mirror"], w["max_over_mirror"]) +
+                    w["inliers"] * np.minimum(of["inliers"], MAX_INLIERS) + w["chance"] * chance)
+        if w["inliers_share"] > 0.0:
+            exactly = np.maximum(of["inliers"] - LEAST_INLIERS, 0.0)
+            log_odds = np.minimum(log_odds, BEYOND_INLIERS * exactly)
+        best, others = self.score[:, 0], self.score[:, 1:]
+        alike = (others >= COHORT_SHARE * best[:, None]) & self.is_usual[:, 1:] & \
+            ~self.is_above[:, 1:]
+        cohort = np.clip(2.0 * alike.sum(1) / COHORT_SIZE - 1.0, 0.0, 1.0)
+        better = of["score"] + w["inliers_share"] * (of["inliers"] - of["score"])
+        genuine = np.minimum(log_odds + w["cohort" if literally else "cohort_surely"] * cohort,
+                             rivalry(better, better - of["over_mirror_exactly"]))
+        beside = np.maximum(of["sharpness"] - by_chance, 0.0)
+        genuine = np.minimum(genuine, w["beside"] * beside)
+        others = np.minimum(others + w["equal_floors"] * self.is_above[:, 1:], best[:, None])
+        rivals = np.exp(-rivalry(best[:, None] + 0.0 * others, others)) * (others >= 0.0)
+        return logistic(genuine) / (1.0 + rivals.sum(1))
 
-def calibration_error(p, right, bins=10):
-    index = np.minimum((p * bins).astype(int), bins - 1)
-    return sum(abs((p[index == i] - right[index == i]).sum()) for i in range(bins)) / len(p)
+    def confidences(self, w):
+        cautious = self.read(w, False)
+        told = np.minimum(self.read(w, True), UNDECIDED)
+        p = np.maximum(cautious, told)
+        narrow = self.columns["unseen"] > w["max_unseen"]
+        return np.where(narrow, np.minimum(p, UNDECIDED), p)
 
+    def error(self, p, of):
+        index = np.minimum((p[of] * 10).astype(int), 9)
+        off = np.bincount(index, p[of] - self.right[of], 10)
+        return np.abs(off).sum() / max(1, of.sum())
 
-def tell(name, p, right):
-    is_right, is_wrong = right == 1.0, right == 0.0
-    localized = p >= LOCALIZED
-    print(f"  {name:24} {len(p):5} answers, right and localized "
-          f"{localized[is_right].mean() if is_right.any() else 0.0:.3f}, false "
-          f"{int(localized[is_wrong].sum())}, greatest wrong "
-          f"{p[is_wrong].max() if is_wrong.any() else 0.0:.2f}, calibration error "
-          f"{calibration_error(p, right):.3f}")
+    def worth(self, w):
+        p = self.confidences(w)
+        log_odds = log_odds_of(p)
+        found = logistic((log_odds - log_odds_of(LOCALIZED)) / 0.25) * self.right
+        kinds = [self.kinds == kind for kind in sorted(set(self.kinds[self.is_within]))]
+        shares = [found[of].sum() / max(1, self.has_right[of].sum()) for of in kinds]
+        wrong = (logistic((log_odds - 1.0) / 0.3) * ~self.right * (p != UNDECIDED)).sum()
+        errors = [self.error(p, of) for of in kinds]
+        return np.mean(shares) - 0.02 * wrong - np.mean(errors) - self.error(p, self.is_within)
+
+    def tell(self, w):
+        p = self.confidences(w)
+        print(f"differs from what was told by at most {abs(p - self.columns['confidence']).max():.3f}")
+        for kind in ["all", *sorted(set(self.kinds))]:
+            of = (self.kinds == kind) | (kind == "all")
+            wrong = p[of & ~self.right]
+            print(f"  {kind:16} {of.sum():6} answers, localized and right "
+                  f"{(p[of & self.right] >= LOCALIZED).sum() / max(1, self.has_right[of].sum()):.3f}"
+                  f", false {(wrong >= LOCALIZED).sum()} of {len(wrong)}, greatest wrong "
+                  f"{wrong.max(initial=0.0):.2f}, calibration error {self.error(p, of):.3f}")
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__,
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--wrong", type=float, default=1.0)
-    parser.add_argument("--rival", type=float, default=40.0)
-    parser.add_argument("--alike", type=float, default=0.65)
-    parser.add_argument("--by-chance", type=float, default=0.5)
-    parser.add_argument("--max-over-mirror", type=float, default=0.3)
-    parser.add_argument("--judge",
-                        type=lambda text: np.array([float(word) for word in text.split(",")]))
+    parser.add_argument("--indoors", action="store_true")
+    parser.add_argument("--steps", type=int, default=1000)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--set", action="append", default=[], metavar="NAME=VALUE")
     parser.add_argument("files", nargs="+")
     options = parser.parse_args()
-    features, share, genuine, right, kind = read(options)
-    weight = np.zeros(len(right))
-    for name in set(kind):
-        weight[kind == name] = 1.0 / np.sqrt((kind == name).sum())
-    weight[right == 0.0] *= options.wrong
-    is_fit = options.judge is None
-    b = fit(features, share, genuine, right, weight) if is_fit else options.judge
-    print("weights: " + ", ".join(f"{name} {value:.1f}" for name, value in zip(FEATURES, b)))
-    p = confidence(features, share, genuine, b)
-    tell("all", p, right)
-    for name in sorted(set(kind)):
-        of = kind == name
-        tell(name, p[of], right[of])
-        if not is_fit:
-            continue
-        others = fit(features[~of], share[~of], genuine[~of], right[~of], weight[~of], steps=2000)
-        tell("  left out of the fit", confidence(features, share, genuine, others)[of], right[of])
+    weights = dict(INDOORS if options.indoors else OUTDOORS)
+    for text in options.set:
+        name, value = text.split("=")
+        weights[name] = float(value)
+    answers = Answers(options.files)
+    random = np.random.default_rng(options.seed)
+    names = [name for name in STEPS if weights[name] != 0.0]
+    best = answers.worth(weights) if options.steps else 0.0
+    for _ in range(options.steps):
+        tried = dict(weights)
+        for name in random.choice(names, random.integers(1, 4), replace=False):
+            step, least, most = STEPS[name]
+            tried[name] = float(np.clip(tried[name] + step * random.normal(), least, most))
+        worth = answers.worth(tried)
+        if worth > best:
+            best, weights = worth, tried
+    print("weights: " + ", ".join(f"{name} {weights[name]:.3g}" for name in STEPS))
+    answers.tell(weights)
 
 
 if __name__ == "__main__":

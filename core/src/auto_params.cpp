@@ -17,21 +17,22 @@ void Scale(double scale, RegistrationParams& steps) {
 /// (docs/algorithm.md, "Confidence").
 EvidenceParams IndoorEvidence() {
   EvidenceParams params;
-  params.bias = -18.5;
-  params.score = 20.9;
-  params.sharpness = 18.5;
-  params.over_mirror = 10.7;
+  params.bias = -18.6;
+  params.score = 17.7;
+  params.sharpness = 17.0;
+  params.over_mirror = 21.0;
   params.max_over_mirror = 0.25;  // of one wall a mirror image may have nothing
-  params.contradicted = -11.4;
-  params.chance = -73.0;
+  params.contradicted = -40.0;
+  params.chance = -38.0;
   params.inliers_share = 1.0 / 3.0;
-  params.inliers = 9.2;
-  params.rival = 90.0;
-  params.equal_by_chance = 0.6;
-  params.beside = 50.0;
-  params.alike_score = 0.78;
-  params.cohort = 3.0;
-  params.cohort_surely = 1.0;
+  params.inliers = 11.3;
+  params.rival = 200.0;
+  params.equal_by_chance = 0.85;
+  params.beside = 250.0;
+  params.alike_score = 0.75;
+  params.cohort = 1.7;
+  params.cohort_surely = 0.8;
+  params.explaining_score = 0.55;
   params.max_unseen = 0.5;
   params.equal_floors = 0.15;
   params.shared_in_a_row = 0.3;  // floors are alike in more than decks are

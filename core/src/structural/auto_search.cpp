@@ -19,12 +19,6 @@ Pose PlanarTransform(const PlanarPose& pose, double z_m) {
   return transform;
 }
 
-/// Whether one stands where the other does, but on another floor.
-bool IsAbove(const Spot& a, const Spot& b, const Eigen::Vector3d& up) {
-  const PoseMiss miss = MissOf(DifferenceOf(a.T_map_query, b.T_map_query, up));
-  return miss.height && !miss.plane && !miss.heading;
-}
-
 }  // namespace
 
 class AutoSearch::Structures : public PlaceStructures {
@@ -253,6 +247,11 @@ std::optional<Candidate> AutoSearch::CandidateAt(const Pose& T_map_query,
   candidate.T_map_query = T_map_query;
   candidate.covariance = covariance;
   return candidate;
+}
+
+bool IsAbove(const Spot& a, const Spot& b, const Eigen::Vector3d& up) {
+  const PoseMiss miss = MissOf(DifferenceOf(a.T_map_query, b.T_map_query, up));
+  return miss.height && !miss.plane && !miss.heading;
 }
 
 double CohortShare(const std::vector<Spot>& spots, const EvidenceParams& params,

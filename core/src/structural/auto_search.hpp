@@ -151,6 +151,9 @@ class AutoSearch {
   std::unique_ptr<KeyIndex> cart_;
 };
 
+/// Whether one stands where the other does, but on another floor.
+[[nodiscard]] bool IsAbove(const Spot& a, const Spot& b, const Eigen::Vector3d& up);
+
 /// CohortShare of the best spot and of those elsewhere in the plane that every query looks at.
 [[nodiscard]] double CohortShare(const std::vector<Spot>& spots, const EvidenceParams& params,
                                  const Eigen::Vector3d& up);
