@@ -6,6 +6,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "map_writer.hpp"
+#include "scanloc/core/map/up.hpp"
 #include "scanloc/core/structural/calibrate.hpp"
 #include "scanloc/jobs/jobs.hpp"
 #include "scanloc/mapdb/map_file.hpp"
@@ -85,7 +86,8 @@ absl::StatusOr<CalibrateSummary> CalibrateMap(const CalibrateOptions& options) {
   }
   if (absl::Status status = writer->ReplaceCalibration(stored); !status.ok()) return status;
   if (absl::Status status = writer->Release(); !status.ok()) return status;
-  return CalibrateSummary{stored.calibration, stored.confusable.size(), false};
+  return CalibrateSummary{stored.calibration, stored.confusable.size(), false,
+                          FindUp(*map).value_or(Eigen::Vector3d::UnitZ())};
 }
 
 }  // namespace scanloc::mapdb

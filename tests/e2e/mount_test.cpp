@@ -80,6 +80,18 @@ TEST(MountOnTheCommandLine, BuildsAMapOfPosesOfTheBase) {
   for (const json& method : eval.at("results")) EXPECT_EQ(method.at("recall_at_1"), 1.0);
 }
 
+TEST(MountOnTheCommandLine, IsMissedByWhoBuildsAMapThatStandsOnItsHead) {
+  const TempDir dir;
+  const Args build = {"--scans", Hanging().scans, "--poses", Hanging().base_poses, "--spacing-m",
+                      "0",       "--quiet"};
+  Args untold = {"build", dir.File("untold")};
+  untold.insert(untold.end(), build.begin(), build.end());
+  EXPECT_THAT(MustScanloc(untold), testing::HasSubstr("180 deg off z"));
+  Args told = {"build", dir.File("told"), "--T-base-sensor", kMount};
+  told.insert(told.end(), build.begin(), build.end());
+  EXPECT_THAT(MustScanloc(told), testing::Not(testing::HasSubstr("deg off z")));
+}
+
 TEST(MountOnTheCommandLine, LeavesOutWhatIsTheRobotItself) {
   // All there is: then nothing is left to look up.
   const json document = json::parse(

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <cstddef>
 #include <functional>
 #include <string>
@@ -28,6 +29,7 @@ struct CalibrateSummary {
   Calibration calibration;
   std::size_t num_confusable = 0;
   bool was_current = false;  ///< the file had its calibration already: nothing was done
+  Eigen::Vector3d up = Eigen::Vector3d::UnitZ();  ///< of the map frame (FindUp), where it was done
 };
 
 /// Finds out how far answers from a map can be trusted (core's Calibrator) and writes it into the
