@@ -56,8 +56,9 @@ absl::StatusOr<std::string> CalibrateAndTell(const std::string& path, int num_th
 mapdb::Finish Calibrating(int num_threads, bool quiet, std::string* text) {
   return [num_threads, quiet, text](const std::string& path) {
     absl::StatusOr<std::string> told = CalibrateAndTell(path, num_threads, quiet);
-    if (told.ok()) *text = *std::move(told);
-    return told.status();
+    if (!told.ok()) return told.status();
+    *text = *std::move(told);
+    return absl::OkStatus();
   };
 }
 

@@ -70,7 +70,7 @@ class MergeCommand : public Command {
       if (!info.ok()) return info.status();
       num_places.push_back(info->num_places);
     }
-    const absl::Status status = mapdb::CheckParts(merged, num_places);
+    absl::Status status = mapdb::CheckParts(merged, num_places);
     if (!absl::IsInvalidArgument(status)) return status;
     return absl::InvalidArgumentError(absl::StrCat(
         status.message(), ". Nothing was written; --accept-inconsistent merges all the same"));

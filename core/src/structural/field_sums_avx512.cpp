@@ -1,3 +1,8 @@
+// GCC's own intrinsics begin with values that they do not need.
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC diagnostic ignored "-Wuninitialized"
+#pragma GCC diagnostic ignored "-Wmaybe-uninitialized"
+#endif
 #include "structural/field_sums.hpp"
 
 #ifdef __x86_64__
