@@ -72,6 +72,13 @@ absl::StatusOr<std::shared_ptr<const Localizer>> Localizer::Create(std::shared_p
   return localizer;
 }
 
+absl::StatusOr<std::shared_ptr<const Localizer>> Localizer::CreateFor(
+    std::shared_ptr<const Map> map, const Method& method) {
+  std::shared_ptr<Localizer> localizer(new Localizer(std::move(map)));
+  if (absl::Status status = localizer->Prepare(method); !status.ok()) return status;
+  return localizer;
+}
+
 absl::Status Localizer::Check(const ScanDescriptor& scan, const Query& query,
                               const SearchControl& control) const {
   if (absl::Status status = Validate(query, map_->params); !status.ok()) return status;
@@ -95,6 +102,11 @@ absl::StatusOr<Answer> Localizer::Localize(const ScanDescriptor& scan, const Que
   }
   const Params& params = map_->params;
   const Method method = MethodOf(query, params);
+  const ContextSearch* const by_context =
+      (method.kind == DescriptorKind::kPolar ? polar_search_ : cart_search_).get();
+  if (method.automatic ? auto_search_ == nullptr : by_context == nullptr) {
+    return absl::FailedPreconditionError("the localizer was made for another method");
+  }
   Answer answer;
   if (scan.num_voxels < static_cast<std::uint32_t>(params.search.min_voxels)) {
     answer.outcome = Outcome::kInsufficientScan;
@@ -107,9 +119,7 @@ absl::StatusOr<Answer> Localizer::Localize(const ScanDescriptor& scan, const Que
     if (!located.ok()) return located.status();
     answer = *std::move(located);
   } else {
-    const bool is_polar = method.kind == DescriptorKind::kPolar;
-    absl::StatusOr<Answer> located =
-        (is_polar ? polar_search_ : cart_search_)->Locate(scan, query, within);
+    absl::StatusOr<Answer> located = by_context->Locate(scan, query, within);
     if (!located.ok()) return located.status();
     answer = *std::move(located);
   }

@@ -19,6 +19,9 @@ namespace {
 
 constexpr std::size_t kMaxPairs = 40;
 constexpr std::size_t kMaxQueries = 40;
+/// Of all maps that are merged together; each has its least, however many there are.
+constexpr std::size_t kMaxQueriesOfParts = 200;
+constexpr std::size_t kLeastQueriesOfPart = 5;
 /// Answers that must have been found before they are believed against the poses.
 constexpr std::size_t kMinFound = 3;
 
@@ -47,7 +50,8 @@ absl::StatusOr<std::shared_ptr<const Localizer>> OpenLocalizer(const std::string
   absl::StatusOr<Map> map = OpenMap(map_path);
   if (!map.ok()) return map.status();
   if (!map->params.structure.enabled || map->places.empty()) return nullptr;
-  return Localizer::Create(std::make_shared<const Map>(*std::move(map)));
+  return Localizer::CreateFor(std::make_shared<const Map>(*std::move(map)),
+                              Method{.automatic = true});
 }
 
 /// What became of queries whose poses are told.
@@ -100,6 +104,9 @@ struct Part {
 };
 
 std::vector<Part> PartsOf(const Map& map, const std::vector<std::int64_t>& num_places) {
+  const std::size_t most =
+      std::clamp(kMaxQueriesOfParts / std::max<std::size_t>(1, num_places.size()),
+                 kLeastQueriesOfPart, kMaxQueries);
   std::vector<Part> parts;
   std::size_t begin = 0;
   for (const std::int64_t num : num_places) {
@@ -112,7 +119,7 @@ std::vector<Part> PartsOf(const Map& map, const std::vector<std::int64_t>& num_p
       if (!is_own[i]) others.push_back(map.sessions[i]);
     }
     if (!others.empty() && others.size() <= limits::kMaxPriorSessions) {
-      part.num_queries = std::min(part.end - part.begin, kMaxQueries);
+      part.num_queries = std::min(part.end - part.begin, most);
     }
     begin = part.end;
     parts.push_back(std::move(part));

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <functional>
 #include <limits>
@@ -184,6 +185,26 @@ TEST(Localizer, IsTheSameWhoeverBuildsItsTreesInWhateverOrder) {
   }
   const auto fail = [](auto) { return absl::ResourceExhaustedError("no thread"); };
   EXPECT_TRUE(absl::IsResourceExhausted(Localizer::Create(map, fail).status()));
+}
+
+TEST(Localizer, OfOneMethodAnswersAsThatOfAllAndRefusesOthers) {
+  const World world;
+  const auto map = std::make_shared<const Map>(world.localizer->map());
+  const ScanDescriptor scan = Describer::Create(world.params)->Describe(world.scans[3]);
+  const std::array<const char*, 3> methods = {"auto", "a-pc", "a-cc"};
+  for (const char* only : methods) {
+    const auto made = Localizer::CreateFor(map, *ParseMethod(only));
+    ASSERT_TRUE(made.ok()) << made.status();
+    for (const char* method : methods) {
+      const Query query{.method = *ParseMethod(method)};
+      const auto answer = (*made)->Localize(scan, query);
+      if (method == only) {
+        test::ExpectSameAnswer(*answer, *world.localizer->Localize(scan, query));
+      } else {
+        EXPECT_TRUE(absl::IsFailedPrecondition(answer.status())) << only << ' ' << method;
+      }
+    }
+  }
 }
 
 TEST(Localizer, SaysThatItsMapIsHalfBuilt) {

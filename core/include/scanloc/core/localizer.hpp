@@ -38,11 +38,14 @@ class Localizer {
   [[nodiscard]] static absl::StatusOr<std::shared_ptr<const Localizer>> Create(
       std::shared_ptr<const Map> map, const DoAll& do_all = nullptr,
       const Localizer* before = nullptr);
+  /// The same for one method alone, with the trees of that: others are FailedPrecondition.
+  [[nodiscard]] static absl::StatusOr<std::shared_ptr<const Localizer>> CreateFor(
+      std::shared_ptr<const Map> map, const Method& method);
 
   /// InvalidArgument: a query out of range, a prior that names a session which the map does not
   /// have, or a descriptor of other shapes than the map's.
-  /// FailedPrecondition: the map does not serve the method. Cancelled: control.is_unwanted. The
-  /// errors of PayloadReader::Read.
+  /// FailedPrecondition: the map, or this localizer, does not serve the method. Cancelled:
+  /// control.is_unwanted. The errors of PayloadReader::Read.
   [[nodiscard]] absl::StatusOr<Answer> Localize(const ScanDescriptor& scan, const Query& query = {},
                                                 const SearchControl& control = {}) const;
 

@@ -29,8 +29,9 @@ namespace scanloc::mapdb {
                                       const ScanLoader& load_scan);
 
 /// Whether what a merged map is made of stands in one frame: of each part, given by how many places
-/// it has, in their order, a sample of at most 40 is localized in the sessions of the other parts.
-/// OK as of CheckFrame, and where these have more sessions than a prior may name.
+/// it has, in their order, a sample of 40 to 5, the fewer the more parts there are, is localized in
+/// the sessions of the other parts. OK as of CheckFrame, and where these have more sessions than a
+/// prior may name.
 ///
 /// InvalidArgument: as of CheckFrame. Other errors are those of LoadMap.
 [[nodiscard]] absl::Status CheckParts(const std::string& map_path,
