@@ -12,8 +12,8 @@ void Scale(double scale, RegistrationParams& steps) {
   steps.narrow_m *= scale;
 }
 
-/// Begun as scripts/fit_evidence.py fits them to rooms, halls, homes, offices and warehouses at
-/// scale 0.35, then made more careful by hand: of 23,036 wrong answers there one is localized
+/// As scripts/fit_evidence.py --indoors fits them to rooms, halls, homes, offices and warehouses at
+/// scale 0.35, rounded; alike_score and cohort_surely are more careful than what it would take
 /// (docs/algorithm.md, "Confidence").
 EvidenceParams IndoorEvidence() {
   EvidenceParams params;
