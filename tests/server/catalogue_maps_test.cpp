@@ -160,6 +160,17 @@ TEST_F(CatalogueMapsTest, ServesNothingThatTheStoreLiesAbout) {
   AwaitAnswer(town);
 }
 
+TEST_F(CatalogueMapsTest, LeavesNothingOfAFetchThatFailed) {
+  const catalogue::Version town = Publish("town", 1);
+  const std::string file = store_folder_ + "/" + town.FileName();
+  files_.Write("store/" + town.FileName(), test::ReadFile(file) + "more");
+  StartWorker();
+  EXPECT_EQ(Answers("town"), "");
+  Await("the fetch has failed",
+        [&] { return Log().find("region town is not fetched") != std::string::npos; });
+  Await("its part is gone", [&] { return !fs::exists(cache_ + "/" + town.FileName() + ".part"); });
+}
+
 TEST_F(CatalogueMapsTest, ServesWithoutStoreAndCatalogue) {
   const catalogue::Version town = Publish("town", 1);
   const catalogue::Version far = Publish("far", 3);

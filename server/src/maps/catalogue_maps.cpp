@@ -308,8 +308,7 @@ absl::Status CatalogueMaps::Fetch(const catalogue::Version& version, bool is_ask
   if (absl::IsResourceExhausted(status) && is_asked_for && MakeRoom(options_.cache_bytes)) {
     status = get();
   }
-  if (!status.ok()) return status;
-  return folder_.Keep(version);
+  return folder_.Keep(version, status);
 }
 
 bool CatalogueMaps::MakeRoom(std::int64_t num_bytes) {

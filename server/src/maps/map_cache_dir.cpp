@@ -79,8 +79,13 @@ bool MapCacheDir::Has(const catalogue::Version& version) const {
   return !error && static_cast<std::int64_t>(size) == version.num_bytes;
 }
 
-absl::Status MapCacheDir::Keep(const catalogue::Version& version) const {
+absl::Status MapCacheDir::Keep(const catalogue::Version& version,
+                               const absl::Status& fetched) const {
   const std::string part = PartOf(version);
+  if (!fetched.ok()) {
+    unlink(part.c_str());
+    return fetched;
+  }
   const absl::StatusOr<std::string> sha256 = catalogue::Sha256OfFile(part);
   if (!sha256.ok()) return sha256.status();
   if (*sha256 != version.sha256) {

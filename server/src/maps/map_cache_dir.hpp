@@ -27,8 +27,10 @@ class MapCacheDir {
   [[nodiscard]] std::string PartOf(const catalogue::Version& version) const;
   /// Whether the file is there, with its size.
   [[nodiscard]] bool Has(const catalogue::Version& version) const;
-  /// Gives the part its name if its bytes are the version's; else removes it: DataLoss.
-  [[nodiscard]] absl::Status Keep(const catalogue::Version& version) const;
+  /// Gives the part its name if it was fetched and its bytes are the version's. Else removes it, so
+  /// that others find room on the disk: the error of the fetch, or DataLoss.
+  [[nodiscard]] absl::Status Keep(const catalogue::Version& version,
+                                  const absl::Status& fetched) const;
   void Remove(const catalogue::Version& version) const;
   /// Of all files in it.
   [[nodiscard]] std::int64_t NumBytes() const;
