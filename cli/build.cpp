@@ -18,6 +18,7 @@
 #include "cli/output.hpp"
 #include "cli/param_options.hpp"
 #include "cli/progress.hpp"
+#include "cli/skip_hint.hpp"
 #include "cli/slam_options.hpp"
 #include "scanloc/core/printable.hpp"
 #include "scanloc/dataset/drive.hpp"
@@ -208,7 +209,7 @@ absl::StatusOr<mapdb::BuildSummary> BuildCommand::Build(const mapdb::BuildOption
       [&](std::size_t i) -> absl::StatusOr<PointCloud> {
         if (Interrupted()) return absl::CancelledError("interrupted");
         absl::StatusOr<SeenScan> seen = ReadSeenScan(frames[i].file(), poses_.mount());
-        if (!seen.ok()) return seen.status();
+        if (!seen.ok()) return skip_bad_scans_ ? seen.status() : WithSkipHint(seen.status());
         counts->num_not_finite += static_cast<std::int64_t>(seen->scan.num_not_finite);
         counts->num_masked += static_cast<std::int64_t>(seen->num_masked);
         return std::move(seen->scan.points);

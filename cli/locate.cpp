@@ -17,6 +17,7 @@
 #include "cli/output.hpp"
 #include "cli/progress.hpp"
 #include "cli/replay.hpp"
+#include "cli/skip_hint.hpp"
 #include "scanloc/client/offline_client.hpp"
 #include "scanloc/core/method.hpp"
 #include "scanloc/core/printable.hpp"
@@ -191,7 +192,8 @@ absl::StatusOr<std::vector<report::QueryResult>> LocateCommand::AskAll(
                                                    : dataset::ReadScan(scans[i]);
     result.read_ns = NsSince(read_start);
     if (!scan.ok()) {
-      if (!options_.skip_bad_scans || !options_.scan.empty()) return scan.status();
+      if (!options_.scan.empty()) return scan.status();
+      if (!options_.skip_bad_scans) return WithSkipHint(scan.status());
       if (num_skipped_++ == 0) first_skipped_ = absl::StrCat(scan.status().message());
       progress.Update(i + 1, scans.size());
       continue;

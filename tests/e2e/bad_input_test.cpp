@@ -49,7 +49,9 @@ TEST(BadInput, ScanThatCannotBeReadStopsTheBuildByName) {
   for (const std::string& bytes :
        {std::string(), whole.substr(0, whole.size() / 2 - 3), std::string(4096, '\x7F')}) {
     drive.SetScan("000011.bin", bytes);
-    ExpectOneLine(drive.Build({"--resume"}), "000011.bin");
+    const ProcessResult built = drive.Build({"--resume"});
+    ExpectOneLine(built, "000011.bin");
+    ExpectOneLine(built, "--skip-bad-scans");
   }
   drive.SetScan("000011.bin", whole);
   EXPECT_EQ(drive.Build({"--resume"}).status, 0);
@@ -67,7 +69,9 @@ TEST(BadInput, ScansThatCannotBeReadArePassedOverWhenAsked) {
   EXPECT_NE(built.out.find("28 new"), std::string::npos) << built.out;
 
   const Args locate = {"locate", Town().map1, "--scans", drive.folder(), "--csv", "-", "--quiet"};
-  ExpectOneLine(Scanloc(locate), "000003.bin");
+  const ProcessResult stopped = Scanloc(locate);
+  ExpectOneLine(stopped, "000003.bin");
+  ExpectOneLine(stopped, "--skip-bad-scans");
   Args skipping = locate;
   skipping.push_back("--skip-bad-scans");
   const ProcessResult located = Scanloc(skipping);
