@@ -12,6 +12,7 @@
 
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
 #include "name_order.hpp"
 #include "text.hpp"
 
@@ -185,10 +186,12 @@ absl::StatusOr<Drive> PairByStamp(const DriveOptions& options, const std::vector
     drive.frames.push_back(MakeFrame(scans[i], trajectory.T_map_sensor[*pose], scan_stamps_ns[i]));
   }
   if (drive.frames.empty()) {
-    return Invalid(absl::StrCat(
-        "none of the ", scans.size(), " scans of ", options.scans_dir, " lies within ",
-        kMaxStampGap_ns, " ns of a pose of ", options.poses_file, "; the first scan's stamp is ",
-        scan_stamps_ns.front(), " ns, the first pose's ", trajectory.stamps_ns.front(), " ns"));
+    return Invalid(absl::StrFormat(
+        "none of the %d scans of %s lies within %d ms of a pose of %s; the first scan's stamp is "
+        "%.3f s, the first pose's %.3f s",
+        scans.size(), options.scans_dir, kMaxStampGap_ns / kNsPerMs, options.poses_file,
+        1e-9 * static_cast<double>(scan_stamps_ns.front()),
+        1e-9 * static_cast<double>(trajectory.stamps_ns.front())));
   }
   return drive;
 }

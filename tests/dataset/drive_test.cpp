@@ -293,6 +293,9 @@ TEST(OpenDrive, RefusesStampsThatNeverMeet) {
   const auto drive = OpenDrive(Options(dir, TumRow("-9223372036", 0) + TumRow("9223372036", 0)));
   EXPECT_EQ(drive.status().code(), absl::StatusCode::kInvalidArgument);
   EXPECT_THAT(std::string(drive.status().message()), HasSubstr("none of the 1 scans"));
+  EXPECT_THAT(std::string(drive.status().message()),
+              HasSubstr("100 ms of a pose of " + dir.File("poses.txt") +
+                        "; the first scan's stamp is 1567410201.000 s"));
 }
 
 TEST(OpenDrive, PairsStampedPosesByRowWhereScansHaveNoStamps) {
