@@ -5,8 +5,8 @@ evidence_dump wrote, from those of today.
   fit_evidence.py [--indoors] [--steps N] [--seed N] [--set NAME=VALUE]... answers.csv...
 
 Needs numpy. Random steps that make it better are kept: the mean over all kinds of the share of
-queries that are localized and right, less 0.02 for each wrong answer that nearly is, less the
-calibration error of all that were taken within the map and the mean of that of each kind. Then
+queries that are localized and right, less 0.03 for each wrong answer that nearly is, less the
+calibration error of all and the mean of that of each kind that was taken within the map. Then
 prints the weights and, for each kind, how many are localized and right of those that have a right
 spot, the wrong ones that are localized, the greatest confidence of a wrong one and the calibration
 error. --steps 0 judges the weights as they are. Kinds that end in x are scans from elsewhere; a
@@ -19,21 +19,24 @@ import re
 import numpy as np
 
 OUTDOORS = dict(bias=-11.2, score=15.0, sharpness=15.6, over_mirror=17.8, contradicted=-4.2,
-                chance=-7.2, inliers=0.0, rival=40.0, beside=100.0, equal_by_chance=0.5,
-                alike_score=0.65, cohort=0.0, cohort_surely=0.0, max_over_mirror=0.3,
-                inliers_share=0.0, equal_floors=0.0, max_unseen=1.0)
-INDOORS = dict(bias=-18.6, score=17.7, sharpness=17.0, over_mirror=21.0, contradicted=-40.0,
-               chance=-38.0, inliers=11.3, rival=200.0, beside=250.0, equal_by_chance=0.85,
-               alike_score=0.75, cohort=1.7, cohort_surely=0.8, max_over_mirror=0.25,
-               inliers_share=1.0 / 3.0, equal_floors=0.15, max_unseen=0.5)
+                chance=-7.2, inliers=0.0, rival=40.0, beside=100.0, equal_scores=0.02,
+                equal_by_chance=0.5, alike_score=0.65, equal_of_mirror=1.0, cohort=0.0,
+                cohort_surely=0.0, max_over_mirror=0.3, inliers_share=0.0, equal_floors=0.0,
+                max_unseen=1.0)
+INDOORS = dict(bias=-18.6, score=17.6, sharpness=20.0, over_mirror=20.6, contradicted=-40.0,
+               chance=-29.7, inliers=12.8, rival=250.0, beside=250.0, equal_scores=0.07,
+               equal_by_chance=0.15, alike_score=0.8, equal_of_mirror=0.5, cohort=1.2,
+               cohort_surely=0.8, max_over_mirror=0.25, inliers_share=1.0 / 3.0, equal_floors=0.15,
+               max_unseen=0.5)
 # What is searched: how far a step goes, and the range.
 STEPS = dict(bias=(1.5, -40, 0), score=(2.5, 0, 60), sharpness=(3, 0, 60), over_mirror=(4, 0, 60),
              contradicted=(4, -40, 0), chance=(12, -150, 0), inliers=(2.5, 0, 60),
-             rival=(15, 20, 200), beside=(10, 20, 250), equal_by_chance=(0.06, 0.45, 1),
-             cohort=(0.4, 0, 5), cohort_surely=(0.5, 0, 3))
+             rival=(15, 20, 250), beside=(10, 20, 250), equal_scores=(0.01, 0.02, 0.15),
+             equal_by_chance=(0.1, 0.1, 1), alike_score=(0.03, 0.6, 1), cohort=(0.4, 0, 5),
+             cohort_surely=(0.5, 0, 3))
 # As in EvidenceParams.
 MAX_SHARPNESS, MAX_INLIERS, LEAST_INLIERS, BEYOND_INLIERS = 0.2, 0.5, 0.3, 40.0
-EQUAL_SCORES, EQUAL_OF_ALIKE, COHORT_SHARE, COHORT_SIZE = 0.02, 1.0, 0.7, 6
+EQUAL_OF_ALIKE, COHORT_SHARE, COHORT_SIZE = 1.0, 0.7, 6
 UNDECIDED, LOCALIZED = 0.799, 0.8
 MAX_SPOTS = 24
 
@@ -71,12 +74,12 @@ class Answers:
         """As `read` in evidence.cpp's Confidences; of the best spot."""
         of = self.columns
         chance = 1.0 / np.sqrt(np.maximum(of["num_posts"], 1.0))
-        by_chance = 0.0 if literally else EQUAL_SCORES + w["equal_by_chance"] * chance
+        by_chance = 0.0 if literally else w["equal_scores"] + w["equal_by_chance"] * chance
 
-        def rivalry(better, score):
+        def rivalry(better, score, share=1.0):
             alike = 0.0 if literally else EQUAL_OF_ALIKE * np.maximum(score - w["alike_score"], 0.0)
-            lead = better - score - alike
-            return w["rival"] * np.maximum((lead.T - by_chance).T, 0.0)
+            lead = better - score - share * alike
+            return w["rival"] * np.maximum((lead.T - share * by_chance).T, 0.0)
 
         log_odds = (w["bias"] + w["score"] * of["score"] + w["contradicted"] * of["contradicted"] +
                     w["sharpness"] * np.minimum(of["sharpness"], MAX_SHARPNESS) +
@@ -91,7 +94,8 @@ class Answers:
         cohort = np.clip(2.0 * alike.sum(1) / COHORT_SIZE - 1.0, 0.0, 1.0)
         better = of["score"] + w["inliers_share"] * (of["inliers"] - of["score"])
         genuine = np.minimum(log_odds + w["cohort" if literally else "cohort_surely"] * cohort,
-                             rivalry(better, better - of["over_mirror_exactly"]))
+                             rivalry(better, better - of["over_mirror_exactly"],
+                                     w["equal_of_mirror"]))
         beside = np.maximum(of["sharpness"] - by_chance, 0.0)
         genuine = np.minimum(genuine, w["beside"] * beside)
         others = np.minimum(others + w["equal_floors"] * self.is_above[:, 1:], best[:, None])
@@ -116,9 +120,10 @@ class Answers:
         found = logistic((log_odds - log_odds_of(LOCALIZED)) / 0.25) * self.right
         kinds = [self.kinds == kind for kind in sorted(set(self.kinds[self.is_within]))]
         shares = [found[of].sum() / max(1, self.has_right[of].sum()) for of in kinds]
-        wrong = (logistic((log_odds - 1.0) / 0.3) * ~self.right * (p != UNDECIDED)).sum()
+        surely = log_odds_of(self.read(w, False))
+        wrong = (logistic((surely - 1.2) / 0.2) * ~self.right).sum()
         errors = [self.error(p, of) for of in kinds]
-        return np.mean(shares) - 0.02 * wrong - np.mean(errors) - self.error(p, self.is_within)
+        return np.mean(shares) - 0.03 * wrong - np.mean(errors) - self.error(p, p >= 0.0)
 
     def tell(self, w):
         p = self.confidences(w)

@@ -13,24 +13,26 @@ void Scale(double scale, RegistrationParams& steps) {
 }
 
 /// As scripts/fit_evidence.py --indoors fits them to rooms, halls, homes, offices and warehouses at
-/// scale 0.35, rounded; alike_score and cohort_surely are more careful than what it would take
-/// (docs/algorithm.md, "Confidence").
+/// scale 0.35, rounded; what a cohort counts is less than what it would take, for other warehouses
+/// with the same racks (docs/algorithm.md, "Confidence").
 EvidenceParams IndoorEvidence() {
   EvidenceParams params;
   params.bias = -18.6;
-  params.score = 17.7;
-  params.sharpness = 17.0;
-  params.over_mirror = 21.0;
+  params.score = 17.6;
+  params.sharpness = 20.0;
+  params.over_mirror = 20.6;
   params.max_over_mirror = 0.25;  // of one wall a mirror image may have nothing
   params.contradicted = -40.0;
-  params.chance = -38.0;
+  params.chance = -29.7;
   params.inliers_share = 1.0 / 3.0;
-  params.inliers = 11.3;
-  params.rival = 200.0;
-  params.equal_by_chance = 0.85;
+  params.inliers = 12.8;
+  params.rival = 250.0;
+  params.equal_scores = 0.07;
+  params.equal_by_chance = 0.15;
   params.beside = 250.0;
-  params.alike_score = 0.75;
-  params.cohort = 1.7;
+  params.alike_score = 0.8;
+  params.equal_of_mirror = 0.5;
+  params.cohort = 1.2;
   params.cohort_surely = 0.8;
   params.explaining_score = 0.55;
   params.max_unseen = 0.5;

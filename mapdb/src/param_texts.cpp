@@ -106,7 +106,8 @@ int VersionOf(std::string_view name) {
                                                          {"auto.shortlist.aside_m", 11},
                                                          {"auto.shortlist.num_asides", 11},
                                                          {"auto.shortlist.num_hypotheses", 11},
-                                                         {"auto.evidence.max_unseen", 12}};
+                                                         {"auto.evidence.max_unseen", 12},
+                                                         {"auto.evidence.equal_of_mirror", 13}};
   for (const auto& [later, version] : kLater) {
     if (later == name) return version;
   }
@@ -138,6 +139,9 @@ absl::StatusOr<Params> DecodeParams(const ParamTexts& texts, int schema_version)
                              "auto.evidence.cohort_surely", "auto.evidence.equal_floors"}) {
       text_of.try_emplace(name, FieldText(0.0));
     }
+  }
+  if (schema_version < schema::kMirrorVersion) {
+    text_of.try_emplace("auto.evidence.equal_of_mirror", FieldText(1.0));
   }
   if (schema_version < schema::kVersion) {
     double scale = AutoParams{}.scale;

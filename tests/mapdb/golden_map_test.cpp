@@ -36,7 +36,8 @@ constexpr Golden kGoldens[] = {
     {5, "94d186b8448cc438c3e5d4e73314e275", 3},  {6, "b29f9a8af2426d636b7ba0d4be6cd7ac", 3},
     {7, "a6adcf91d27fdd5c6e6eb403a6c870c5", 3},  {8, "4f42a5086c6944dcbef0abf4e3f1ab03"},
     {9, "6edaeb823e4aad6394f07048e0cdb07b"},     {10, "2e113ea2d047e102f22fcbaa655b8515", 9},
-    {11, "c29552f0917c709b402bf0ee3df848b9", 9}, {12, "000707e7993d3595cc2357a5367e0e58", 9}};
+    {11, "c29552f0917c709b402bf0ee3df848b9", 9}, {12, "000707e7993d3595cc2357a5367e0e58", 9},
+    {13, "19adaa1bed45754ad33f4f3462e940bf", 9}};
 
 class GoldenMap : public testing::TestWithParam<Golden> {};
 

@@ -203,11 +203,14 @@ double CohortShare(std::span<const double> scores, const EvidenceParams& params)
 double GenuineLogOdds(const Support& support, double cohort_share, const EvidenceParams& params) {
   const double over_beside =
       params.beside * std::max(0.0, support.sharpness - EqualByChance(support.num_posts, params));
-  const double better = WithInliers(support.score, support.inliers, params);
-  return std::min(
-      {SupportLogOdds(support, params) + params.cohort_surely * cohort_share,
-       RivalryLogOdds(better, better - support.over_mirror_exactly, support.num_posts, params),
-       over_beside});
+  const double of_mirror =
+      WithInliers(support.score, support.inliers, params) - support.over_mirror_exactly;
+  const double over_mirror =
+      params.rival *
+      std::max(0.0, support.over_mirror_exactly -
+                        params.equal_of_mirror * EqualScores(of_mirror, support.num_posts, params));
+  return std::min({SupportLogOdds(support, params) + params.cohort_surely * cohort_share,
+                   over_mirror, over_beside});
 }
 
 double RivalryLogOdds(double better_score, double score, std::size_t num_posts,

@@ -86,11 +86,13 @@ TEST(GenuineLogOdds, ComeOfHowExactlyPostsLieOnTheMirrorImageIndoors) {
                .sharpness = 0.3,
                .over_mirror = 0.05,
                .inliers = 0.7,
-               .over_mirror_exactly = 0.04,
+               .over_mirror_exactly = 0.03,
                .num_posts = 400};
   EXPECT_EQ(GenuineLogOdds(room, 0.0, indoors), 0.0);
-  room.over_mirror_exactly = 0.15;
+  room.over_mirror_exactly = 0.06;
   EXPECT_GT(GenuineLogOdds(room, 0.0, indoors), 2.0);
+  EXPECT_EQ(RivalryLogOdds(0.8, 0.8 - 0.06, room.num_posts, indoors), 0.0)
+      << "a rival may be so near by chance";
 }
 
 TEST(CohortShare, CountHowManySpotsAreAlike) {

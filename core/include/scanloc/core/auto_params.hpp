@@ -147,6 +147,9 @@ struct EvidenceParams {
   /// is loose things, which may stand right for either. Its score counts as more by this ...
   double alike_score = 0.65;
   double equal_of_alike = 1.0;  ///< ... times what it has beyond
+  /// Of what a rival must be better by, what the place's mirror image must be: it is no other
+  /// place, but what every place has in common with the next.
+  double equal_of_mirror = 1.0;
   /// Two spots that explain so much of a scan are one thing too many, were it of neither.
   double explaining_score = 0.6;
   /// Log-odds of being better than a cohort, spots elsewhere in the map that are alike: who beats
