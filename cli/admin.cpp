@@ -14,10 +14,7 @@ namespace {
 
 class AdminCommand : public Command {
  public:
-  [[nodiscard]] std::string name() const override { return "admin"; }
-  [[nodiscard]] std::string summary() const override {
-    return "Tell a running server to load, reload or unload a map";
-  }
+  AdminCommand() : Command("admin", "Tell a running server to load, reload or unload a map") {}
 
   void Declare(CLI::App& app) override {
     app.add_option("ACTION", action_, "reload, load or unload")

@@ -16,10 +16,8 @@ namespace {
 
 class AlignCommand : public Command {
  public:
-  [[nodiscard]] std::string name() const override { return "align"; }
-  [[nodiscard]] std::string summary() const override {
-    return "Bring a drive with odometry of its own into the frame of a map";
-  }
+  AlignCommand()
+      : Command("align", "Bring a drive with odometry of its own into the frame of a map") {}
   void Declare(CLI::App& app) override {
     app.add_option("MAP", map_, "Map file")->required();
     slam_.Declare(app);

@@ -17,10 +17,7 @@ namespace {
 
 class BagCommand : public Command {
  public:
-  [[nodiscard]] std::string name() const override { return "bag"; }
-  [[nodiscard]] std::string summary() const override {
-    return "List the topics of a recorded bag: types, numbers, times";
-  }
+  BagCommand() : Command("bag", "List the topics of a recorded bag: types, numbers, times") {}
   void Declare(CLI::App& app) override {
     app.add_option("BAG", paths_,
                    "MCAP, rosbag2's folder or .db3, or ROS 1's .bag; several are read as one")

@@ -38,10 +38,7 @@ struct ReadCounts {
 
 class BuildCommand : public Command {
  public:
-  [[nodiscard]] std::string name() const override { return "build"; }
-  [[nodiscard]] std::string summary() const override {
-    return "Build a map file from the scans and poses of a drive";
-  }
+  BuildCommand() : Command("build", "Build a map file from the scans and poses of a drive") {}
   void Declare(CLI::App& app) override;
   [[nodiscard]] absl::Status CheckUsage() const override;
   [[nodiscard]] absl::Status Run() override;

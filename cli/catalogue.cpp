@@ -74,10 +74,7 @@ std::string LineOf(const Version& version, bool is_live) {
 
 class PublishCommand : public Command {
  public:
-  [[nodiscard]] std::string name() const override { return "publish"; }
-  [[nodiscard]] std::string summary() const override {
-    return "Put a map into a store and in force for a region";
-  }
+  PublishCommand() : Command("publish", "Put a map into a store and in force for a region") {}
   void Declare(CLI::App& app) override {
     app.add_option("MAP", map_, "Map file to publish")->required();
     AddCatalogueOption(app, &catalogue_);
@@ -210,10 +207,8 @@ class PublishCommand : public Command {
 
 class RollbackCommand : public Command {
  public:
-  [[nodiscard]] std::string name() const override { return "rollback"; }
-  [[nodiscard]] std::string summary() const override {
-    return "Put an earlier map of a region in force again, or none";
-  }
+  RollbackCommand()
+      : Command("rollback", "Put an earlier map of a region in force again, or none") {}
   void Declare(CLI::App& app) override {
     app.add_option("REGION", region_, "Name of the region")->required();
     AddCatalogueOption(app, &catalogue_);
@@ -241,10 +236,8 @@ class RollbackCommand : public Command {
 
 class CatalogueCommand : public Command {
  public:
-  [[nodiscard]] std::string name() const override { return "catalogue"; }
-  [[nodiscard]] std::string summary() const override {
-    return "Tell which maps are in force, or all that a region ever had";
-  }
+  CatalogueCommand()
+      : Command("catalogue", "Tell which maps are in force, or all that a region ever had") {}
   void Declare(CLI::App& app) override {
     app.add_option("REGION", region_, "All versions of this region [those in force, of all]");
     AddCatalogueOption(app, &catalogue_);

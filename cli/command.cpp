@@ -14,27 +14,15 @@ namespace scanloc::cli {
 
 std::vector<std::unique_ptr<Command>> AllCommands() {
   std::vector<std::unique_ptr<Command>> commands;
-  commands.push_back(MakeSimulateCommand());
-  commands.push_back(MakeBagCommand());
-  commands.push_back(MakeBuildCommand());
-  commands.push_back(MakeOptimizeCommand());
-  commands.push_back(MakeAlignCommand());
-  commands.push_back(MakeHealthCommand());
-  commands.push_back(MakeInfoCommand());
-  commands.push_back(MakeVerifyCommand());
-  commands.push_back(MakeLocateCommand());
-  commands.push_back(MakeEvalCommand());
-  commands.push_back(MakeReportDiffCommand());
-  commands.push_back(MakePlotCommand());
-  commands.push_back(MakeMergeCommand());
-  commands.push_back(MakeEditCommand());
-  commands.push_back(MakeDiffCommand());
-  commands.push_back(MakeRefreshCommand());
-  commands.push_back(MakeExportCommand());
-  commands.push_back(MakeAdminCommand());
-  commands.push_back(MakePublishCommand());
-  commands.push_back(MakeRollbackCommand());
-  commands.push_back(MakeCatalogueCommand());
+  for (auto* make :
+       {&MakeSimulateCommand, &MakeBagCommand,    &MakeBuildCommand,      &MakeOptimizeCommand,
+        &MakeAlignCommand,    &MakeHealthCommand, &MakeInfoCommand,       &MakeVerifyCommand,
+        &MakeLocateCommand,   &MakeEvalCommand,   &MakeReportDiffCommand, &MakePlotCommand,
+        &MakeMergeCommand,    &MakeEditCommand,   &MakeDiffCommand,       &MakeRefreshCommand,
+        &MakeExportCommand,   &MakeAdminCommand,  &MakePublishCommand,    &MakeRollbackCommand,
+        &MakeCatalogueCommand}) {
+    commands.push_back(make());
+  }
   return commands;
 }
 

@@ -15,14 +15,11 @@ namespace scanloc::cli {
 /// One subcommand of `scanloc`: one object, used once, by one thread.
 class Command {
  public:
-  Command() = default;
+  /// What it is called by, and one line about it for `scanloc --help`.
+  Command(const char* name, const char* summary) : name(name), summary(summary) {}
   Command(const Command&) = delete;
   Command& operator=(const Command&) = delete;
   virtual ~Command() = default;
-
-  [[nodiscard]] virtual std::string name() const = 0;
-  /// One line, for `scanloc --help`.
-  [[nodiscard]] virtual std::string summary() const = 0;
 
   /// Adds the command's options, which are parsed into this object.
   virtual void Declare(CLI::App& app) = 0;
@@ -32,6 +29,9 @@ class Command {
 
   /// Does the work. Results go to stdout, all else to stderr; not OK means that it failed.
   [[nodiscard]] virtual absl::Status Run() = 0;
+
+  const std::string name;
+  const std::string summary;
 };
 
 std::unique_ptr<Command> MakeSimulateCommand();

@@ -13,10 +13,9 @@ namespace {
 
 class DiffCommand : public Command {
  public:
-  [[nodiscard]] std::string name() const override { return "diff"; }
-  [[nodiscard]] std::string summary() const override {
-    return "Say place by place what two maps, or a map and a new drive, see differently";
-  }
+  DiffCommand()
+      : Command("diff",
+                "Say place by place what two maps, or a map and a new drive, see differently") {}
   void Declare(CLI::App& app) override {
     app.add_option("MAP", map_, "Map file")->required();
     app.add_option("OTHER", other_, "Another map file, in the same map frame");

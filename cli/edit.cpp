@@ -85,10 +85,8 @@ class ThinningCost {
 
 class EditCommand : public Command {
  public:
-  [[nodiscard]] std::string name() const override { return "edit"; }
-  [[nodiscard]] std::string summary() const override {
-    return "Make a new map of a map: without a session, cut, thinned, moved";
-  }
+  EditCommand()
+      : Command("edit", "Make a new map of a map: without a session, cut, thinned, moved") {}
   void Declare(CLI::App& app) override {
     app.add_option("IN", in_, "Map file; it stays as it is")->required();
     app.add_option("OUT", out_, "Map file to make; must not exist")->required();

@@ -44,10 +44,7 @@ eval::ReadScan ReaderOf(const std::vector<dataset::ScanFile>& files, const Senso
 
 class EvalCommand : public Command {
  public:
-  [[nodiscard]] std::string name() const override { return "eval"; }
-  [[nodiscard]] std::string summary() const override {
-    return "Measure how well methods recognise the places of a map";
-  }
+  EvalCommand() : Command("eval", "Measure how well methods recognise the places of a map") {}
   void Declare(CLI::App& app) override;
   [[nodiscard]] absl::Status CheckUsage() const override;
   [[nodiscard]] absl::Status Run() override;

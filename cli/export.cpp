@@ -14,10 +14,8 @@ namespace {
 
 class ExportCommand : public Command {
  public:
-  [[nodiscard]] std::string name() const override { return "export"; }
-  [[nodiscard]] std::string summary() const override {
-    return "Write the places of a map as CSV, TUM, GeoJSON, KML or GPX";
-  }
+  ExportCommand()
+      : Command("export", "Write the places of a map as CSV, TUM, GeoJSON, KML or GPX") {}
   void Declare(CLI::App& app) override {
     app.add_option("MAP", map_, "Map file")->required();
     app.add_option("--format", format_,

@@ -13,10 +13,8 @@ namespace {
 
 class HealthCommand : public Command {
  public:
-  [[nodiscard]] std::string name() const override { return "health"; }
-  [[nodiscard]] std::string summary() const override {
-    return "Say whether a server answers for a map, or for all of its maps";
-  }
+  HealthCommand()
+      : Command("health", "Say whether a server answers for a map, or for all of its maps") {}
 
   void Declare(CLI::App& app) override {
     DeclareConnection(app, "The server", &server_)->required();

@@ -156,10 +156,7 @@ absl::StatusOr<std::string> TellHealthOf(const std::string& map, bool as_json) {
 
 class InfoCommand : public Command {
  public:
-  [[nodiscard]] std::string name() const override { return "info"; }
-  [[nodiscard]] std::string summary() const override {
-    return "Say what is in a map file, or what maps a server has";
-  }
+  InfoCommand() : Command("info", "Say what is in a map file, or what maps a server has") {}
   void Declare(CLI::App& app) override {
     CLI::Option* const file = app.add_option("MAP", map_, "Map file");
     CLI::Option* const server = DeclareConnection(app, "Through a server", &server_);

@@ -37,10 +37,7 @@ std::int64_t NsSince(Clock::time_point start) {
 
 class LocateCommand : public Command {
  public:
-  [[nodiscard]] std::string name() const override { return "locate"; }
-  [[nodiscard]] std::string summary() const override {
-    return "Say where scans were taken, by a map file or a server";
-  }
+  LocateCommand() : Command("locate", "Say where scans were taken, by a map file or a server") {}
   void Declare(CLI::App& app) override { options_.Declare(app); }
   [[nodiscard]] absl::Status CheckUsage() const override { return options_.CheckUsage(); }
   [[nodiscard]] absl::Status Run() override;

@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <exception>
-#include <iostream>
+#include <map>
 #include <memory>
 #include <new>
 #include <sstream>
@@ -61,11 +61,6 @@ int HandleParseError(const CLI::App& app, const std::string& who, const CLI::Par
   return Complain(who, std::string(error.what()) + "; see " + who + " --help", kWrongUsage);
 }
 
-bool IsCommand(const std::vector<std::unique_ptr<Command>>& commands, const std::string& name) {
-  return std::any_of(commands.begin(), commands.end(),
-                     [&](const auto& command) { return command->name() == name; });
-}
-
 int RunCommand(Command& command, const CLI::App& options, const std::string& who) {
   absl::Status usage = command.CheckUsage();
   usage.Update(scanloc::cli::CheckOutputs(options));
@@ -102,28 +97,24 @@ int main(int argc, char** argv) {
       "Exit status: 0 done, 1 failed, 2 wrong usage.");
 
   const std::vector<std::unique_ptr<Command>> commands = scanloc::cli::AllCommands();
+  std::map<std::string, Command*> command_named;
   for (const std::unique_ptr<Command>& command : commands) {
-    CLI::App* declared = app.add_subcommand(command->name(), command->summary());
+    CLI::App* declared = app.add_subcommand(command->name, command->summary);
     command->Declare(*declared);
     scanloc::cli::RefuseEmptyValues(*declared);
+    command_named[command->name] = command.get();
   }
   std::string who = "scanloc";
-  const auto find_chosen = [&]() -> Command* {
-    for (const std::unique_ptr<Command>& command : commands) {
-      if (app.got_subcommand(command->name())) return command.get();
-    }
-    return nullptr;
-  };
-  if (argc > 1 && argv[1][0] != '-' && !IsCommand(commands, argv[1])) {
+  if (argc > 1 && argv[1][0] != '-' && !command_named.contains(argv[1])) {
     return Complain(who, std::string("there is no command \"") + argv[1] + "\"; see scanloc --help",
                     kWrongUsage);
   }
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    if (const Command* chosen = find_chosen()) who += " " + chosen->name();
+    if (!app.get_subcommands().empty()) who += " " + app.get_subcommands().front()->get_name();
     return HandleParseError(app, who, error);
   }
-  Command* chosen = find_chosen();
-  return RunCommand(*chosen, *app.get_subcommand(chosen->name()), who + " " + chosen->name());
+  const CLI::App* chosen = app.get_subcommands().front();
+  return RunCommand(*command_named[chosen->get_name()], *chosen, who + " " + chosen->get_name());
 }

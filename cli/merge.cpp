@@ -21,10 +21,7 @@ namespace {
 
 class MergeCommand : public Command {
  public:
-  [[nodiscard]] std::string name() const override { return "merge"; }
-  [[nodiscard]] std::string summary() const override {
-    return "Make one map of several that share a map frame";
-  }
+  MergeCommand() : Command("merge", "Make one map of several that share a map frame") {}
   void Declare(CLI::App& app) override {
     app.add_option("OUT", out_, "Map file to make")->required();
     app.add_option("MAPS", inputs_, "Map files, of equal parameters and in one map frame")

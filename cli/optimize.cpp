@@ -14,10 +14,8 @@ namespace {
 
 class OptimizeCommand : public Command {
  public:
-  [[nodiscard]] std::string name() const override { return "optimize"; }
-  [[nodiscard]] std::string summary() const override {
-    return "Close the loops of a drive: odometry in, poses that agree out";
-  }
+  OptimizeCommand()
+      : Command("optimize", "Close the loops of a drive: odometry in, poses that agree out") {}
   void Declare(CLI::App& app) override {
     slam_.Declare(app);
     params_.Declare(app);

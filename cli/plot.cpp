@@ -22,10 +22,7 @@ namespace {
 
 class PlotCommand : public Command {
  public:
-  [[nodiscard]] std::string name() const override { return "plot"; }
-  [[nodiscard]] std::string summary() const override {
-    return "Draw a map, and the answers of locate, as an SVG picture";
-  }
+  PlotCommand() : Command("plot", "Draw a map, and the answers of locate, as an SVG picture") {}
   void Declare(CLI::App& app) override;
   [[nodiscard]] absl::Status Run() override;
 

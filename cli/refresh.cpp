@@ -52,10 +52,9 @@ class FreshMap {
 
 class RefreshCommand : public Command {
  public:
-  [[nodiscard]] std::string name() const override { return "refresh"; }
-  [[nodiscard]] std::string summary() const override {
-    return "Make a new map of a map, with what has changed replaced by a new drive";
-  }
+  RefreshCommand()
+      : Command("refresh",
+                "Make a new map of a map, with what has changed replaced by a new drive") {}
   void Declare(CLI::App& app) override {
     app.add_option("MAP", map_, "Map file; it stays as it is")->required();
     app.add_option("OUT", out_, "Map file to make; must not exist")->required();

@@ -91,10 +91,8 @@ Counts Compare(const std::string& method, const std::map<std::string, Judged>& b
 
 class ReportDiffCommand : public Command {
  public:
-  [[nodiscard]] std::string name() const override { return "report-diff"; }
-  [[nodiscard]] std::string summary() const override {
-    return "Say what is better and worse in one evaluation than in another";
-  }
+  ReportDiffCommand()
+      : Command("report-diff", "Say what is better and worse in one evaluation than in another") {}
   void Declare(CLI::App& app) override {
     app.add_option("A", before_, "Folder of scanloc eval --report, before")->required();
     app.add_option("B", after_, "The same, after")->required();

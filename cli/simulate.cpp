@@ -19,10 +19,9 @@ namespace {
 
 class SimulateCommand : public Command {
  public:
-  [[nodiscard]] std::string name() const override { return "simulate"; }
-  [[nodiscard]] std::string summary() const override {
-    return "Make a LiDAR drive through a made town or another world, as KITTI folders";
-  }
+  SimulateCommand()
+      : Command("simulate",
+                "Make a LiDAR drive through a made town or another world, as KITTI folders") {}
   void Declare(CLI::App& app) override;
   [[nodiscard]] absl::Status CheckUsage() const override { return Validate(Options()); }
   [[nodiscard]] absl::Status Run() override;

@@ -14,10 +14,7 @@ namespace {
 
 class VerifyCommand : public Command {
  public:
-  [[nodiscard]] std::string name() const override { return "verify"; }
-  [[nodiscard]] std::string summary() const override {
-    return "Check every page, checksum and invariant of a map file";
-  }
+  VerifyCommand() : Command("verify", "Check every page, checksum and invariant of a map file") {}
   void Declare(CLI::App& app) override {
     app.add_option("MAP", map_, "Map file")->required();
     app.add_flag("--recover", recover_,
