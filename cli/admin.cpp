@@ -1,5 +1,4 @@
 #include <CLI/CLI.hpp>
-#include <chrono>
 #include <memory>
 #include <string>
 
@@ -22,7 +21,7 @@ class AdminCommand : public Command {
         ->required();
     app.add_option("NAME", map_, "Name of the map at the server")->required();
     DeclareConnection(app, "The server", &server_)->required();
-    app.add_option("--deadline-s", deadline_s_, "Longest wait, loading included [s]")
+    app.add_option("--deadline-s", server_.deadline_s, "Longest wait, loading included [s]")
         ->check(InRange(0.001, 3600.0))
         ->capture_default_str();
     app.footer(
@@ -32,7 +31,6 @@ class AdminCommand : public Command {
   }
 
   [[nodiscard]] absl::Status Run() override {
-    server_.deadline = std::chrono::milliseconds(static_cast<std::int64_t>(deadline_s_ * 1000.0));
     const absl::StatusOr<client::Client> client = Connect(server_);
     if (!client.ok()) return client.status();
     if (action_ == "unload") {
@@ -51,8 +49,7 @@ class AdminCommand : public Command {
  private:
   std::string action_;
   std::string map_;
-  Connection server_;
-  double deadline_s_ = 60.0;
+  Connection server_{.deadline_s = 60.0};
 };
 
 }  // namespace

@@ -1,5 +1,7 @@
 #include "cli/connection_options.hpp"
 
+#include <chrono>
+#include <cstdint>
 #include <fstream>
 #include <iomanip>
 
@@ -31,12 +33,14 @@ CLI::Option* DeclareConnection(CLI::App& app, const char* group, Connection* con
 }
 
 absl::StatusOr<client::ClientOptions> ClientOptionsOf(const Connection& connection) {
+  const std::chrono::milliseconds deadline(
+      static_cast<std::int64_t>(1000.0 * connection.deadline_s));
   client::ClientOptions options{.address = connection.address,
                                 .tls_ca_file = connection.tls_ca_file,
                                 .tls_cert_file = connection.tls_cert_file,
                                 .tls_key_file = connection.tls_key_file,
-                                .timeout = connection.deadline,
-                                .connect_timeout = connection.deadline};
+                                .timeout = deadline,
+                                .connect_timeout = deadline};
   if (!connection.token_file.empty()) {
     std::ifstream file(connection.token_file);
     constexpr int kMostBytes = 64 << 10;  // /dev/zero has no end

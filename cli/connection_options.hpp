@@ -1,7 +1,6 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
-#include <chrono>
 #include <string>
 
 #include "absl/status/statusor.h"
@@ -15,8 +14,8 @@ struct Connection {
   std::string tls_ca_file;  ///< this and the next two as in client::ClientOptions
   std::string tls_cert_file;
   std::string tls_key_file;
-  std::string token_file;                    ///< its first word is the token; empty: none
-  std::chrono::milliseconds deadline{5000};  ///< of connecting and of each call
+  std::string token_file;   ///< its first word is the token; empty: none
+  double deadline_s = 5.0;  ///< of connecting and of each call
 };
 
 /// Declares --server, which is returned, and how to get through to it.

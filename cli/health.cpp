@@ -1,5 +1,4 @@
 #include <CLI/CLI.hpp>
-#include <chrono>
 #include <memory>
 #include <string>
 
@@ -19,7 +18,7 @@ class HealthCommand : public Command {
   void Declare(CLI::App& app) override {
     DeclareConnection(app, "The server", &server_)->required();
     app.add_option("--map", map_, "Name of the map [the server as a whole]");
-    app.add_option("--deadline-s", deadline_s_, "Longest wait [s]")
+    app.add_option("--deadline-s", server_.deadline_s, "Longest wait [s]")
         ->check(InRange(0.001, 3600.0))
         ->capture_default_str();
     app.footer(
@@ -29,7 +28,6 @@ class HealthCommand : public Command {
   }
 
   [[nodiscard]] absl::Status Run() override {
-    server_.deadline = std::chrono::milliseconds(static_cast<std::int64_t>(deadline_s_ * 1000.0));
     const absl::StatusOr<client::Client> client = Connect(server_);
     if (!client.ok()) return client.status();
     const absl::StatusOr<bool> is_serving = client->IsServing(map_);
@@ -43,7 +41,6 @@ class HealthCommand : public Command {
  private:
   Connection server_;
   std::string map_;
-  double deadline_s_ = 5.0;
 };
 
 }  // namespace

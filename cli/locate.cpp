@@ -91,10 +91,7 @@ absl::StatusOr<LocateCommand::Answerer> LocateCommand::OpenAnswerer() const {
     if (!offline.ok()) return offline.status();
     answerer.client = *std::move(offline);
   } else {
-    Connection server = options_.server;
-    server.deadline =
-        std::chrono::milliseconds(static_cast<std::int64_t>(options_.deadline_s * 1000.0));
-    absl::StatusOr<client::Client> online = Connect(server);
+    absl::StatusOr<client::Client> online = Connect(options_.server);
     if (!online.ok()) return online.status();
     answerer.client = std::make_shared<const client::Client>(*std::move(online));
     if (absl::Status status = LeadToMaps(*answerer.client); !status.ok()) return status;

@@ -145,7 +145,7 @@ void LocateOptions::DeclareServer(CLI::App& app) {
       ->capture_default_str()
       ->needs(to_server)
       ->group(group);
-  app.add_option("--deadline-s", deadline_s, "Longest wait for an answer [s]")
+  app.add_option("--deadline-s", server.deadline_s, "Longest wait for an answer [s]")
       ->check(InRange(0.001, 3600.0))
       ->capture_default_str()
       ->needs(to_server)

@@ -42,7 +42,6 @@ struct LocateOptions {
   Connection server;
   std::string map_name;  ///< at the server
   std::string send = "scan";
-  double deadline_s = 5.0;
 
   PoseOptions truth;
   bool bag_truth = false;

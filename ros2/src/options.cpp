@@ -1,6 +1,5 @@
 #include "options.hpp"
 
-#include <chrono>
 #include <cstdint>
 
 #include "cli/command.hpp"
@@ -41,7 +40,7 @@ void Options::DeclareAnswers(CLI::App& app) {
       ->type_name("NAME")
       ->needs(address)
       ->group(group);
-  app.add_option("--deadline", deadline_s_, "Longest that a question to a server may take [s]")
+  app.add_option("--deadline", server.deadline_s, "Longest that a question to a server may take [s]")
       ->needs(address)
       ->check(InRange(0.01, 3600))
       ->capture_default_str()
@@ -172,7 +171,6 @@ absl::Status Options::Finish() {
   lookout.publishes_tf = publish_tf_;
   if (publish_tf_) node.tf = tf_topic_;
   node.is_reliable = reliability_ == "reliable";
-  server.deadline = std::chrono::milliseconds(static_cast<std::int64_t>(1000 * deadline_s_));
   return absl::OkStatus();
 }
 

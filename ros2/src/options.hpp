@@ -41,7 +41,6 @@ class Options {
   cli::MountOptions mount_;
   std::string tf_topic_ = "tf";
   std::string reliability_ = "best_effort";
-  double deadline_s_ = 5.0;
 };
 
 }  // namespace scanloc::ros2
