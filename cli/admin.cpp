@@ -22,8 +22,7 @@ class AdminCommand : public Command {
     app.add_option("NAME", map_, "Name of the map at the server")->required();
     DeclareConnection(app, "The server", &server_)->required();
     app.add_option("--deadline-s", server_.deadline_s, "Longest wait, loading included [s]")
-        ->check(InRange(0.001, 3600.0))
-        ->capture_default_str();
+        ->check(InRange(0.001, 3600.0));
     app.footer(
         "The server must run with --admin, and the token be of the role admin.\n"
         "Example:\n"

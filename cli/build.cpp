@@ -92,8 +92,7 @@ void BuildCommand::Declare(CLI::App& app) {
   poses_.DeclareMount(app);
   app.add_option("--session", session_, "Name of this drive in the map [the name of its folder]");
   app.add_option("--spacing-m", spacing_m_, "Distance between places; 0 keeps every scan [m]")
-      ->check(InRange(0.0, 1e6))
-      ->capture_default_str();
+      ->check(InRange(0.0, 1e6));
   app.add_flag("--append", append_, "Add the drive to a map as a further session");
   app.add_flag("--align", align_,
                "With --append: the poses are odometry in a frame of their own; bring them into "
@@ -110,8 +109,7 @@ void BuildCommand::Declare(CLI::App& app) {
                "another frame than the map");
   app.add_option("--commit-interval", commit_interval_,
                  "Scans that are lost at most when the build is killed")
-      ->check(InRange(1, 1e6))
-      ->capture_default_str();
+      ->check(InRange(1, 1e6));
   AddThreadsOption(app, &num_threads_, "read and describe scans");
   AddQuietOption(app, &quiet_);
   geo_.Declare(app);

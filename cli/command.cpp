@@ -85,8 +85,7 @@ absl::Status CheckOutputs(const CLI::App& command) {
 
 void AddThreadsOption(CLI::App& app, int* num_threads, const std::string& what_for) {
   app.add_option("--threads", *num_threads, "Threads that " + what_for + "; 0: one a processor")
-      ->check(InRange(0, 256))
-      ->capture_default_str();
+      ->check(InRange(0, 256));
 }
 
 void AddQuietOption(CLI::App& app, bool* quiet) {

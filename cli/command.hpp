@@ -15,11 +15,14 @@ namespace scanloc::cli {
 /// One subcommand of `scanloc`: one object, used once, by one thread.
 class Command {
  public:
-  /// What it is called by, and one line about it for `scanloc --help`.
-  Command(const char* name, const char* summary) : name(name), summary(summary) {}
+  Command(const char* name, const char* summary) : name_(name), summary_(summary) {}
   Command(const Command&) = delete;
   Command& operator=(const Command&) = delete;
   virtual ~Command() = default;
+
+  [[nodiscard]] const std::string& name() const { return name_; }
+  /// One line, for `scanloc --help`.
+  [[nodiscard]] const std::string& summary() const { return summary_; }
 
   /// Adds the command's options, which are parsed into this object.
   virtual void Declare(CLI::App& app) = 0;
@@ -30,8 +33,9 @@ class Command {
   /// Does the work. Results go to stdout, all else to stderr; not OK means that it failed.
   [[nodiscard]] virtual absl::Status Run() = 0;
 
-  const std::string name;
-  const std::string summary;
+ private:
+  const std::string name_;
+  const std::string summary_;
 };
 
 std::unique_ptr<Command> MakeSimulateCommand();
@@ -65,6 +69,22 @@ std::unique_ptr<Command> MakeCatalogueCommand();
 /// So many numbers with commas between; InvalidArgument, with the form that they should have.
 [[nodiscard]] absl::StatusOr<std::vector<double>> ParseNumbers(const std::string& text,
                                                                std::size_t count, const char* form);
+
+/// Puts the options that are declared while it lives under a heading of the help.
+class OptionGroup {
+ public:
+  OptionGroup(CLI::App& app, const std::string& name)
+      : defaults_(*app.option_defaults()), before_(defaults_.get_group()) {
+    defaults_.group(name);
+  }
+  ~OptionGroup() { defaults_.group(before_); }
+  OptionGroup(const OptionGroup&) = delete;
+  OptionGroup& operator=(const OptionGroup&) = delete;
+
+ private:
+  CLI::OptionDefaults& defaults_;
+  const std::string before_;
+};
 
 /// Declares an option whose text `take` takes; what it refuses is wrong usage.
 CLI::Option* AddParsedOption(CLI::App& app, const std::string& flag,

@@ -5,30 +5,28 @@
 #include <fstream>
 #include <iomanip>
 
+#include "cli/command.hpp"
+
 namespace scanloc::cli {
 
 CLI::Option* DeclareConnection(CLI::App& app, const char* group, Connection* connection) {
-  auto* server = app.add_option("--server", connection->address, "scanlocd to ask")
-                     ->type_name("HOST:PORT")
-                     ->group(group);
+  const OptionGroup in_group(app, group);
+  auto* server =
+      app.add_option("--server", connection->address, "scanlocd to ask")->type_name("HOST:PORT");
   app.add_option("--tls-ca", connection->tls_ca_file,
                  "The server must show a certificate of this CA, PEM [no encryption]")
       ->type_name("FILE")
-      ->needs(server)
-      ->group(group);
+      ->needs(server);
   auto* cert = app.add_option("--tls-cert", connection->tls_cert_file,
                               "Certificate to show, where the server asks for one, PEM")
                    ->type_name("FILE")
-                   ->needs(server)
-                   ->group(group);
+                   ->needs(server);
   app.add_option("--tls-key", connection->tls_key_file, "Its private key, PEM")
       ->type_name("FILE")
-      ->needs(cert)
-      ->group(group);
+      ->needs(cert);
   app.add_option("--token-file", connection->token_file, "File with the token to show")
       ->type_name("FILE")
-      ->needs(server)
-      ->group(group);
+      ->needs(server);
   return server;
 }
 

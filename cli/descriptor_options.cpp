@@ -87,8 +87,7 @@ void DescriptorOptions::Declare(CLI::App& app) {
                  "--map-scans [--in-session: the same file]")
       ->type_name("FILE");
   app.add_option("--descriptor-distance", distance_, "How their rows are compared")
-      ->check(CLI::IsMember({"l2", "cosine"}))
-      ->capture_default_str();
+      ->check(CLI::IsMember({"l2", "cosine"}));
 }
 
 absl::Status DescriptorOptions::CheckUsage(bool has_bag, bool in_session, double tilt_deg) const {

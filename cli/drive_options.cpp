@@ -25,22 +25,13 @@ void WriteNotes(const std::vector<std::string>& notes) {
 }  // namespace
 
 void ScanSelection::Declare(CLI::App& app) {
-  const char* group = "Which scans of the folder, counted from 0 in name order";
-  app.add_option("--from", from, "First scan")
-      ->check(InRange(0, kMaxScan))
-      ->capture_default_str()
-      ->group(group);
+  const OptionGroup group(app, "Which scans of the folder, counted from 0 in name order");
+  app.add_option("--from", from, "First scan")->check(InRange(0, kMaxScan));
   app.add_option("--to", to, "Last scan, which is taken too [the last of the folder]")
-      ->check(InRange(0, kMaxScan))
-      ->group(group);
-  app.add_option("--every", every, "Only each N-th scan")
-      ->check(InRange(1, kMaxScan))
-      ->capture_default_str()
-      ->group(group);
+      ->check(InRange(0, kMaxScan));
+  app.add_option("--every", every, "Only each N-th scan")->check(InRange(1, kMaxScan));
   app.add_option("--offset", offset, "With --every N: the scans whose number modulo N is this")
-      ->check(InRange(0, kMaxScan))
-      ->capture_default_str()
-      ->group(group);
+      ->check(InRange(0, kMaxScan));
 }
 
 absl::Status ScanSelection::CheckUsage() const {
@@ -65,7 +56,6 @@ CLI::Option* PoseOptions::Declare(CLI::App& app, const char* flag, const char* w
       ->check([](const std::string& name) {
         return absl::StrCat(dataset::ParsePoseFormat(name).status().message());
       })
-      ->capture_default_str()
       ->needs(poses);
   calib_option_ =
       app.add_option(
@@ -85,27 +75,23 @@ CLI::Option* PoseOptions::Declare(CLI::App& app, const char* flag, const char* w
 }
 
 void PoseOptions::DeclareBag(CLI::App& app) {
-  const char* group = "Scans from a bag, in place of a folder";
+  const OptionGroup group(app, "Scans from a bag, in place of a folder");
   calib_option_->remove_needs(poses_option_);  // a bag may need it, too
   auto* bag = app.add_option("--bag", bag_.paths,
                              "Bag with point clouds: MCAP, rosbag2's folder or .db3, or ROS 1's "
                              ".bag; several are read as one")
-                  ->type_name("FILE|DIR")
-                  ->group(group);
+                  ->type_name("FILE|DIR");
   app.add_option("--topic", bag_.topic,
                  "Topic of the point clouds [the only one; `scanloc bag FILE` lists them]")
-      ->needs(bag)
-      ->group(group);
+      ->needs(bag);
   app.add_option("--poses-from", bag_.poses_from,
                  "Topic of odometry or poses, or tf:FRAME for poses in that frame by TF [the only "
                  "topic of poses]")
       ->needs(bag)
-      ->type_name("TOPIC|tf:FRAME")
-      ->group(group);
+      ->type_name("TOPIC|tf:FRAME");
   app.add_flag("--deskew,!--no-deskew", bag_.deskew,
                "Take the motion during a sweep out of it, where points have times and the bag "
-               "poses [yes]")
-      ->group(group);
+               "poses [yes]");
 }
 
 void PoseOptions::DeclareMount(CLI::App& app) { mount_.Declare(app)->excludes(calib_option_); }

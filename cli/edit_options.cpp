@@ -112,13 +112,13 @@ void EditOptions::Add(CLI::App& app, const char* flag, StatusOrEdit (*parse)(con
                             ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
                             ->check([parse](const std::string& text) {
                               return absl::StrCat(parse(text).status().message());
-                            })
-                            ->group("Edits, each as often as need be, done in the order given");
+                            });
   kinds_.push_back({option, parse});
 }
 
 void EditOptions::Declare(CLI::App& app) {
   app_ = &app;
+  const OptionGroup group(app, "Edits, each as often as need be, done in the order given");
   Add(app, "--drop-session", &Named<mapdb::DropSession>, "NAME", "Leave a session out");
   Add(app, "--keep-session", &Named<mapdb::KeepSession>, "NAME",
       "Leave all others out; several in a row keep each");

@@ -106,24 +106,20 @@ void EvalCommand::Declare(CLI::App& app) {
          "A place this near to the query makes it a revisit, and a match right [m]; several "
          "with commas between are measured one by one")
       ->delimiter(',')
-      ->check(InRange(0.1, 1000.0))
-      ->capture_default_str();
+      ->check(InRange(0.1, 1000.0));
   app.add_option("--query-spacing-m", query_spacing_m_,
                  "Travel between the scans that are looked up; 0: all [m]")
-      ->check(InRange(0.0, 1e6))
-      ->capture_default_str();
+      ->check(InRange(0.0, 1e6));
   auto* in_session =
       app.add_flag("--in-session", in_session_,
                    "The map was made of this very drive: each scan sees only the places that are "
                    "older than the window, as if the map grew");
   app.add_option("--window-s", window_s_, "That window [s]")
       ->check(InRange(0.0, 1e6))
-      ->needs(in_session)
-      ->capture_default_str();
+      ->needs(in_session);
   app.add_option("--query-tilt-deg", tilt_deg_,
                  "Turn each scan by a roll and a pitch of up to this, drawn by its number [deg]")
-      ->check(InRange(0.0, 90.0))
-      ->capture_default_str();
+      ->check(InRange(0.0, 90.0));
   app.add_option("--map-scans", map_scans_dir_,
                  "Folder of the scans that the map was made of; for baselines")
       ->type_name("DIR");

@@ -22,12 +22,10 @@ class ExportCommand : public Command {
                    "csv: a row a place with its session, scan and pose; tum: stamp [s] x y z qx qy "
                    "qz qw; of a map that knows where on earth it stands, geojson: a point a place, "
                    "kml and gpx: a track a session")
-        ->check(CLI::IsMember({"csv", "tum", "geojson", "kml", "gpx"}))
-        ->capture_default_str();
+        ->check(CLI::IsMember({"csv", "tum", "geojson", "kml", "gpx"}));
     app.add_option("--grid", grid_, "With csv and geojson: coordinates of a grid, too")
         ->check(CLI::IsMember({"utm", "mgrs"}));
-    app.add_option("--out", out_, "File to write, replaced if it is there; - is standard output")
-        ->capture_default_str();
+    app.add_option("--out", out_, "File to write, replaced if it is there; - is standard output");
     app.footer(
         "Places of a drive without times have the stamp 0.\n"
         "Examples:\n"

@@ -19,8 +19,7 @@ class HealthCommand : public Command {
     DeclareConnection(app, "The server", &server_)->required();
     app.add_option("--map", map_, "Name of the map [the server as a whole]");
     app.add_option("--deadline-s", server_.deadline_s, "Longest wait [s]")
-        ->check(InRange(0.001, 3600.0))
-        ->capture_default_str();
+        ->check(InRange(0.001, 3600.0));
     app.footer(
         "Exit status 0 if it answers, 1 if it does not (yet, or any more), or cannot be reached.\n"
         "Example, as a container's health check:\n"

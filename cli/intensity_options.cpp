@@ -105,8 +105,7 @@ void IntensityOptions::Declare(CLI::App& app) {
          "--radar-layout", layout_,
          "Polar, a row an azimuth with its head (Oxford Radar RobotCar); polar, a column an "
          "azimuth (MulRan); or from above, ahead up")
-      ->check(CLI::IsMember({"oxford", "mulran", "cartesian"}))
-      ->capture_default_str();
+      ->check(CLI::IsMember({"oxford", "mulran", "cartesian"}));
   app.add_option("--radar-resolution-m", resolution_m_,
                  "A step of range, or a pixel from above [m; oxford 0.0432, mulran 0.0595]")
       ->check(InRange(0.001, 10.0));
@@ -118,7 +117,7 @@ dataset::RadarLayout IntensityOptions::layout() const {
 }
 
 std::optional<double> IntensityOptions::resolution_m() const {
-  return resolution_m_ > 0.0 ? resolution_m_ : dataset::DefaultResolution_m(layout());
+  return resolution_m_ ? resolution_m_ : dataset::DefaultResolution_m(layout());
 }
 
 absl::Status IntensityOptions::CheckUsage(const std::vector<std::string>& methods, bool in_session,

@@ -54,7 +54,7 @@ class IntensityOptions {
   std::vector<std::string> radar_;
   std::vector<std::string> map_radar_;
   std::string layout_ = "oxford";
-  double resolution_m_ = 0.0;  // 0: the layout's
+  std::optional<double> resolution_m_;  // none: the layout's
 };
 
 }  // namespace scanloc::cli

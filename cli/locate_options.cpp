@@ -57,42 +57,35 @@ void LocateOptions::Declare(CLI::App& app) {
 }
 
 void LocateOptions::DeclareQuery(CLI::App& app) {
-  const char* group = "How the map is searched";
+  const OptionGroup group(app, "How the map is searched");
   app.add_option(
          "--method", method,
          "auto, or the paper's pc, cc, a-pc or a-cc; -naive and -brute behind these are slow "
          "references [auto; where the map has no structures a-pc, or a-cc where it has no pc]")
       ->check([](const std::string& name) {
         return absl::StrCat(ParseMethod(name).status().message());
-      })
-      ->group(group);
+      });
   app.add_option("--candidates", num_candidates,
                  "Places taken from the k-d tree [the map's, but at least --top; with auto 100 of "
                  "each kind of context]")
-      ->check(InRange(1, limits::kMaxCandidates))
-      ->group(group);
+      ->check(InRange(1, limits::kMaxCandidates));
   app.add_option("--threshold", threshold,
                  "Distance up to which a place is recognised, in [0, 1]; not for auto [the map's]")
-      ->check(InRange(0.0, 1.0))
-      ->group(group);
+      ->check(InRange(0.0, 1.0));
   app.add_option("--min-confidence", min_confidence,
                  "Least confidence that is localized, in [0, 1]; for auto [the map's]")
-      ->check(InRange(0.0, 1.0))
-      ->group(group);
+      ->check(InRange(0.0, 1.0));
   app.add_option("--budget-ms", budget_ms,
                  "Longest time for verifying candidates, the best so far is the answer; for auto "
                  "[none]")
-      ->check(InRange(1, 1e6))
-      ->group(group);
+      ->check(InRange(1, 1e6));
   app.add_option("--top", top, "Candidates told for each query, best first")
-      ->check(InRange(1, limits::kMaxCandidates))
-      ->capture_default_str()
-      ->group(group);
+      ->check(InRange(1, limits::kMaxCandidates));
 }
 
 void LocateOptions::DeclarePrior(CLI::App& app) {
-  const char* group =
-      "Where the scans were taken, as far as is known: places elsewhere are left out";
+  const OptionGroup group(
+      app, "Where the scans were taken, as far as is known: places elsewhere are left out");
   AddParsedOption(
       app, "--prior",
       [this](const std::string& text) -> absl::Status {
@@ -102,8 +95,7 @@ void LocateOptions::DeclarePrior(CLI::App& app) {
         return Validate(prior);
       },
       "Within this radius of a point of the map, along its x and y [m]")
-      ->type_name("X,Y,RADIUS")
-      ->group(group);
+      ->type_name("X,Y,RADIUS");
   AddParsedOption(
       app, "--prior-geo",
       [this](const std::string& text) -> absl::Status {
@@ -115,8 +107,7 @@ void LocateOptions::DeclarePrior(CLI::App& app) {
       "Within this radius [m] of a point on earth, of a map, or of all at a server, that know "
       "where "
       "they stand")
-      ->type_name("LAT,LON,RADIUS")
-      ->group(group);
+      ->type_name("LAT,LON,RADIUS");
   AddParsedOption(
       app, "--prior-heights",
       [this](const std::string& text) -> absl::Status {
@@ -126,52 +117,42 @@ void LocateOptions::DeclarePrior(CLI::App& app) {
         return Validate(prior);
       },
       "With the sensor between these heights along the map's z: one floor, say [m]")
-      ->type_name("Z0,Z1")
-      ->group(group);
+      ->type_name("Z0,Z1");
   app.add_option("--prior-session", prior.sessions,
                  "In places of this session of the map; may be given several times")
-      ->type_name("NAME")
-      ->group(group);
+      ->type_name("NAME");
 }
 
 void LocateOptions::DeclareServer(CLI::App& app) {
-  const char* group = "Asking a server";
-  auto* to_server = DeclareConnection(app, group, &server);
+  const char* heading = "Asking a server";
+  auto* to_server = DeclareConnection(app, heading, &server);
+  const OptionGroup group(app, heading);
   app.add_option("--map", map_name, "Name of the map at the server [all that it has]")
-      ->needs(to_server)
-      ->group(group);
+      ->needs(to_server);
   app.add_option("--send", send, "What is sent: the scan, or its descriptors made here")
       ->check(CLI::IsMember({"scan", "descriptor"}))
-      ->capture_default_str()
-      ->needs(to_server)
-      ->group(group);
+      ->needs(to_server);
   app.add_option("--deadline-s", server.deadline_s, "Longest wait for an answer [s]")
       ->check(InRange(0.001, 3600.0))
-      ->capture_default_str()
-      ->needs(to_server)
-      ->group(group);
+      ->needs(to_server);
 }
 
 void LocateOptions::DeclareSequence(CLI::App& app) {
-  const char* group = "A robot that keeps moving";
+  const OptionGroup group(app, "A robot that keeps moving");
   auto* in_order =
       app.add_flag("--sequence", sequence,
                    "The scans are of one drive, in order: each is answered in the light of those "
-                   "before it, by auto")
-          ->group(group);
+                   "before it, by auto");
   auto* reckoned = app.add_option("--odometry", odometry,
                                   "Poses of the folder's scans in any frame, as the robot reckons "
                                   "them; of the same formats as --truth, recognised")
                        ->type_name("FILE")
-                       ->needs(in_order)
-                       ->group(group);
+                       ->needs(in_order);
   app.add_option("--max-step-m", max_step_m,
                  "Without odometry: farthest the robot goes from one scan to the next [m]")
       ->check(InRange(0.001, 1000.0))
-      ->capture_default_str()
       ->needs(in_order)
-      ->excludes(reckoned)
-      ->group(group);
+      ->excludes(reckoned);
 }
 
 void LocateOptions::DeclareTruth(CLI::App& app) {
@@ -183,8 +164,7 @@ void LocateOptions::DeclareTruth(CLI::App& app) {
                "summary");
   truth.DeclareMount(app);
   app.add_option("--within-m", within_m, "A place this near to the query counts as recalled [m]")
-      ->check(InRange(0.0, 1e6))
-      ->capture_default_str();
+      ->check(InRange(0.0, 1e6));
 }
 
 absl::Status LocateOptions::CheckUsage() const {

@@ -12,7 +12,7 @@
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
 #include "cli/command.hpp"
-#include "cli/empty_values.hpp"
+#include "cli/declared_options.hpp"
 #include "cli/output.hpp"
 #include "scanloc/core/printable.hpp"
 
@@ -99,10 +99,11 @@ int main(int argc, char** argv) {
   const std::vector<std::unique_ptr<Command>> commands = scanloc::cli::AllCommands();
   std::map<std::string, Command*> command_named;
   for (const std::unique_ptr<Command>& command : commands) {
-    CLI::App* declared = app.add_subcommand(command->name, command->summary);
+    CLI::App* declared = app.add_subcommand(command->name(), command->summary());
     command->Declare(*declared);
+    scanloc::cli::ShowDefaults(*declared);
     scanloc::cli::RefuseEmptyValues(*declared);
-    command_named[command->name] = command.get();
+    command_named[command->name()] = command.get();
   }
   std::string who = "scanloc";
   if (argc > 1 && argv[1][0] != '-' && !command_named.contains(argv[1])) {

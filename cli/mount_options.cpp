@@ -10,22 +10,19 @@
 
 namespace scanloc::cli {
 CLI::Option* MountOptions::Declare(CLI::App& app) {
-  const char* group = "How the sensor sits on the robot";
+  const OptionGroup group(app, "How the sensor sits on the robot");
   CLI::Option* base = AddParsedOption(
       app, "--T-base-sensor", [this](const std::string& text) { return TakeBase(text); },
       "The sensor's frame in the robot's base frame [m, degrees]: scans are turned upright, poses "
       "given are those of the base, and so are those told [the base is the sensor]");
-  base->type_name("x,y,z,roll,pitch,yaw")->group(group);
+  base->type_name("x,y,z,roll,pitch,yaw");
   app.add_option("--min-range-m", mount_.min_range_m,
                  "Points nearer to the sensor than this are not seen [m]")
-      ->check(InRange(0.0, kMaxMinRange_m))
-      ->capture_default_str()
-      ->group(group);
+      ->check(InRange(0.0, kMaxMinRange_m));
   AddParsedOption(
       app, "--self-box", [this](const std::string& text) { return TakeSelfBox(text); },
       "Points in this box of the base frame are not seen: the robot itself, a trailer [m]")
-      ->type_name("X0,Y0,Z0,X1,Y1,Z1")
-      ->group(group);
+      ->type_name("X0,Y0,Z0,X1,Y1,Z1");
   return base;
 }
 

@@ -12,6 +12,8 @@
 namespace scanloc::cli {
 namespace {
 
+constexpr const char* kGroup = "Parameters of the map (fixed when it is made)";
+
 absl::Status ParseDescriptors(const std::string& text, Params* params) {
   params->polar.enabled = false;
   params->cart.enabled = false;
@@ -55,62 +57,63 @@ absl::Status ParseScale(const std::string& text, Params* params) {
 }  // namespace
 
 void ParamOptions::Declare(CLI::App& app) {
-  const auto add = [&](const char* flag, auto& field, const char* what) {
-    CLI::Option* option = app.add_option(flag, field, what)->capture_default_str();
-    options_.push_back(option->group("Parameters of the map (fixed when it is made)"));
-    return option;
-  };
-  add("--descriptors", descriptors_,
+  app_ = &app;
+  const OptionGroup group(app, kGroup);
+  app.add_option(
+      "--descriptors", descriptors_,
       "Contexts that the map holds: pc (polar), cc (cart) or both; a map with both serves all "
       "methods");
-  options_.push_back(
-      app.add_flag("--no-augment", no_augment_,
-                   "No augmentation: neither root shifts (a-pc) nor the double flip (a-cc)")
-          ->group("Parameters of the map (fixed when it is made)"));
-  options_.push_back(
-      app.add_flag("--keep-scans,!--no-keep-scans", params_.structure.enabled,
-                   "Keep the upright structure of every scan, 1 to 5 kB each, which auto needs "
-                   "[yes]")
-          ->group("Parameters of the map (fixed when it is made)"));
-  add("--scale", scale_,
+  app.add_flag("--no-augment", no_augment_,
+               "No augmentation: neither root shifts (a-pc) nor the double flip (a-cc)");
+  app.add_flag("--keep-scans,!--no-keep-scans", params_.structure.enabled,
+               "Keep the upright structure of every scan, 1 to 5 kB each, which auto needs "
+               "[yes]");
+  app.add_option(
+      "--scale", scale_,
       "Of the lengths by which auto sees a scene: a number, 1 for streets and 0.35 for rooms, or "
       "auto "
       "to learn it from the scans");
-  add("--voxel-size-m", params_.voxel_size_m, "Edge of the voxels that thin a scan [m]");
-  add("--sensor-height-m", params_.sensor_height_m,
-      "Height of the sensor above the ground, in [0, 10] [m]")
+  app.add_option("--voxel-size-m", params_.voxel_size_m, "Edge of the voxels that thin a scan [m]");
+  app.add_option("--sensor-height-m", params_.sensor_height_m,
+                 "Height of the sensor above the ground, in [0, 10] [m]")
       ->check(InRange(0.0, 10.0));
-  add("--polar-rings", params_.polar.num_rings, "Rows of the polar context");
-  add("--polar-sectors", params_.polar.num_sectors, "Columns of the polar context, even");
-  add("--polar-range-m", params_.polar.max_range_m, "Range that the polar context covers [m]");
-  add("--root-shifts-m", root_shifts_m_,
-      "Lateral positions of the virtual vehicles of a-pc, +y is left [m]");
-  add("--cart-rows", params_.cart.num_rows, "Rows of the cart context, along x; even");
-  add("--cart-cols", params_.cart.num_cols, "Columns of the cart context, along y; even");
-  add("--cart-x-m", params_.cart.max_x_m, "The cart context covers x up to ± this [m]");
-  add("--cart-y-m", params_.cart.max_y_m, "The cart context covers y up to ± this [m]");
-  add("--cart-shift-mode", cart_shift_mode_,
-      "What becomes of columns that are shifted out: bounded (lost) or circular (come in again)")
+  app.add_option("--polar-rings", params_.polar.num_rings, "Rows of the polar context");
+  app.add_option("--polar-sectors", params_.polar.num_sectors,
+                 "Columns of the polar context, even");
+  app.add_option("--polar-range-m", params_.polar.max_range_m,
+                 "Range that the polar context covers [m]");
+  app.add_option("--root-shifts-m", root_shifts_m_,
+                 "Lateral positions of the virtual vehicles of a-pc, +y is left [m]");
+  app.add_option("--cart-rows", params_.cart.num_rows, "Rows of the cart context, along x; even");
+  app.add_option("--cart-cols", params_.cart.num_cols,
+                 "Columns of the cart context, along y; even");
+  app.add_option("--cart-x-m", params_.cart.max_x_m, "The cart context covers x up to ± this [m]");
+  app.add_option("--cart-y-m", params_.cart.max_y_m, "The cart context covers y up to ± this [m]");
+  app.add_option(
+         "--cart-shift-mode", cart_shift_mode_,
+         "What becomes of columns that are shifted out: bounded (lost) or circular (come in again)")
       ->check(CLI::IsMember({"bounded", "circular"}));
-  add("--cart-max-shift-cols", params_.cart.max_shift_cols,
-      "Farthest lateral shift that is tried, in columns; bounded only");
-  add("--candidates", params_.search.num_candidates,
-      "Places taken from the k-d tree for a query that does not say");
-  add("--align-radius", params_.search.align_radius,
-      "Columns tried on either side of the pre-aligned shift");
-  add("--polar-threshold", params_.search.polar_threshold,
-      "Distance up to which pc and a-pc recognise a place, in [0, 1]");
-  add("--cart-threshold", params_.search.cart_threshold,
-      "Distance up to which cc and a-cc recognise a place, in [0, 1]");
-  add("--min-confidence", params_.search.min_confidence,
-      "Least confidence at which auto answers localized, in [0.01, 0.999]");
-  add("--min-voxels", params_.search.min_voxels,
-      "A query with fewer voxels in range is answered insufficient_scan");
+  app.add_option("--cart-max-shift-cols", params_.cart.max_shift_cols,
+                 "Farthest lateral shift that is tried, in columns; bounded only");
+  app.add_option("--candidates", params_.search.num_candidates,
+                 "Places taken from the k-d tree for a query that does not say");
+  app.add_option("--align-radius", params_.search.align_radius,
+                 "Columns tried on either side of the pre-aligned shift");
+  app.add_option("--polar-threshold", params_.search.polar_threshold,
+                 "Distance up to which pc and a-pc recognise a place, in [0, 1]");
+  app.add_option("--cart-threshold", params_.search.cart_threshold,
+                 "Distance up to which cc and a-cc recognise a place, in [0, 1]");
+  app.add_option("--min-confidence", params_.search.min_confidence,
+                 "Least confidence at which auto answers localized, in [0.01, 0.999]");
+  app.add_option("--min-voxels", params_.search.min_voxels,
+                 "A query with fewer voxels in range is answered insufficient_scan");
 }
 
 bool ParamOptions::given() const {
-  return std::any_of(options_.begin(), options_.end(),
-                     [](const CLI::Option* option) { return option->count() > 0; });
+  return !app_->get_options([](const CLI::Option* option) {
+                return option->get_group() == kGroup && option->count() > 0;
+              })
+              .empty();
 }
 
 absl::StatusOr<Params> ParamOptions::Make() const {

@@ -2,7 +2,6 @@
 
 #include <CLI/App.hpp>
 #include <string>
-#include <vector>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
@@ -34,7 +33,7 @@ class ParamOptions {
   std::string cart_shift_mode_ = "bounded";
   std::string scale_ = kLearnedScale;
   bool no_augment_ = false;
-  std::vector<const CLI::Option*> options_;
+  const CLI::App* app_ = nullptr;
 };
 
 }  // namespace scanloc::cli

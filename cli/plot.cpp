@@ -61,8 +61,7 @@ void PlotCommand::Declare(CLI::App& app) {
   app.add_option(
          "--within-m", within_m_,
          "A place this near to the query is right, where the CSV does not say what is missed [m]")
-      ->check(InRange(0.0, 1e6))
-      ->capture_default_str();
+      ->check(InRange(0.0, 1e6));
   app.add_option("--title", title_, "Title [the map's name and the counts]");
   app.footer(
       "Blue: right, as locate --truth counts. Vermilion: wrong, with a line to the true position. "

@@ -1,6 +1,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
+#include <optional>
 #include <string>
 #include <thread>
 #include <vector>
@@ -36,8 +37,9 @@ class SimulateCommand : public Command {
     if (mount_deg_.size() == 3) {
       options.session.mount_deg = Eigen::Map<const Eigen::Vector3d>(mount_deg_.data());
     }
-    const bool is_given = length_ != nullptr && length_->count() > 0;
-    if (!is_given && !sim::IsMadeForLength(options.world.kind)) {
+    if (length_m_) {
+      options.town.length_m = *length_m_;
+    } else if (!sim::IsMadeForLength(options.world.kind)) {
       options.town.length_m = sim::kWholeRoute_m;
     }
     return options;
@@ -46,7 +48,7 @@ class SimulateCommand : public Command {
   std::string out_;
   sim::SimulateOptions options_;
   std::vector<double> mount_deg_;
-  const CLI::Option* length_ = nullptr;
+  std::optional<double> length_m_;
   int num_threads_ = 0;
   bool quiet_ = false;
 };
@@ -73,7 +75,7 @@ void SimulateCommand::Declare(CLI::App& app) {
 }
 
 void SimulateCommand::DeclareWorld(CLI::App& app) {
-  const char* group = "The world";
+  const OptionGroup group(app, "The world");
   app.add_option_function<std::string>(
          "--world",
          [this](const std::string& name) { options_.world.kind = *sim::ParseWorldKind(name); },
@@ -82,69 +84,68 @@ void SimulateCommand::DeclareWorld(CLI::App& app) {
       ->check([](const std::string& name) {
         return absl::StrCat(sim::ParseWorldKind(name).status().message());
       })
-      ->default_str("town")
-      ->group(group);
-  const auto add = [&](const char* flag, auto& field, const char* what) {
-    app.add_option(flag, field, what)->capture_default_str()->group(group);
-  };
-  add("--town-seed,--world-seed", options_.town.town_seed,
-      "Another number, another town or other world");
-  length_ = app.add_option("--length-m", options_.town.length_m,
-                           "Length of the route [m]: part of what a town, campus, forest or tunnel "
-                           "is [1000]; in other worlds the route ends there at the latest [all]")
-                ->group(group);
-  add("--rebuilt-share", options_.town.rebuilt_share,
+      ->default_str("town");
+  app.add_option("--town-seed,--world-seed", options_.town.town_seed,
+                 "Another number, another town or other world");
+  app.add_option("--length-m", length_m_,
+                 "Length of the route [m]: part of what a town, campus, forest or tunnel "
+                 "is [1000]; in other worlds the route ends there at the latest [all]");
+  app.add_option(
+      "--rebuilt-share", options_.town.rebuilt_share,
       "Share of a town's route along which everything was torn down and built anew, in [0, 1]; "
       "rebuilt.txt then tells how far each scan is from there");
-  add("--rebuilt-seed", options_.town.rebuilt_seed,
-      "Another number, other streets that were rebuilt and other houses");
-  add("--floors", options_.world.num_floors, "Storeys of an office, decks of a garage");
-  add("--aisles", options_.world.num_aisles, "Aisles of a warehouse");
-  add("--changed-share", options_.world.changed_share,
+  app.add_option("--rebuilt-seed", options_.town.rebuilt_seed,
+                 "Another number, other streets that were rebuilt and other houses");
+  app.add_option("--floors", options_.world.num_floors, "Storeys of an office, decks of a garage");
+  app.add_option("--aisles", options_.world.num_aisles, "Aisles of a warehouse");
+  app.add_option(
+      "--changed-share", options_.world.changed_share,
       "Share of furniture and stock that differs between any two sessions, in [0, 1]; not of "
       "towns");
 }
 
 void SimulateCommand::DeclareSession(CLI::App& app) {
   sim::SessionOptions& session = options_.session;
-  const auto add = [&](const char* flag, auto& field, const char* what) {
-    app.add_option(flag, field, what)->capture_default_str()->group("The drive");
-  };
-  add("--session-seed", session.session_seed, "Another number: other traffic, driving and noise");
-  add("--lane-shift-m", session.lane_shift_m,
-      "How far left of the right-hand lane the vehicle keeps, seen along the route [m]");
-  app.add_flag("--reverse", session.reverse, "Drive the route from its end to its beginning")
-      ->group("The drive");
-  add("--spacing-m", session.spacing_m, "Distance between scans [m]");
-  add("--tilt-deg", session.tilt_deg, "Roll and pitch of each scan are random within ± this [deg]");
-  add("--sensor-height-m", session.sensor_height_m, "Height of the sensor above ground [m]");
+  const OptionGroup group(app, "The drive");
+  app.add_option("--session-seed", session.session_seed,
+                 "Another number: other traffic, driving and noise");
+  app.add_option("--lane-shift-m", session.lane_shift_m,
+                 "How far left of the right-hand lane the vehicle keeps, seen along the route [m]");
+  app.add_flag("--reverse", session.reverse, "Drive the route from its end to its beginning");
+  app.add_option("--spacing-m", session.spacing_m, "Distance between scans [m]");
+  app.add_option("--tilt-deg", session.tilt_deg,
+                 "Roll and pitch of each scan are random within ± this [deg]");
+  app.add_option("--sensor-height-m", session.sensor_height_m,
+                 "Height of the sensor above ground [m]");
   app.add_option("--mount-deg", mount_deg_,
                  "Roll, pitch and yaw of the sensor on what carries it, with commas between [deg]")
       ->delimiter(',')
-      ->expected(3)
-      ->group("The drive");
-  add("--from-m", session.from_m, "Drive the route from here on [m]");
-  add("--to-m", session.to_m, "Drive it up to here; 0: to its end [m]");
-  add("--odometry-noise", session.odometry_noise_percent,
+      ->expected(3);
+  app.add_option("--from-m", session.from_m, "Drive the route from here on [m]");
+  app.add_option("--to-m", session.to_m, "Drive it up to here; 0: to its end [m]");
+  app.add_option(
+      "--odometry-noise", session.odometry_noise_percent,
       "Write odometry.txt, too: the poses as reckoned on the way, wrong by about so many per cent "
       "of it");
-  add("--parked-share", session.parked_share, "Share of parking slots taken, in [0, 1]");
-  add("--moving-per-km", session.moving_per_km, "Moving vehicles per km of street");
+  app.add_option("--parked-share", session.parked_share, "Share of parking slots taken, in [0, 1]");
+  app.add_option("--moving-per-km", session.moving_per_km, "Moving vehicles per km of street");
 }
 
 void SimulateCommand::DeclareLidar(CLI::App& app) {
   sim::LidarOptions& lidar = options_.lidar;
-  const auto add = [&](const char* flag, auto& field, const char* what) {
-    app.add_option(flag, field, what)->capture_default_str()->group("The LiDAR");
-  };
-  add("--rays", lidar.num_rays, "Rays one above the other, 16 to 128");
-  add("--azimuths", lidar.num_azimuths, "Directions in a full turn");
-  add("--fov-deg", lidar.fov_deg, "Azimuths seen, centred on forward [deg]");
-  add("--min-elevation-deg", lidar.min_elevation_deg, "Elevation of the lowest ray [deg]");
-  add("--max-elevation-deg", lidar.max_elevation_deg, "Elevation of the highest ray [deg]");
-  add("--max-range-m", lidar.max_range_m, "Range of the sensor [m]");
-  add("--range-sigma-m", lidar.range_sigma_m, "Noise along the beam, standard deviation [m]");
-  add("--dropout", lidar.dropout, "Share of returns lost near the sensor; more are lost far away");
+  const OptionGroup group(app, "The LiDAR");
+  app.add_option("--rays", lidar.num_rays, "Rays one above the other, 16 to 128");
+  app.add_option("--azimuths", lidar.num_azimuths, "Directions in a full turn");
+  app.add_option("--fov-deg", lidar.fov_deg, "Azimuths seen, centred on forward [deg]");
+  app.add_option("--min-elevation-deg", lidar.min_elevation_deg,
+                 "Elevation of the lowest ray [deg]");
+  app.add_option("--max-elevation-deg", lidar.max_elevation_deg,
+                 "Elevation of the highest ray [deg]");
+  app.add_option("--max-range-m", lidar.max_range_m, "Range of the sensor [m]");
+  app.add_option("--range-sigma-m", lidar.range_sigma_m,
+                 "Noise along the beam, standard deviation [m]");
+  app.add_option("--dropout", lidar.dropout,
+                 "Share of returns lost near the sensor; more are lost far away");
 }
 
 absl::Status SimulateCommand::Run() {

@@ -81,8 +81,7 @@ void SlamOptions::Declare(CLI::App& app) {
       ->type_name("FILE");
   app.add_option("--out-format", out_format_,
                  "kitti, tum or g2o (the graph, too); auto: by the ends .tum and .g2o, else kitti")
-      ->check(CLI::IsMember({"auto", "kitti", "tum", "g2o"}))
-      ->capture_default_str();
+      ->check(CLI::IsMember({"auto", "kitti", "tum", "g2o"}));
   truth_.DeclareFiles(app, "--truth", "--truth-calib");
   app.add_option("--report", report_dir_,
                  "Folder for report.html, results.json and loops.csv; made if need be")
@@ -95,11 +94,9 @@ void SlamOptions::Declare(CLI::App& app) {
       });
   app.add_option("--spacing-m", spacing_m_,
                  "Distance between scans that are looked up; all get a pose [m]")
-      ->check(InRange(0.0, 1e6))
-      ->capture_default_str();
+      ->check(InRange(0.0, 1e6));
   app.add_option("--window-m", window_m_, "Least way between the two scans of a loop [m]")
-      ->check(InRange(0.1, 1e6))
-      ->capture_default_str();
+      ->check(InRange(0.1, 1e6));
   AddThreadsOption(app, &num_threads_, "read, describe and look up scans");
   AddQuietOption(app, &quiet_);
   selection_.Declare(app);

@@ -3,12 +3,13 @@
 #include <cstdint>
 
 #include "cli/command.hpp"
-#include "cli/empty_values.hpp"
+#include "cli/declared_options.hpp"
 #include "scanloc/core/limits.hpp"
 
 namespace scanloc::ros2 {
 
 using cli::InRange;
+using cli::OptionGroup;
 
 void Options::Declare(CLI::App& app) {
   DeclareAnswers(app);
@@ -17,6 +18,7 @@ void Options::Declare(CLI::App& app) {
   DeclareFrames(app);
   mount_.Declare(app);
   app.add_flag("--quiet", quiet, "Tell errors only, not how things stand");
+  cli::ShowDefaults(app);
   app.footer(
       "Topics that do not begin with / are in the namespace. CYCLONEDDS_URI configures DDS, as "
       "for\n"
@@ -30,65 +32,54 @@ void Options::Declare(CLI::App& app) {
 }
 
 void Options::DeclareAnswers(CLI::App& app) {
-  const char* group = "Who answers";
-  auto* address = cli::DeclareConnection(app, group, &server);
+  const char* heading = "Who answers";
+  auto* address = cli::DeclareConnection(app, heading, &server);
+  const OptionGroup group(app, heading);
   app.add_option("--map", map_file, "Map file to answer from, in place of a server")
       ->type_name("FILE")
-      ->excludes(address)
-      ->group(group);
+      ->excludes(address);
   app.add_option("--map-name", stream.map, "Map of the server [the only one]")
       ->type_name("NAME")
+      ->needs(address);
+  app.add_option("--deadline", server.deadline_s,
+                 "Longest that a question to a server may take [s]")
       ->needs(address)
-      ->group(group);
-  app.add_option("--deadline", server.deadline_s, "Longest that a question to a server may take [s]")
-      ->needs(address)
-      ->check(InRange(0.01, 3600))
-      ->capture_default_str()
-      ->group(group);
+      ->check(InRange(0.01, 3600));
   app.add_option("--candidates", stream.query.max_answers, "Candidates told of each answer")
-      ->check(InRange(1, limits::kMaxCandidates))
-      ->capture_default_str()
-      ->group(group);
+      ->check(InRange(1, limits::kMaxCandidates));
   app.add_option("--max-step-m", stream.max_step_m,
                  "Without odometry: farthest that the robot goes between two questions [m]")
-      ->check(InRange(0.001, 1000))
-      ->capture_default_str()
-      ->group(group);
+      ->check(InRange(0.001, 1000));
   cli::RefuseEmptyValues(app);  // not of topics: an empty name is none
 }
 
 void Options::DeclareModes(CLI::App& app) {
-  const char* group = "When scans are asked about [until localized; with a trigger, at triggers]";
+  const OptionGroup group(
+      app, "When scans are asked about [until localized; with a trigger, at triggers]");
   auto* once = app.add_flag("--once", once_, "Until there is one answer, whatever it says");
   auto* until = app.add_flag("--until-localized", until_localized_,
                              "Until the robot is localized and who subscribes to the initial pose "
                              "has been told");
   auto* always = app.add_flag("--always", always_,
                               "All the time; says when the robot is lost again, and finds it anew");
-  once->group(group);
-  until->excludes(once)->group(group);
-  always->excludes(once)->excludes(until)->group(group);
+  until->excludes(once);
+  always->excludes(once)->excludes(until);
   app.add_option("--trigger", node.trigger,
                  "Topic of std_msgs/Empty: each message begins anew; the program then stays")
-      ->type_name("TOPIC")
-      ->group(group);
+      ->type_name("TOPIC");
   app.add_option("--interval", lookout.interval_s,
                  "From one question to the next while localized [s]; 0: every scan that there is "
                  "time for")
-      ->check(InRange(0, 3600))
-      ->capture_default_str()
-      ->group(group);
+      ->check(InRange(0, 3600));
   app.add_option("--lost-after", lookout.num_misses_to_lost,
                  "The robot is lost after so many answers in a row that do not find it")
-      ->check(InRange(1, 1000))
-      ->capture_default_str()
-      ->group(group);
+      ->check(InRange(1, 1000));
 }
 
 void Options::DeclareTopics(CLI::App& app) {
-  const char* group = "Topics";
+  const OptionGroup group(app, "Topics");
   const auto topic = [&](const char* name, std::string* value, const char* what) {
-    app.add_option(name, *value, what)->type_name("TOPIC")->capture_default_str()->group(group);
+    app.add_option(name, *value, what)->type_name("TOPIC");
   };
   topic("--points", &node.points, "Clouds, sensor_msgs/PointCloud2 of any layout");
   topic("--odom", &node.odom, "nav_msgs/Odometry, where there is one");
@@ -103,56 +94,39 @@ void Options::DeclareTopics(CLI::App& app) {
   topic("--tf-topic", &tf_topic_, "Transforms, tf2_msgs/TFMessage");
   app.add_option("--domain", node.domain, "DDS domain")
       ->envname("ROS_DOMAIN_ID")
-      ->check(InRange(0, 230))
-      ->capture_default_str()
-      ->group(group);
+      ->check(InRange(0, 230));
   app.add_option("--namespace", node.ros_namespace, "Namespace of the topics [none]")
-      ->type_name("NAME")
-      ->group(group);
+      ->type_name("NAME");
   app.add_option("--reliability", reliability_,
                  "best_effort takes clouds of every publisher; reliable has lost ones sent again, "
                  "if the publisher does that")
       ->check(CLI::IsMember({"best_effort", "reliable"}))
-      ->type_name("TEXT")
-      ->capture_default_str()
-      ->group(group);
+      ->type_name("TEXT");
   app.add_option("--depth", node.depth, "Clouds kept until they are looked at")
-      ->check(InRange(1, 1000))
-      ->capture_default_str()
-      ->group(group);
+      ->check(InRange(1, 1000));
 }
 
 void Options::DeclareFrames(CLI::App& app) {
-  const char* group = "Frames";
-  app.add_option("--map-frame", lookout.map_frame, "Name of the map's frame")
-      ->type_name("NAME")
-      ->capture_default_str()
-      ->group(group);
+  const OptionGroup group(app, "Frames");
+  app.add_option("--map-frame", lookout.map_frame, "Name of the map's frame")->type_name("NAME");
   app.add_option(
          "--base-frame", lookout.base_frame,
          "Name of the robot's frame, whose pose is told; by --tf-static it leads to that of "
          "the clouds")
-      ->type_name("NAME")
-      ->capture_default_str()
-      ->group(group);
+      ->type_name("NAME");
   app.add_option("--odom-frame", lookout.odom_frame,
                  "Name of the odometry's frame [as its messages say]")
-      ->type_name("NAME")
-      ->group(group);
+      ->type_name("NAME");
   app.add_flag("--publish-tf", publish_tf_,
                "Publish map -> odom, at every message of odometry while localized; the program "
-               "then stays")
-      ->group(group);
+               "then stays");
   app.add_flag(
-         "--deskew,!--no-deskew", lookout.deskews,
-         "Take the robot's motion during a sweep out of it, where points have times and there "
-         "is odometry of that time [yes]")
-      ->group(group);
+      "--deskew,!--no-deskew", lookout.deskews,
+      "Take the robot's motion during a sweep out of it, where points have times and there "
+      "is odometry of that time [yes]");
   app.add_option("--odom-wait", lookout.odometry_wait_s,
                  "Longest that a scan waits for odometry of its time [s]")
-      ->check(InRange(0, 10))
-      ->capture_default_str()
-      ->group(group);
+      ->check(InRange(0, 10));
 }
 
 absl::Status Options::Finish() {

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "absl/synchronization/mutex.h"
-#include "cli/empty_values.hpp"
+#include "cli/declared_options.hpp"
 #include "config_file.hpp"
 #include "front/listener.hpp"
 #include "front/memory.hpp"
@@ -68,8 +68,7 @@ void Declare(CLI::App& app, CommandLine& line) {
       ->type_name("DIR");
   app.add_flag("--admin", options.admin,
                "let tokens of the role admin load, reload and unload maps");
-  app.add_option("--listen", options.listen, "HOST:PORT to listen on; port 0 takes a free one")
-      ->capture_default_str();
+  app.add_option("--listen", options.listen, "HOST:PORT to listen on; port 0 takes a free one");
   app.add_option("--tls-cert", options.tls.cert_file,
                  "certificate of the server with its chain, PEM; taken up anew when renewed")
       ->type_name("FILE");
@@ -82,37 +81,26 @@ void Declare(CLI::App& app, CommandLine& line) {
   app.add_option("--token-file", options.token_file,
                  "who may call: lines NAME ROLE TOKEN; read again on change")
       ->type_name("FILE");
-  app.add_option("--threads", options.num_threads, "threads that answer queries; 0: one a core")
-      ->capture_default_str();
+  app.add_option("--threads", options.num_threads, "threads that answer queries; 0: one a core");
   app.add_option("--max-inflight", options.max_inflight,
-                 "queries that run or wait; one more is refused at once")
-      ->capture_default_str();
+                 "queries that run or wait; one more is refused at once");
   app.add_option("--max-wait-seconds", options.max_wait_s,
-                 "longest that a query may have to wait for a thread; one more is refused at once")
-      ->capture_default_str();
+                 "longest that a query may have to wait for a thread; one more is refused at once");
   app.add_option("--max-streams", options.max_streams,
-                 "robots on a stream at once; one more is refused at once")
-      ->capture_default_str();
-  app.add_option("--max-message-bytes", options.max_message_bytes, "largest request [bytes]")
-      ->capture_default_str();
+                 "robots on a stream at once; one more is refused at once");
+  app.add_option("--max-message-bytes", options.max_message_bytes, "largest request [bytes]");
   app.add_option("--drain-seconds", options.drain_s,
-                 "how long queries in flight may take to end when stopping [s]")
-      ->capture_default_str();
+                 "how long queries in flight may take to end when stopping [s]");
   app.add_option("--max-streams-per-client", options.max_streams_per_client,
-                 "of these, for one client (raise it behind a proxy without tokens); 0: all")
-      ->capture_default_str();
+                 "of these, for one client (raise it behind a proxy without tokens); 0: all");
   app.add_option("--stream-idle-seconds", options.stream_idle_s,
-                 "how long a robot on a stream may stay silent or leave its answer unread [s]")
-      ->capture_default_str();
+                 "how long a robot on a stream may stay silent or leave its answer unread [s]");
   app.add_option("--max-memory-bytes", options.max_memory_bytes,
-                 "for requests that are being received or wait, of all clients [bytes]")
-      ->capture_default_str();
+                 "for requests that are being received or wait, of all clients [bytes]");
   app.add_option("--receive-seconds", options.receive_s,
-                 "how long a request may take to arrive once its call has begun [s]")
-      ->capture_default_str();
+                 "how long a request may take to arrive once its call has begun [s]");
   app.add_option("--reflection", options.reflection,
-                 "tell of the services by gRPC server reflection (true, false)")
-      ->capture_default_str();
+                 "tell of the services by gRPC server reflection (true, false)");
   app.add_option("--catalogue", options.catalogue.catalogue,
                  "serve the regions of a catalogue as robots ask for them, too: "
                  "postgresql://USER@HOST/DATABASE, or a folder; needs --store and --cache-dir")
@@ -130,19 +118,16 @@ void Declare(CLI::App& app, CommandLine& line) {
       "what was read last of maps that stay in their files (256 MiB) [bytes]");
   app.add_option("--whole-bytes", options.whole_bytes,
                  "map files of up to so many bytes are read into memory as a whole; of larger ones "
-                 "only the keys are, and the rest as it is asked for [bytes]")
-      ->capture_default_str();
+                 "only the keys are, and the rest as it is asked for [bytes]");
   app.add_flag("--allow-slow-methods", options.allow_slow_methods,
                "take the methods with -brute and -naive, of which one query may take a thread for "
                "seconds");
   app.add_option("--max-rate", options.max_rate_per_s,
                  "requests a second of one client (token, else certificate, else address) [1/s]; "
-                 "0: as many as it likes")
-      ->capture_default_str();
-  app.add_option("--max-points", options.max_points, "points of one scan")->capture_default_str();
+                 "0: as many as it likes");
+  app.add_option("--max-points", options.max_points, "points of one scan");
   app.add_option("--max-candidates", options.max_candidates,
-                 "candidates that one query may have compared")
-      ->capture_default_str();
+                 "candidates that one query may have compared");
   app.add_option("--metrics-listen", options.metrics_listen,
                  "HOST:PORT for Prometheus, at /metrics over HTTP; none if not given");
   app.add_flag("--allow-plaintext-metrics", options.allow_plaintext_metrics,
@@ -153,16 +138,13 @@ void Declare(CLI::App& app, CommandLine& line) {
                  "--replay")
       ->type_name("DIR");
   app.add_option("--max-capture-bytes", options.max_capture_bytes,
-                 "of the disk that its files may take; the oldest go first [bytes]")
-      ->capture_default_str();
+                 "of the disk that its files may take; the oldest go first [bytes]");
   app.add_option("--recent-answers", options.recent_answers,
                  "answers kept in memory for a live view by tokens of the roles view and admin, "
-                 "or by everybody where there is no token file; 0: none")
-      ->capture_default_str();
+                 "or by everybody where there is no token file; 0: none");
   app.add_option("--map-health-seconds", options.map_health_s,
                  "how often to write into MAP.health, beside each map, how its places fare in use "
-                 "(scanloc info --health); 0: not counted [s]")
-      ->capture_default_str();
+                 "(scanloc info --health); 0: not counted [s]");
   Choose<RequestLog>(
       app.add_option("--log-requests", options.log_requests,
                      "requests that get a line in the log, at most 100 a second"),
@@ -179,8 +161,7 @@ void Declare(CLI::App& app, CommandLine& line) {
                  "read options from this TOML file; the command line goes before it")
       ->type_name("FILE");
   app.add_option("--log-level", line.log_level, "what to log on stderr")
-      ->check(CLI::IsMember({"debug", "info", "warn", "error", "off"}))
-      ->capture_default_str();
+      ->check(CLI::IsMember({"debug", "info", "warn", "error", "off"}));
   app.add_option("--probe", line.probe.address,
                  "ask the server at HOST:PORT whether it serves, and exit with 0 or 1: for the "
                  "health check of a container; nothing is served. Over TLS with --tls-ca or "
@@ -192,6 +173,7 @@ void Declare(CLI::App& app, CommandLine& line) {
       ->type_name("FILE");
   app.set_version_flag("--version", std::string("scanlocd ") + BuildVersion());
   app.footer(kExamples);
+  cli::ShowDefaults(app);
   cli::RefuseEmptyValues(app);
 }
 

@@ -7,7 +7,7 @@
 #include "absl/strings/str_cat.h"
 #include "api.hpp"
 #include "cli/connection_options.hpp"
-#include "cli/empty_values.hpp"
+#include "cli/declared_options.hpp"
 #include "cli/output.hpp"
 #include "gateway.hpp"
 #include "http_server.hpp"
@@ -42,8 +42,7 @@ struct CommandLine {
 void Declare(CLI::App& app, CommandLine& line) {
   cli::DeclareConnection(app, "Asking the server", &line.connection)->required();
   app.add_option("--listen", line.http.listen,
-                 "HOST:PORT to serve HTTP on; port 0 takes a free one")
-      ->capture_default_str();
+                 "HOST:PORT to serve HTTP on; port 0 takes a free one");
   app.add_option("--https-cert", line.http.tls_cert_file,
                  "Certificate of this service with its chain, PEM; then it serves HTTPS")
       ->type_name("FILE");
@@ -56,11 +55,9 @@ void Declare(CLI::App& app, CommandLine& line) {
       ->type_name("NAME");
   app.add_option("--max-connections", line.http.max_connections,
                  "Connections at once; one more is closed")
-      ->check(CLI::Range(1, 100'000))
-      ->capture_default_str();
+      ->check(CLI::Range(1, 100'000));
   app.add_option("--max-body-bytes", line.http.max_body_bytes, "Largest scan [bytes]")
-      ->check(CLI::Range(1024, 512 << 20))
-      ->capture_default_str();
+      ->check(CLI::Range(1024, 512 << 20));
   app.add_option("--page", line.page_folder, "Folder of the page [the one that came with this]")
       ->type_name("DIR");
   auto* snapshot = app.add_option("--snapshot", line.snapshot,
@@ -70,6 +67,7 @@ void Declare(CLI::App& app, CommandLine& line) {
   app.add_option("--map", line.map, "The map of the snapshot")->type_name("NAME")->needs(snapshot);
   app.set_version_flag("--version", std::string("scanloc-web ") + SCANLOC_VERSION);
   app.footer(kExamples);
+  cli::ShowDefaults(app);
   cli::RefuseEmptyValues(app);
 }
 
