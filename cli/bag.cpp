@@ -3,8 +3,6 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <iostream>
-#include <string>
-#include <vector>
 
 #include "absl/strings/str_format.h"
 #include "cli/command.hpp"

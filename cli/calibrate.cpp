@@ -4,7 +4,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "cli/interrupt.hpp"
 #include "cli/progress.hpp"

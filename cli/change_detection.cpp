@@ -1,10 +1,8 @@
 #include "cli/change_detection.hpp"
 
 #include <CLI/CLI.hpp>
-#include <memory>
 #include <utility>
 
-#include "absl/strings/str_cat.h"
 #include "cli/command.hpp"
 #include "cli/drive_plan.hpp"
 #include "cli/interrupt.hpp"

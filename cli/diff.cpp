@@ -1,7 +1,5 @@
 #include <CLI/CLI.hpp>
 #include <string>
-#include <utility>
-#include <vector>
 
 #include "cli/change_detection.hpp"
 #include "cli/command.hpp"

@@ -7,7 +7,6 @@
 
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
-#include "absl/strings/str_split.h"
 #include "cli/command.hpp"
 #include "scanloc/core/scan/sensor_mount.hpp"
 

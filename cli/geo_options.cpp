@@ -1,11 +1,9 @@
 #include "cli/geo_options.hpp"
 
 #include <CLI/CLI.hpp>
-#include <vector>
 
 #include "absl/strings/str_format.h"
 #include "cli/command.hpp"
-#include "scanloc/dataset/gnss_fixes.hpp"
 #include "scanloc/geo/fit_origin.hpp"
 #include "scanloc/mapdb/geo_origin.hpp"
 #include "scanloc/mapdb/map_file.hpp"

@@ -1,8 +1,6 @@
 #include "cli/mount_options.hpp"
 
 #include <CLI/CLI.hpp>
-#include <cstddef>
-#include <string>
 #include <utility>
 #include <vector>
 

@@ -1,5 +1,4 @@
 #include <CLI/CLI.hpp>
-#include <string>
 
 #include "absl/strings/str_cat.h"
 #include "cli/command.hpp"

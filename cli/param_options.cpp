@@ -1,7 +1,6 @@
 #include "cli/param_options.hpp"
 
 #include <CLI/CLI.hpp>
-#include <algorithm>
 
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"

@@ -4,8 +4,6 @@
 #include <iterator>
 #include <map>
 #include <string>
-#include <utility>
-#include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"

@@ -1,12 +1,10 @@
 #include "cli/slam_options.hpp"
 
 #include <CLI/CLI.hpp>
-#include <cmath>
 #include <filesystem>
 #include <map>
 #include <memory>
 #include <numbers>
-#include <system_error>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"

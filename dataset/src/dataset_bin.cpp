@@ -1,5 +1,4 @@
 #include <cstdint>
-#include <cstring>
 
 #include "absl/strings/str_cat.h"
 #include "dataset_frames.hpp"

@@ -3,9 +3,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <functional>
-#include <limits>
 #include <map>
-#include <optional>
 #include <string_view>
 #include <system_error>
 #include <utility>

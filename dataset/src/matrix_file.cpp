@@ -3,7 +3,6 @@
 #include <bit>
 #include <cmath>
 #include <cstddef>
-#include <cstdint>
 
 #include "absl/strings/str_cat.h"
 #include "file_bytes.hpp"

@@ -4,7 +4,6 @@
 #include <cstdint>
 #include <optional>
 
-#include "absl/strings/str_cat.h"
 #include "file_bytes.hpp"
 #include "scanloc/core/limits.hpp"
 

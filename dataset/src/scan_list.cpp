@@ -1,6 +1,5 @@
 #include "scan_list.hpp"
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdlib>

@@ -1,7 +1,5 @@
 #include "text.hpp"
 
-#include <string>
-
 namespace scanloc::dataset {
 namespace {
 

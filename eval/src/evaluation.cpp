@@ -1,17 +1,12 @@
 #include "scanloc/eval/evaluation.hpp"
 
 #include <cmath>
-#include <limits>
-#include <map>
-#include <memory>
 #include <numbers>
 #include <random>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "scanloc/eval/baseline.hpp"
 #include "scanloc/eval/ground_truth.hpp"
-#include "scanloc/eval/judging.hpp"
 #include "scanloc/jobs/jobs.hpp"
 #include "stage_times.hpp"
 

@@ -2,7 +2,6 @@
 
 #include <Eigen/Geometry>
 #include <cmath>
-#include <cstddef>
 
 #include "scanloc/eval/ground_truth.hpp"
 

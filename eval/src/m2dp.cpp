@@ -1,7 +1,6 @@
 #include "scanloc/eval/m2dp.hpp"
 
 #include <Eigen/Eigenvalues>
-#include <algorithm>
 #include <cmath>
 #include <numbers>
 

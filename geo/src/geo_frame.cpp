@@ -5,8 +5,6 @@
 #include <GeographicLib/UTMUPS.hpp>
 #include <cmath>
 #include <numbers>
-#include <utility>
-#include <vector>
 
 #include "absl/strings/str_format.h"
 

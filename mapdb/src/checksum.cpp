@@ -3,7 +3,6 @@
 #include <xxhash.h>
 
 #include <bit>
-#include <cstddef>
 
 #include "scanloc/core/byte_order.hpp"
 

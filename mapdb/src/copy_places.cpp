@@ -13,7 +13,6 @@
 #include "map_writer.hpp"
 #include "open_map.hpp"
 #include "scanloc/mapdb/geo_origin.hpp"
-#include "scanloc/mapdb/map_builder.hpp"
 #include "schema.hpp"
 
 namespace scanloc::mapdb {

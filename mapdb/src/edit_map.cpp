@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <set>
-#include <variant>
 
 #include "absl/strings/str_cat.h"
 #include "copy_places.hpp"

@@ -1,8 +1,6 @@
 #include "find_problems.hpp"
 
-#include <string>
 #include <utility>
-#include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "calibration_rows.hpp"
@@ -13,7 +11,6 @@
 #include "scanloc/core/map/context_table.hpp"
 #include "scanloc/mapdb/map_file.hpp"
 #include "schema.hpp"
-#include "sqlite.hpp"
 
 namespace scanloc::mapdb {
 namespace {

@@ -1,7 +1,6 @@
 #include "key_rows.hpp"
 
 #include <optional>
-#include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "scanloc/core/scan/descriptor.hpp"

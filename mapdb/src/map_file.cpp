@@ -1,7 +1,6 @@
 #include "scanloc/mapdb/map_file.hpp"
 
 #include <algorithm>
-#include <optional>
 #include <utility>
 
 #include "absl/strings/str_cat.h"

@@ -3,7 +3,6 @@
 #include <limits>
 #include <utility>
 
-#include "absl/strings/str_cat.h"
 #include "scanloc/core/scan/descriptor.hpp"
 #include "schema.hpp"
 

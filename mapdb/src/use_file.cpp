@@ -6,12 +6,9 @@
 
 #include <cerrno>
 #include <cstddef>
-#include <cstdint>
 #include <string_view>
-#include <utility>
 #include <vector>
 
-#include "absl/strings/match.h"
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"

@@ -1,8 +1,6 @@
 #include "scanloc/report/change_report.hpp"
 
 #include <algorithm>
-#include <array>
-#include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"

@@ -5,7 +5,6 @@
 #include <array>
 #include <cmath>
 #include <numbers>
-#include <utility>
 
 #include "absl/strings/str_format.h"
 #include "chart_parts.hpp"

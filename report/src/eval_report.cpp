@@ -1,6 +1,5 @@
 #include "scanloc/report/eval_report.hpp"
 
-#include <algorithm>
 #include <array>
 
 #include "absl/strings/str_cat.h"

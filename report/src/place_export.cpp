@@ -1,7 +1,6 @@
 #include "scanloc/report/place_export.hpp"
 
 #include "absl/strings/str_cat.h"
-#include "absl/strings/str_format.h"
 #include "absl/time/time.h"
 #include "scanloc/report/csv.hpp"
 #include "scanloc/report/json.hpp"

@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <numbers>
-#include <optional>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"

@@ -6,7 +6,6 @@
 #include <chrono>
 #include <cstdio>
 #include <mutex>
-#include <string>
 #include <string_view>
 
 #include "scanloc/core/printable.hpp"

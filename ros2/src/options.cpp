@@ -1,7 +1,5 @@
 #include "options.hpp"
 
-#include <cstdint>
-
 #include "cli/command.hpp"
 #include "cli/declared_options.hpp"
 #include "scanloc/core/limits.hpp"

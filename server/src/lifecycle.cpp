@@ -13,8 +13,6 @@
 #include <optional>
 #include <string>
 #include <system_error>
-#include <thread>
-#include <utility>
 
 #include "ops/service_manager.hpp"
 #include "scanloc/core/printable.hpp"

@@ -1,10 +1,8 @@
 #include "scanloc/sim/simulated_drive.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <optional>
 #include <utility>
-#include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "poses.hpp"

@@ -1,12 +1,8 @@
 #include "api.hpp"
 
-#include <algorithm>
-#include <chrono>
 #include <cmath>
-#include <map>
 #include <utility>
 
-#include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
 #include "absl/strings/str_split.h"

@@ -1,5 +1,4 @@
 // What was answered, and what is asked here.
-#include <algorithm>
 #include <utility>
 
 #include "absl/strings/numbers.h"

@@ -5,11 +5,9 @@
 #include <fstream>
 #include <iterator>
 #include <set>
-#include <string_view>
 #include <utility>
 
 #include "absl/strings/escaping.h"
-#include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_replace.h"
 #include "api.hpp"

@@ -3,10 +3,8 @@
 #include <algorithm>
 #include <iterator>
 #include <limits>
-#include <memory>
 #include <new>
 #include <thread>
-#include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "scanloc/core/limits.hpp"

@@ -1,7 +1,5 @@
 #include "admission/client_rates.hpp"
 
-#include <algorithm>
-
 #include "absl/strings/str_cat.h"
 #include "scanloc/proto/status.hpp"
 

@@ -1,7 +1,6 @@
 #include "scanloc/server/fair_queue.hpp"
 
 #include <algorithm>
-#include <cstddef>
 #include <new>
 
 namespace scanloc::server {

@@ -2,9 +2,7 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <utility>
 
-#include "absl/strings/str_cat.h"
 #include "scanloc/proto/status.hpp"
 
 namespace scanloc::server {

@@ -3,7 +3,6 @@
 #include <grpc/grpc.h>
 #include <grpc/grpc_security.h>
 
-#include <string>
 #include <utility>
 
 namespace scanloc::server {

@@ -1,11 +1,9 @@
 #include "front/front.hpp"
 
 #include <grpc/support/time.h>
-#include <grpcpp/server_builder.h>
 
 #include <string>
 #include <unordered_map>
-#include <utility>
 
 #include "front/connection_limits.hpp"
 #include "rpc/unary_call.hpp"

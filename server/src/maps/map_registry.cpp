@@ -2,10 +2,7 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <functional>
-#include <set>
 #include <span>
-#include <utility>
 
 #include "absl/strings/escaping.h"
 #include "absl/strings/str_cat.h"

@@ -6,10 +6,8 @@
 #include <prometheus/registry.h>
 #include <prometheus/text_serializer.h>
 
-#include <chrono>
 #include <utility>
 
-#include "absl/strings/str_cat.h"
 #include "ops/process_metrics.hpp"
 #include "scanloc/server/build_info.hpp"
 

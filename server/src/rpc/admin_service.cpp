@@ -1,7 +1,6 @@
 #include "rpc/admin_service.hpp"
 
 #include <memory>
-#include <string>
 #include <utility>
 
 #include "ops/logs.hpp"

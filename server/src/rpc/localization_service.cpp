@@ -4,7 +4,6 @@
 
 #include <utility>
 
-#include "absl/strings/str_cat.h"
 #include "ops/clock.hpp"
 #include "rpc/small_call.hpp"
 #include "rpc/unary_call.hpp"

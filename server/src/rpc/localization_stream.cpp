@@ -3,7 +3,6 @@
 #include <optional>
 #include <utility>
 
-#include "absl/strings/str_cat.h"
 #include "ops/clock.hpp"
 #include "rpc/localization_service.hpp"
 #include "scanloc/core/track/tracker.hpp"

@@ -1,7 +1,5 @@
 #include "rpc/viewer_service.hpp"
 
-#include <algorithm>
-
 #include "maps/use_book.hpp"
 #include "rpc/small_call.hpp"
 #include "scanloc/proto/convert.hpp"

@@ -2,10 +2,8 @@
 
 #include <algorithm>
 #include <array>
-#include <cstddef>
 #include <numeric>
 #include <utility>
-#include <vector>
 
 #include "sim_text.hpp"
 #include "town/town_builder.hpp"

@@ -1,6 +1,5 @@
 #include "worlds/scene_builder.hpp"
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 

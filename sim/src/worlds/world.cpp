@@ -1,7 +1,6 @@
 #include "scanloc/sim/world.hpp"
 
 #include <array>
-#include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
