@@ -35,8 +35,6 @@ class AskerThread {
   AskerThread(Asker asker, std::function<void()> has_reply);
   /// Waits for the question under way.
   ~AskerThread();
-  AskerThread(const AskerThread&) = delete;
-  AskerThread& operator=(const AskerThread&) = delete;
 
   /// Requires that no question is under way.
   void Start(Question question);

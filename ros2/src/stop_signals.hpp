@@ -12,8 +12,6 @@ class StopSignals {
  public:
   StopSignals();
   ~StopSignals();
-  StopSignals(const StopSignals&) = delete;
-  StopSignals& operator=(const StopSignals&) = delete;
 
   /// Calls on_stop when a signal comes, from that thread. Once.
   void Watch(std::function<void()> on_stop);

@@ -90,8 +90,6 @@ class SignalWatcher {
     thread_.join();
   }
 
-  SignalWatcher(const SignalWatcher&) = delete;
-  SignalWatcher& operator=(const SignalWatcher&) = delete;
 
  private:
   void Run(Mailbox& mailbox) {

@@ -126,8 +126,6 @@ struct Server::State {
     workers.Finish();
     admin.Finish();
   }
-  State(const State&) = delete;
-  State& operator=(const State&) = delete;
 
   absl::Status Listen();
   [[nodiscard]] Metrics::Gauges Look() const;

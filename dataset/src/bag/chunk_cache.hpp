@@ -21,8 +21,6 @@ class ChunkCache {
   using Reader = std::function<absl::StatusOr<FileBytes>(std::uint32_t number)>;
 
   explicit ChunkCache(Reader read) : read_(std::move(read)) {}
-  ChunkCache(const ChunkCache&) = delete;
-  ChunkCache& operator=(const ChunkCache&) = delete;
   /// Waits for what is read ahead.
   ~ChunkCache() = default;
 

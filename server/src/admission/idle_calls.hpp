@@ -61,8 +61,6 @@ class IdleCalls {
 
   explicit IdleCalls(Options options);
   ~IdleCalls();
-  IdleCalls(const IdleCalls&) = delete;
-  IdleCalls& operator=(const IdleCalls&) = delete;
 
   /// From now on the call waits. Calls `start`, if given, before anybody can evict it; `start` may
   /// use neither this nor anything that waits for it. Once it is counted and is one too many, it is

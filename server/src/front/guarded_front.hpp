@@ -48,8 +48,6 @@ class GuardedFront {
 
   /// Ends all connections and calls at once, if Shutdown was not called.
   ~GuardedFront();
-  GuardedFront(const GuardedFront&) = delete;
-  GuardedFront& operator=(const GuardedFront&) = delete;
 
   [[nodiscard]] const std::string& address() const { return listener_->address(); }
 

@@ -43,8 +43,6 @@ class Listener {
 
   /// HangUp.
   ~Listener();
-  Listener(const Listener&) = delete;
-  Listener& operator=(const Listener&) = delete;
 
   /// HOST:PORT as given, with the port that was really taken.
   [[nodiscard]] const std::string& address() const { return address_; }

@@ -35,8 +35,6 @@ class Watchdog {
 
   /// Ends the watch.
   ~Watchdog();
-  Watchdog(const Watchdog&) = delete;
-  Watchdog& operator=(const Watchdog&) = delete;
 
   /// From now on only memory is looked at: a front that drains answers nobody new.
   void StopAsking() { is_asking_ = false; }

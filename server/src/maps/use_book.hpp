@@ -76,8 +76,6 @@ class UseBook {
   /// 0: nothing is counted.
   explicit UseBook(std::chrono::duration<double> period);
   ~UseBook();
-  UseBook(const UseBook&) = delete;
-  UseBook& operator=(const UseBook&) = delete;
 
   /// The counter of a map, loaded; maps of one file and content share one. Null if nothing is
   /// counted. Who opens another map does not wait for the file of this.

@@ -36,8 +36,6 @@ class FileWatch {
 
   explicit FileWatch(Subject subject) : subject_(std::move(subject)) {}
   ~FileWatch() { Stop(); }
-  FileWatch(const FileWatch&) = delete;
-  FileWatch& operator=(const FileWatch&) = delete;
 
   /// Reads the files and takes up what is new; from one thread at a time.
   absl::Status Look(Clock::time_point now = Clock::now());

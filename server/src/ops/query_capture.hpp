@@ -31,8 +31,6 @@ class QueryCapture {
 
   /// Writes what is still waiting.
   ~QueryCapture();
-  QueryCapture(const QueryCapture&) = delete;
-  QueryCapture& operator=(const QueryCapture&) = delete;
 
   void Keep(v1::CapturedQuery query);
 

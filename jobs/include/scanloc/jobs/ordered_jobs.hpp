@@ -26,8 +26,6 @@ class OrderedJobs {
   OrderedJobs(std::size_t first, std::size_t end, std::size_t window, Job job)
       : job_(std::move(job)), next_claim_(first), next_take_(first), end_(end), slots_(window) {}
 
-  OrderedJobs(const OrderedJobs&) = delete;
-  OrderedJobs& operator=(const OrderedJobs&) = delete;
 
   /// Jobs that have not begun are not done any more.
   ~OrderedJobs() {

@@ -34,8 +34,6 @@ class WorkerPool {
   /// Finish.
   ~WorkerPool();
 
-  WorkerPool(const WorkerPool&) = delete;
-  WorkerPool& operator=(const WorkerPool&) = delete;
 
   /// Takes a task, which is then certain to be called and must not throw; those of one client start
   /// in the order taken. While max_inflight tasks run or wait, or it would wait longer than
