@@ -18,16 +18,9 @@ constexpr std::chrono::duration<double> kMaxLookInterval(1.0);
 }  // namespace
 
 IdleCalls::IdleCalls(Options options)
-    : options_(std::move(options)), timeout_(options_.timeout), sweeper_([this] { Run(); }) {}
-
-IdleCalls::~IdleCalls() {
-  {
-    const std::lock_guard lock(mutex_);
-    is_stopping_ = true;
-  }
-  wake_.notify_all();
-  sweeper_.join();
-}
+    : options_(std::move(options)),
+      timeout_(options_.timeout),
+      sweeper_([this](const std::stop_token& stop) { Run(stop); }) {}
 
 absl::Status IdleCalls::Enter(const std::shared_ptr<IdleCall>& call, const std::string& client,
                               const std::function<void()>& start) {
@@ -135,15 +128,16 @@ std::chrono::duration<double> IdleCalls::LookInterval() const {
   return std::clamp(interval, kMinLookInterval, kMaxLookInterval);
 }
 
-void IdleCalls::Run() {
+void IdleCalls::Run(const std::stop_token& stop) {
   std::unique_lock lock(mutex_);
-  while (!is_stopping_) {
+  while (!stop.stop_requested()) {
     Evicted evicted;
     TakeExpired(settled_, evicted);
     TakeExpired(fresh_, evicted);
     SettleWhoHasWaited(evicted);
     if (evicted.empty()) {
-      wake_.wait_for(lock, LookInterval());
+      wake_.wait_for(lock, stop, LookInterval(),
+                     [&, before = timeout_] { return timeout_ != before; });
       continue;
     }
     lock.unlock();

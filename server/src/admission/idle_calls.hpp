@@ -60,7 +60,6 @@ class IdleCalls {
   };
 
   explicit IdleCalls(Options options);
-  ~IdleCalls();
 
   /// From now on the call waits. Calls `start`, if given, before anybody can evict it; `start` may
   /// use neither this nor anything that waits for it. Once it is counted and is one too many, it is
@@ -84,7 +83,7 @@ class IdleCalls {
   using Items = std::list<IdleCall::Item>;
   using Evicted = std::list<std::pair<std::shared_ptr<IdleCall>, absl::Status>>;
 
-  void Run();
+  void Run(const std::stop_token& stop);
   [[nodiscard]] std::chrono::duration<double> LookInterval() const;
   /// All with mutex_ held. Evicted are to be told, without it, of it.
   [[nodiscard]] std::shared_ptr<IdleCall> TakeOut(IdleCall& call);
@@ -95,14 +94,13 @@ class IdleCalls {
 
   const Options options_;
   mutable std::mutex mutex_;
-  std::condition_variable wake_;
+  std::condition_variable_any wake_;
   Items fresh_;  // within the grace; who came first is first, here and below
   Items settled_;
   std::map<std::string, int> num_by_client_;  // of settled_
   std::chrono::duration<double> timeout_;
   bool is_draining_ = false;
-  bool is_stopping_ = false;
-  std::thread sweeper_;
+  std::jthread sweeper_;  // last: joined first
 };
 
 }  // namespace scanloc::server

@@ -68,8 +68,6 @@ GuardedFront::GuardedFront(Options options, const CallWaits& waits, MemoryBound&
       own_cert_(std::move(own_cert)),
       tls_(std::move(tls)) {}
 
-GuardedFront::~GuardedFront() { watchdog_.reset(); }
-
 absl::Status GuardedFront::MakeFront() {
   auto front = Front::Open(*listener_, waits_,
                            {.services = options_.services,

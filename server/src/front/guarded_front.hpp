@@ -46,8 +46,6 @@ class GuardedFront {
                                                                           const CallWaits& waits,
                                                                           MemoryBound& memory);
 
-  /// Ends all connections and calls at once, if Shutdown was not called.
-  ~GuardedFront();
 
   [[nodiscard]] const std::string& address() const { return listener_->address(); }
 

@@ -38,16 +38,11 @@ Watchdog::Watchdog(Ward ward, MemoryBound& memory)
       memory_(memory),
       well_(Clock::now()),
       max_deafness_(kMaxDeafness),
-      thread_([this] { Run(); }) {}
+      thread_([this](const std::stop_token& stop) { Run(stop); }) {}
 
-Watchdog::~Watchdog() {
-  is_ending_ = true;
-  thread_.join();
-}
-
-void Watchdog::Run() {
+void Watchdog::Run(const std::stop_token& stop) {
   auto last = Clock::now();
-  while (!is_ending_) {
+  while (!stop.stop_requested()) {
     Ask();
     const auto now = Clock::now();
     if (now - last > kOverslept) {

@@ -33,16 +33,13 @@ class Watchdog {
 
   Watchdog(Ward ward, MemoryBound& memory);
 
-  /// Ends the watch.
-  ~Watchdog();
-
   /// From now on only memory is looked at: a front that drains answers nobody new.
   void StopAsking() { is_asking_ = false; }
 
  private:
   using Clock = std::chrono::steady_clock;
 
-  void Run();
+  void Run(const std::stop_token& stop);
   void LookAtMemory();
   void Ask();
   void TakeOutcome(bool is_answered);
@@ -51,7 +48,6 @@ class Watchdog {
   const Ward ward_;
   MemoryBound& memory_;
   std::atomic<bool> is_asking_ = true;
-  std::atomic<bool> is_ending_ = false;
 
   // Of the thread.
   std::unique_ptr<SelfCheck> question_;
@@ -64,7 +60,7 @@ class Watchdog {
   bool is_odd_ = false;
   Clock::time_point last_trim_;
   Clock::time_point settled_;
-  std::thread thread_;
+  std::jthread thread_;
 };
 
 }  // namespace scanloc::server

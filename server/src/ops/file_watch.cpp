@@ -122,21 +122,13 @@ FileWatch::Clock::duration FileWatch::UnknownFor(Clock::time_point now) const {
 
 void FileWatch::Start(Tell tell) {
   tell(subject_.name, false);
-  thread_ = std::thread([this, tell = std::move(tell)] { Run(tell); });
+  thread_ = std::jthread(
+      [this, tell = std::move(tell)](const std::stop_token& stop) { Run(stop, tell); });
 }
 
-void FileWatch::Stop() {
-  {
-    const std::lock_guard lock(mutex_);
-    is_ending_ = true;
-  }
-  ends_.notify_all();
-  if (thread_.joinable()) thread_.join();
-}
-
-void FileWatch::Run(const Tell& tell) {
+void FileWatch::Run(const std::stop_token& stop, const Tell& tell) {
   std::unique_lock lock(mutex_);
-  while (!ends_.wait_for(lock, kLookInterval, [this] { return is_ending_; })) {
+  while (!ends_.wait_for(lock, stop, kLookInterval, [&] { return stop.stop_requested(); })) {
     lock.unlock();
     (void)Look();  // what is wrong is told by it
     tell(subject_.name, is_told_);

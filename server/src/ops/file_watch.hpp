@@ -35,7 +35,6 @@ class FileWatch {
   };
 
   explicit FileWatch(Subject subject) : subject_(std::move(subject)) {}
-  ~FileWatch() { Stop(); }
 
   /// Reads the files and takes up what is new; from one thread at a time.
   absl::Status Look(Clock::time_point now = Clock::now());
@@ -45,7 +44,7 @@ class FileWatch {
 
   /// Looks every second from now on, and tells.
   void Start(Tell tell);
-  void Stop();
+  void Stop() { thread_ = {}; }
 
   /// How long it has been unknown what the files hold; 0 while it is known.
   [[nodiscard]] Clock::duration UnknownFor(Clock::time_point now = Clock::now()) const;
@@ -55,7 +54,7 @@ class FileWatch {
 
   [[nodiscard]] absl::Status ReadAll(Texts& texts) const;
   [[nodiscard]] static Digest DigestOf(const Texts& texts);
-  void Run(const Tell& tell);
+  void Run(const std::stop_token& stop, const Tell& tell);
   void NoteTrouble(const absl::Status& why, const Digest& found, Clock::time_point now);
 
   const Subject subject_;
@@ -65,10 +64,9 @@ class FileWatch {
   absl::Status why_bad_;
   bool is_told_ = false;
   mutable std::mutex mutex_;  // guards all below
-  std::condition_variable ends_;
-  bool is_ending_ = false;
+  std::condition_variable_any ends_;
   std::optional<Clock::time_point> unknown_since_;
-  std::thread thread_;
+  std::jthread thread_;
 };
 
 /// The whole of a regular file of at most 16 MiB. An error that names the file: it is none, or
