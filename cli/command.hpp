@@ -66,6 +66,12 @@ std::unique_ptr<Command> MakeCatalogueCommand();
 /// Takes numbers from low to high; unlike CLI::Range, not NaN.
 [[nodiscard]] CLI::Validator InRange(double low, double high);
 
+/// Takes the texts that `parse` does, by what it says.
+template <typename Parse>
+[[nodiscard]] auto ParsedBy(Parse parse) {
+  return [parse](const std::string& text) { return std::string(parse(text).status().message()); };
+}
+
 /// So many numbers with commas between; InvalidArgument, with the form that they should have.
 [[nodiscard]] absl::StatusOr<std::vector<double>> ParseNumbers(const std::string& text,
                                                                std::size_t count, const char* form);

@@ -53,9 +53,7 @@ CLI::Option* PoseOptions::Declare(CLI::App& app, const char* flag, const char* w
                  "Format of the poses: auto, which says what it took, kitti (12 numbers a row), "
                  "mulran (global_pose.csv), tum, nclt (groundtruth_*.csv), oxford (ins.csv), naver "
                  "(4x4 matrices of the vehicle), matrix (of the sensor) or kitti360")
-      ->check([](const std::string& name) {
-        return absl::StrCat(dataset::ParsePoseFormat(name).status().message());
-      })
+      ->check(ParsedBy(&dataset::ParsePoseFormat))
       ->needs(poses);
   calib_option_ =
       app.add_option(

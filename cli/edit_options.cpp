@@ -109,9 +109,7 @@ void EditOptions::Add(CLI::App& app, const char* flag, StatusOrEdit (*parse)(con
                             ->type_name(type)
                             ->expected(1)
                             ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
-                            ->check([parse](const std::string& text) {
-                              return absl::StrCat(parse(text).status().message());
-                            });
+                            ->check(ParsedBy(parse));
   kinds_.push_back({option, parse});
 }
 

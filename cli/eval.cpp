@@ -94,9 +94,7 @@ void EvalCommand::Declare(CLI::App& app) {
                               "; m2dp, segmatch and those with -mean, -count, -bits or -intensity "
                               "need --map-scans, those with -radar --radar"))
       ->delimiter(',')
-      ->check([](const std::string& text) {
-        return absl::StrCat(eval::ParseEvalMethod(text).status().message());
-      });
+      ->check(ParsedBy(&eval::ParseEvalMethod));
   app.add_option(
          "--within-m", within_m_,
          "A place this near to the query makes it a revisit, and a match right [m]; several "

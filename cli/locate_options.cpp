@@ -62,9 +62,7 @@ void LocateOptions::DeclareQuery(CLI::App& app) {
          "--method", method,
          "auto, or the paper's pc, cc, a-pc or a-cc; -naive and -brute behind these are slow "
          "references [auto; where the map has no structures a-pc, or a-cc where it has no pc]")
-      ->check([](const std::string& name) {
-        return absl::StrCat(ParseMethod(name).status().message());
-      });
+      ->check(ParsedBy(&ParseMethod));
   app.add_option("--candidates", num_candidates,
                  "Places taken from the k-d tree [the map's, but at least --top; with auto 100 of "
                  "each kind of context]")

@@ -81,9 +81,7 @@ void SimulateCommand::DeclareWorld(CLI::App& app) {
          [this](const std::string& name) { options_.world.kind = *sim::ParseWorldKind(name); },
          absl::StrCat("What is driven or walked through: ",
                       absl::StrJoin(sim::WorldKindNames(), ", ")))
-      ->check([](const std::string& name) {
-        return absl::StrCat(sim::ParseWorldKind(name).status().message());
-      })
+      ->check(ParsedBy(&sim::ParseWorldKind))
       ->default_str("town");
   app.add_option("--town-seed,--world-seed", options_.town.town_seed,
                  "Another number, another town or other world");

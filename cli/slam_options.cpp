@@ -87,9 +87,7 @@ void SlamOptions::Declare(CLI::App& app) {
   app.add_flag("--json", json_, "One JSON document on stdout");
   app.add_option("--method", method_,
                  "How scans are compared: auto, or the paper's pc, a-pc, a-cc [auto]")
-      ->check([](const std::string& name) {
-        return absl::StrCat(ParseMethod(name).status().message());
-      });
+      ->check(ParsedBy(&ParseMethod));
   app.add_option("--spacing-m", spacing_m_,
                  "Distance between scans that are looked up; all get a pose [m]")
       ->check(InRange(0.0, 1e6));

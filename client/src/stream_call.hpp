@@ -24,7 +24,6 @@ class StreamCall final
              const std::string& request_id, const std::string& map);
   ~StreamCall() override;  ///< cancels what is under way and waits for its end
 
-
   /// After an error the call has ended.
   [[nodiscard]] absl::Status Ask(const v1::LocalizeStreamRequest& request,
                                  std::chrono::milliseconds timeout,

@@ -90,7 +90,6 @@ class SignalWatcher {
     thread_.join();
   }
 
-
  private:
   void Run(Mailbox& mailbox) {
     const sigset_t signals = WatchedSignals();

@@ -46,7 +46,6 @@ class GuardedFront {
                                                                           const CallWaits& waits,
                                                                           MemoryBound& memory);
 
-
   [[nodiscard]] const std::string& address() const { return listener_->address(); }
 
   /// Listens no more, waits as long as this for what is in flight, and cancels what is left; all of

@@ -26,7 +26,6 @@ class OrderedJobs {
   OrderedJobs(std::size_t first, std::size_t end, std::size_t window, Job job)
       : job_(std::move(job)), next_claim_(first), next_take_(first), end_(end), slots_(window) {}
 
-
   /// Jobs that have not begun are not done any more.
   ~OrderedJobs() {
     {

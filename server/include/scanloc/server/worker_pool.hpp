@@ -34,7 +34,6 @@ class WorkerPool {
   /// Finish.
   ~WorkerPool();
 
-
   /// Takes a task, which is then certain to be called and must not throw; those of one client start
   /// in the order taken. While max_inflight tasks run or wait, or it would wait longer than
   /// max_wait_s, ResourceExhausted at once and the task is dropped, unless another client has at
