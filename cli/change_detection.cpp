@@ -99,8 +99,7 @@ absl::StatusOr<DetectedChanges> ComparedDrive::CompareWithDrive(const std::strin
   progress.Clear();
   if (!seen.ok()) return seen.status();
   changes.after = *std::move(seen);
-  if (absl::Status s = CompareBothWays(info->params.automatic, num_threads_, changes); !s.ok())
-    return s;
+  if (auto s = CompareBothWays(info->params.automatic, num_threads_, changes); !s.ok()) return s;
   return changes;
 }
 
@@ -115,8 +114,7 @@ absl::StatusOr<DetectedChanges> ComparedDrive::CompareWithMap(const std::string&
     if (!places.ok()) return places.status();
     (is_before ? changes.before : changes.after) = *std::move(places);
   }
-  if (absl::Status s = CompareBothWays(info->params.automatic, num_threads_, changes); !s.ok())
-    return s;
+  if (auto s = CompareBothWays(info->params.automatic, num_threads_, changes); !s.ok()) return s;
   return changes;
 }
 

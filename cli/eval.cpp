@@ -150,9 +150,7 @@ absl::Status EvalCommand::CheckUsage() const {
   if (map_scans_dir_.empty() != map_poses_.poses_file().empty()) {
     return absl::InvalidArgumentError("--map-scans and --map-poses go together");
   }
-  if (absl::Status s = descriptors_.CheckUsage(truth_.has_bag(), in_session_, tilt_deg_); !s.ok()) {
-    return s;
-  }
+  if (auto s = descriptors_.CheckUsage(truth_.has_bag(), in_session_, tilt_deg_); !s.ok()) return s;
   if (absl::Status s = intensities_.CheckUsage(methods_, in_session_, tilt_deg_); !s.ok()) return s;
   return selection_.CheckUsage();
 }

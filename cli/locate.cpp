@@ -282,8 +282,7 @@ absl::Status LocateCommand::Print(const std::vector<report::QueryResult>& result
                                         : report::ResultsAsCsv(results, format));
   }
   if (!options_.csv.empty()) {
-    if (absl::Status s = WriteText(options_.csv, report::ResultsAsCsv(results, format)); !s.ok())
-      return s;
+    if (auto s = WriteText(options_.csv, report::ResultsAsCsv(results, format)); !s.ok()) return s;
     return WriteText("-", summary);
   }
   return WriteText("-", report::ResultsAsTable(results, format) + summary);

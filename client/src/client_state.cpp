@@ -38,9 +38,7 @@ absl::Status Client::State::BadReply(const absl::Status& status) const {
 absl::StatusOr<Terms> Client::State::TermsOf(const std::optional<milliseconds>& timeout,
                                              const std::string& request_id) const {
   if (timeout) {
-    if (auto status = CheckTimeout("timeout", *timeout, milliseconds(1)); !status.ok()) {
-      return status;
-    }
+    if (absl::Status s = CheckTimeout("timeout", *timeout, milliseconds(1)); !s.ok()) return s;
   }
   if (auto status = CheckRequestId(request_id); !status.ok()) return status;
   return Terms{.deadline = Clock::now() + timeout.value_or(options.timeout),

@@ -35,9 +35,7 @@ absl::Status CheckTexts(const google::protobuf::Message& request) {
                                                      "\", which is not UTF-8 text; rename it"));
     }
     if (field->cpp_type() != FieldDescriptor::CPPTYPE_MESSAGE) continue;
-    if (absl::Status status = CheckTexts(reflection.GetMessage(request, field)); !status.ok()) {
-      return status;
-    }
+    if (absl::Status s = CheckTexts(reflection.GetMessage(request, field)); !s.ok()) return s;
   }
   return absl::OkStatus();
 }

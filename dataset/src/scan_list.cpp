@@ -105,9 +105,7 @@ bool IsNumber(std::string_view text) {
 std::optional<std::int64_t> StampOfName(std::string_view name) {
   const std::string_view stem = Stem(name);
   std::int64_t value = 0;
-  if (!IsNumber(stem) || !absl::SimpleAtoi(ToAbsl(stem), &value)) {
-    return std::nullopt;
-  }
+  if (!IsNumber(stem) || !absl::SimpleAtoi(ToAbsl(stem), &value)) return std::nullopt;
   if (stem.size() == 19) return value;
   if (stem.size() == 16) {
     constexpr std::int64_t kMax_us = std::numeric_limits<std::int64_t>::max() / 1000;
@@ -129,9 +127,7 @@ absl::StatusOr<std::vector<ScanFile>> ListScans(const std::string& scans_dir) {
   }
   const fs::path left = given / "velodyne_left";
   const fs::path right = given / "velodyne_right";
-  if (fs::is_directory(left, none) && fs::is_directory(right, none)) {
-    return ListOxford(left, right);
-  }
+  if (fs::is_directory(left, none) && fs::is_directory(right, none)) return ListOxford(left, right);
   for (const std::string_view inner : kInnerFolders) {
     const fs::path folder = given / inner;
     std::error_code ignored;

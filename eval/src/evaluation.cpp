@@ -244,9 +244,7 @@ absl::StatusOr<std::vector<MethodResult>> Evaluate(const Localizer& localizer,
     if (status.ok()) answers[number] = *std::move(all);
     return status;
   };
-  if (absl::Status status = RunJobs(num_threads, queries.size(), job, told); !status.ok()) {
-    return status;
-  }
+  if (absl::Status s = RunJobs(num_threads, queries.size(), job, told); !s.ok()) return s;
   const absl::StatusOr<std::vector<StageMeans>> times = MeasureTimes(subjects, queries, options);
   if (!times.ok()) return times.status();
   std::vector<MethodResult> results;

@@ -70,9 +70,7 @@ void EncodeKey(std::span<const std::int32_t> key_cm, Bytes& bytes) {
 
 bool DecodeKey(std::span<const std::byte> bytes, std::int32_t max_cm,
                std::span<std::int32_t> key_cm) {
-  if (bytes.size() != key_cm.size_bytes()) {
-    return false;
-  }
+  if (bytes.size() != key_cm.size_bytes()) return false;
   bool in_range = true;
   for (std::size_t i = 0; i < key_cm.size(); ++i) {
     key_cm[i] = LoadNumber<std::int32_t>(bytes.data() + 4 * i);
@@ -122,9 +120,7 @@ void EncodeCells(std::span<const std::uint16_t> cells_cm, Bytes& bytes) {
 
 bool DecodeCells(std::span<const std::byte> bytes, std::span<std::uint16_t> cells_cm) {
   const std::size_t mask_bytes = MaskBytes(cells_cm.size());
-  if (bytes.size() < mask_bytes) {
-    return false;
-  }
+  if (bytes.size() < mask_bytes) return false;
   const std::byte* next = bytes.data() + mask_bytes;
   const std::byte* const end = bytes.data() + bytes.size();
   std::fill(cells_cm.begin(), cells_cm.end(), std::uint16_t{0});
@@ -132,9 +128,7 @@ bool DecodeCells(std::span<const std::byte> bytes, std::span<std::uint16_t> cell
   for (std::size_t i = 0; i < mask_bytes; ++i) {
     for (auto mask = std::to_integer<unsigned>(bytes[i]); mask != 0; mask &= mask - 1) {
       const std::size_t cell = 8 * i + std::countr_zero(mask);
-      if (cell >= cells_cm.size() || end - next < 2) {
-        return false;
-      }
+      if (cell >= cells_cm.size() || end - next < 2) return false;
       cells_cm[cell] = LoadNumber<std::uint16_t>(next);
       in_range &= cells_cm[cell] - 1U < Context::kMaxHeight_cm;
       next += 2;

@@ -241,9 +241,7 @@ absl::Status FilePayload::Read(std::span<const PayloadId> ids, const SearchContr
   if (missing.empty()) return absl::OkStatus();
   const Lease lease(*this, control);
   if (lease.get() == nullptr) return Cancelled();
-  if (absl::Status status = ReadRows(ids, missing, control, *lease.get(), payloads); !status.ok()) {
-    return status;
-  }
+  if (absl::Status s = ReadRows(ids, missing, control, *lease.get(), payloads); !s.ok()) return s;
   for (const std::size_t i : missing) {
     if (i < payloads.size()) cache_->Add(row_of(ids[i]), payloads[i]);
   }

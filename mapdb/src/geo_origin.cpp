@@ -40,9 +40,7 @@ absl::Status SetGeoOrigin(const std::string& path, const GeoOrigin& origin) {
   if (absl::Status status = scanloc::Validate(origin); !status.ok()) return status;
   absl::StatusOr<MapWriter> writer = MapWriter::Open(path);
   if (!writer.ok()) return writer.status();
-  if (absl::Status s = writer->SetMeta(schema::kGeoOriginKey, EncodeGeoOrigin(origin)); !s.ok()) {
-    return s;
-  }
+  if (auto s = writer->SetMeta(schema::kGeoOriginKey, EncodeGeoOrigin(origin)); !s.ok()) return s;
   return writer->Release();
 }
 

@@ -95,9 +95,7 @@ absl::Status MapWriter::Initialize(const Params& params) {
     if (!table.IsOf(schema::kVersion)) continue;
     if (absl::Status status = connection_.Execute(table.create_sql); !status.ok()) return status;
   }
-  if (absl::Status status = connection_.Execute(schema::kSetApplicationId); !status.ok()) {
-    return status;
-  }
+  if (absl::Status s = connection_.Execute(schema::kSetApplicationId); !s.ok()) return s;
   head_.schema_version = schema::kVersion;
   head_.compatible_version = schema::kCompatibleVersion;
   head_.built_by = kBuiltBy;
@@ -111,9 +109,7 @@ absl::Status MapWriter::Initialize(const Params& params) {
       {schema::kBuiltByKey, head_.built_by},
       {schema::kContentIdKey, head_.content_id},
   };
-  if (absl::Status status = InsertPairs(schema::kInsertMeta, meta, MetaChecksum); !status.ok()) {
-    return status;
-  }
+  if (absl::Status s = InsertPairs(schema::kInsertMeta, meta, MetaChecksum); !s.ok()) return s;
   if (absl::Status status = InsertPairs(schema::kInsertParam, head_.param_texts, ParamChecksum);
       !status.ok()) {
     return status;
@@ -323,10 +319,7 @@ absl::Status MapWriter::SetMeta(const char* key, const std::string& value) {
 }
 
 absl::Status MapWriter::ReplaceCalibration(const StoredCalibration& calibration) {
-  if (absl::Status status = WriteCalibration(calibration, head_.content_id, connection_);
-      !status.ok()) {
-    return status;
-  }
+  if (auto s = WriteCalibration(calibration, head_.content_id, connection_); !s.ok()) return s;
   if (absl::Status status = CommitToFile(); !status.ok()) return status;
   return TakeLock();
 }

@@ -166,12 +166,8 @@ absl::StatusOr<Params> DecodeParams(const ParamTexts& texts, int schema_version)
       problem = absl::StrCat("parameter ", text->first, " is '", text->second, "'");
     }
   });
-  if (!problem.empty()) {
-    return absl::InvalidArgumentError(problem);
-  }
-  if (absl::Status status = Validate(params); !status.ok()) {
-    return status;
-  }
+  if (!problem.empty()) return absl::InvalidArgumentError(problem);
+  if (absl::Status s = Validate(params); !s.ok()) return s;
   return params;
 }
 

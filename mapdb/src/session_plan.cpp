@@ -19,9 +19,7 @@ absl::Status Validate(const SessionPlan& plan) {
   }
   for (std::size_t i = 0; i < plan.scans.size(); ++i) {
     const PlannedScan& scan = plan.scans[i];
-    if (absl::Status status = CheckName(absl::StrCat("scan ", i), scan.name); !status.ok()) {
-      return status;
-    }
+    if (absl::Status s = CheckName(absl::StrCat("scan ", i), scan.name); !s.ok()) return s;
     if (absl::Status status = CheckPose(scan.T_map_place); !status.ok()) {
       return absl::InvalidArgumentError(
           absl::StrCat("scan ", i, " ('", scan.name, "'): ", status.message()));

@@ -155,12 +155,8 @@ void Statement::Bind(int parameter, std::span<const std::byte> blob) {
 
 absl::StatusOr<bool> Statement::Step() {
   const int code = bind_error_ != 0 ? bind_error_ : sqlite3_step(statement_.get());
-  if (code == SQLITE_ROW) {
-    return true;
-  }
-  if (code == SQLITE_DONE) {
-    return false;
-  }
+  if (code == SQLITE_ROW) return true;
+  if (code == SQLITE_DONE) return false;
   return SqliteError(sqlite3_db_handle(statement_.get()), code, path_);
 }
 
@@ -202,17 +198,11 @@ absl::StatusOr<Connection> Connection::Open(const std::string& path, Access acce
   sqlite3* database = nullptr;
   const int code = sqlite3_open_v2(PlainPath(path).c_str(), &database, flags, FileLayer(access));
   Connection connection(database, path);
-  if (code != SQLITE_OK) {
-    return SqliteError(database, code, path);
-  }
-  if (absl::Status status = Harden(database, path); !status.ok()) {
-    return status;
-  }
+  if (code != SQLITE_OK) return SqliteError(database, code, path);
+  if (absl::Status s = Harden(database, path); !s.ok()) return s;
   connection.SetBusyTimeout(busy_timeout_ms);
   const absl::StatusOr<std::int64_t> file_bytes = connection.FileBytes();
-  if (!file_bytes.ok()) {
-    return file_bytes.status();
-  }
+  if (!file_bytes.ok()) return file_bytes.status();
   connection.LimitTime(kLeastTime + std::chrono::seconds(*file_bytes / kSlowestBytesPerSecond));
   return connection;
 }
@@ -221,9 +211,7 @@ absl::StatusOr<Statement> Connection::Prepare(std::string_view sql) {
   sqlite3_stmt* statement = nullptr;
   const int code = sqlite3_prepare_v2(database_.get(), sql.data(), static_cast<int>(sql.size()),
                                       &statement, nullptr);
-  if (code != SQLITE_OK) {
-    return SqliteError(database_.get(), code, path_);
-  }
+  if (code != SQLITE_OK) return SqliteError(database_.get(), code, path_);
   return Statement(statement, path_);
 }
 
@@ -234,13 +222,9 @@ absl::Status Connection::Execute(const char* sql) {
 
 absl::StatusOr<std::int64_t> Connection::QueryInt(std::string_view sql) {
   absl::StatusOr<Statement> statement = Prepare(sql);
-  if (!statement.ok()) {
-    return statement.status();
-  }
+  if (!statement.ok()) return statement.status();
   const absl::StatusOr<bool> row = statement->Step();
-  if (!row.ok()) {
-    return row.status();
-  }
+  if (!row.ok()) return row.status();
   return *row ? statement->Int(0) : 0;
 }
 
@@ -272,13 +256,9 @@ absl::Status Connection::WithFile(const std::function<int(sqlite3_file&)>& use) 
 
 absl::StatusOr<std::string> Connection::ReadFront(std::size_t num_bytes) {
   const absl::StatusOr<std::int64_t> size = FileBytes();
-  if (!size.ok()) {
-    return size.status();
-  }
+  if (!size.ok()) return size.status();
   std::string front(std::min<std::int64_t>(static_cast<std::int64_t>(num_bytes), *size), '\0');
-  if (front.empty()) {
-    return front;
-  }
+  if (front.empty()) return front;
   absl::Status status = WithFile([&](sqlite3_file& file) {
     return file.pMethods->xRead(&file, front.data(), static_cast<int>(front.size()), 0);
   });

@@ -77,9 +77,7 @@ void Mcap::ReadSchemaOrChannel(unsigned char opcode, LittleEndian content) {
 
 absl::Status Mcap::ReadChunkHead(std::uint64_t at, std::uint64_t num_bytes) {
   std::string head(std::min<std::uint64_t>(num_bytes, 128), '\0');
-  if (absl::Status status = file().ReadAt(at, head.size(), head.data()); !status.ok()) {
-    return status;
-  }
+  if (absl::Status s = file().ReadAt(at, head.size(), head.data()); !s.ok()) return s;
   LittleEndian content(head);
   content.Skip(16);  // the times of its first and last message
   Chunk chunk{.num_bytes = content.Read<std::uint64_t>()};
