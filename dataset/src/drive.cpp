@@ -87,13 +87,25 @@ absl::StatusOr<std::vector<std::int64_t>> StampsOfScans(const std::vector<ScanFi
   return order.stamps_ns;
 }
 
-Frame MakeFrame(const ScanFile& scan, const Pose& T_map_sensor, std::int64_t stamp_ns) {
-  return {.path = scan.path,
-          .name = scan.name,
-          .T_map_sensor = T_map_sensor,
-          .stamp_ns = stamp_ns,
-          .layout = scan.layout,
-          .partner_path = scan.partner_path};
+// A frame for each scan that has a pose: pose_of(i) is the number of the i-th scan's, or none.
+template <typename PoseOf>
+Drive Paired(const std::vector<ScanFile>& scans, const std::vector<std::int64_t>& stamps_ns,
+             const Trajectory& trajectory, const PoseOf& pose_of) {
+  Drive drive;
+  for (std::size_t i = 0; i < scans.size(); ++i) {
+    const std::optional<std::size_t> pose = pose_of(i);
+    if (!pose) {
+      ++drive.num_without_pose;
+      continue;
+    }
+    drive.frames.push_back({.path = scans[i].path,
+                            .name = scans[i].name,
+                            .T_map_sensor = trajectory.T_map_sensor[*pose],
+                            .stamp_ns = stamps_ns.empty() ? 0 : stamps_ns[i],
+                            .layout = scans[i].layout,
+                            .partner_path = scans[i].partner_path});
+  }
+  return drive;
 }
 
 // A row paired by its number has a time that follows the one before: else rows are missing, twice
@@ -125,12 +137,7 @@ absl::StatusOr<Drive> PairByIndex(const DriveOptions& options, const std::vector
   }
   const std::vector<std::int64_t>& stamps_ns =
       scan_stamps_ns.empty() ? trajectory.stamps_ns : scan_stamps_ns;
-  Drive drive;
-  for (std::size_t i = 0; i < scans.size(); ++i) {
-    drive.frames.push_back(
-        MakeFrame(scans[i], trajectory.T_map_sensor[i], stamps_ns.empty() ? 0 : stamps_ns[i]));
-  }
-  return drive;
+  return Paired(scans, stamps_ns, trajectory, [](std::size_t i) { return std::optional(i); });
 }
 
 // Finds the pose nearest in time; stamps need not be in order in the file.
@@ -174,15 +181,8 @@ absl::StatusOr<Drive> PairByStamp(const DriveOptions& options, const std::vector
                                   const std::vector<std::int64_t>& scan_stamps_ns,
                                   const Trajectory& trajectory) {
   const PosesByStamp poses(trajectory);
-  Drive drive;
-  for (std::size_t i = 0; i < scans.size(); ++i) {
-    const std::optional<std::size_t> pose = poses.Nearest(scan_stamps_ns[i]);
-    if (!pose) {
-      ++drive.num_without_pose;
-      continue;
-    }
-    drive.frames.push_back(MakeFrame(scans[i], trajectory.T_map_sensor[*pose], scan_stamps_ns[i]));
-  }
+  Drive drive = Paired(scans, scan_stamps_ns, trajectory,
+                       [&](std::size_t i) { return poses.Nearest(scan_stamps_ns[i]); });
   if (drive.frames.empty()) {
     return Invalid(absl::StrFormat(
         "none of the %d scans of %s lies within %d ms of a pose of %s; the first scan's stamp is "
@@ -206,16 +206,10 @@ absl::StatusOr<Drive> PairByNumber(const DriveOptions& options, const std::vecto
                                   " is there twice"));
     }
   }
-  Drive drive;
-  for (std::size_t i = 0; i < scans.size(); ++i) {
+  Drive drive = Paired(scans, scan_stamps_ns, trajectory, [&](std::size_t i) {
     const auto pose = poses.find(numbers[i]);
-    if (pose == poses.end()) {
-      ++drive.num_without_pose;
-      continue;
-    }
-    drive.frames.push_back(MakeFrame(scans[i], trajectory.T_map_sensor[pose->second],
-                                     scan_stamps_ns.empty() ? 0 : scan_stamps_ns[i]));
-  }
+    return pose == poses.end() ? std::nullopt : std::optional(pose->second);
+  });
   if (drive.frames.empty()) {
     return Invalid(absl::StrCat("none of the numbers of the scans of ", options.scans_dir,
                                 " is that of a frame of ", options.poses_file, "; the first are ",
