@@ -253,7 +253,7 @@ class CatalogueCommand : public Command {
     nlohmann::json json = nlohmann::json::array();
     std::string text;
     for (const Version& version : *told) {
-      const auto found = std::find(left.begin(), left.end(), version);
+      const auto found = std::ranges::find(left, version);
       const bool is_live = found != left.end();
       if (is_live) left.erase(found);
       json.push_back(ToJson(version, is_live));

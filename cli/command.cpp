@@ -45,7 +45,7 @@ absl::StatusOr<std::vector<double>> ParseNumbers(const std::string& text, std::s
     if (!absl::SimpleAtod(part, &number)) break;
     numbers.push_back(number);
   }
-  const auto num_commas = static_cast<std::size_t>(std::count(text.begin(), text.end(), ','));
+  const auto num_commas = static_cast<std::size_t>(std::ranges::count(text, ','));
   if (numbers.size() == count && num_commas + 1 == count) return numbers;
   return absl::InvalidArgumentError(
       absl::StrCat("\"", text, "\" is not ", form, ": ", count, " numbers with commas between"));

@@ -32,7 +32,7 @@ absl::StatusOr<Region> BoxRegion(const std::string& text) {
 }
 
 absl::StatusOr<Region> PolygonRegion(const std::string& text) {
-  const auto num_commas = static_cast<std::size_t>(std::count(text.begin(), text.end(), ','));
+  const auto num_commas = static_cast<std::size_t>(std::ranges::count(text, ','));
   if (num_commas < 5 || num_commas % 2 == 0) {
     return absl::InvalidArgumentError(
         absl::StrCat("\"", text, "\" is not X,Y,X,Y,X,Y,...: at least 3 corners"));
@@ -142,8 +142,8 @@ void EditOptions::Declare(CLI::App& app) {
 }
 
 absl::Status EditOptions::CheckUsage() const {
-  const bool has_edit = std::any_of(kinds_.begin(), kinds_.end(),
-                                    [](const Kind& kind) { return kind.option->count() > 0; });
+  const bool has_edit =
+      std::ranges::any_of(kinds_, [](const Kind& kind) { return kind.option->count() > 0; });
   if (has_edit) return absl::OkStatus();
   return absl::InvalidArgumentError("say what to edit, for example --drop-session NAME");
 }
@@ -152,8 +152,7 @@ std::vector<EditOptions::Given> EditOptions::Take() const {
   std::vector<Given> given;
   std::map<const CLI::Option*, std::size_t> num_taken;
   for (const CLI::Option* option : app_->parse_order()) {
-    const auto kind = std::find_if(kinds_.begin(), kinds_.end(),
-                                   [&](const Kind& k) { return k.option == option; });
+    const auto kind = std::ranges::find(kinds_, option, &Kind::option);
     if (kind == kinds_.end()) continue;
     const std::string& text = option->results()[num_taken[option]++];
     given.push_back({absl::StrCat(option->get_name(), " ", text), *kind->parse(text)});

@@ -210,9 +210,8 @@ absl::StatusOr<std::vector<dataset::ScanFile>> EvalCommand::FindPlaceScans(const
     const auto distance_m = [&](const dataset::Frame& frame) {
       return (frame.T_map_sensor.translation() - place.T_map_place.translation()).norm();
     };
-    const auto nearest = std::min_element(
-        drive->frames.begin(), drive->frames.end(),
-        [&](const auto& a, const auto& b) { return distance_m(a) < distance_m(b); });
+    const auto nearest = std::ranges::min_element(
+        drive->frames, [&](const auto& a, const auto& b) { return distance_m(a) < distance_m(b); });
     if (distance_m(*nearest) > kSamePlace_m) {
       return absl::InvalidArgumentError(absl::StrCat(
           "no scan was taken where the map has place ", scans.size(), "; the nearest is ",

@@ -16,7 +16,7 @@ constexpr std::size_t kOwnDriveShare = 10;
 
 void WarnOfOwnDrive(const std::vector<eval::EvalQuery>& queries) {
   const auto count = [&](auto&& is_counted) {
-    return static_cast<std::size_t>(std::count_if(queries.begin(), queries.end(), is_counted));
+    return static_cast<std::size_t>(std::ranges::count_if(queries, is_counted));
   };
   const std::size_t num_at_place = count([](const eval::EvalQuery& query) {
     return query.has_place && query.variance.translation_m <= kSamePlace_m;
@@ -36,11 +36,10 @@ absl::Status CheckSession(const Map& map, const std::vector<eval::EvalQuery>& qu
         "--in-session needs a map of one session; this one has ", map.sessions.size()));
   }
   // Drives may count their time from 0, which alone stands for none.
-  const bool has_places = std::any_of(map.places.begin(), map.places.end(),
-                                      [](const Place& place) { return place.stamp_ns != 0; });
-  const bool has_queries =
-      std::any_of(queries.begin(), queries.end(),
-                  [](const eval::EvalQuery& query) { return query.stamp_ns != 0; });
+  const bool has_places =
+      std::ranges::any_of(map.places, [](const Place& place) { return place.stamp_ns != 0; });
+  const bool has_queries = std::ranges::any_of(
+      queries, [](const eval::EvalQuery& query) { return query.stamp_ns != 0; });
   if (has_places && has_queries) return absl::OkStatus();
   return absl::InvalidArgumentError(
       absl::StrCat("--in-session needs to know when scans were taken, and those of the ",

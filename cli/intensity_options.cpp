@@ -29,8 +29,7 @@ absl::StatusOr<Images> ListAll(const std::vector<std::string>& folders) {
     if (!images.ok()) return images.status();
     all.insert(all.end(), images->begin(), images->end());
   }
-  std::sort(all.begin(), all.end(),
-            [](const auto& a, const auto& b) { return a.stamp_ns < b.stamp_ns; });
+  std::ranges::sort(all, [](const auto& a, const auto& b) { return a.stamp_ns < b.stamp_ns; });
   return all;
 }
 
@@ -80,8 +79,8 @@ absl::Status EncodeAll(const Baselines& baselines, const Read& read, std::size_t
       RunJobs(num_threads, num, job, [&](std::size_t done) { progress->Update(done, num); });
   if (!status.ok()) return status;
   for (std::size_t i = 0; i < baselines.size(); ++i) {
-    if (std::all_of(of_places[i].begin(), of_places[i].end(),
-                    [](const Eigen::VectorXf& cells) { return cells.isZero(0.0F); })) {
+    if (std::ranges::all_of(of_places[i],
+                            [](const Eigen::VectorXf& cells) { return cells.isZero(0.0F); })) {
       return absl::InvalidArgumentError(
           absl::StrCat("all intensities of the map's places are 0, so ", baselines[i]->name(),
                        " cannot tell them apart; were they written when the scans were made?"));
@@ -123,8 +122,8 @@ std::optional<double> IntensityOptions::resolution_m() const {
 absl::Status IntensityOptions::CheckUsage(const std::vector<std::string>& methods, bool in_session,
                                           double tilt_deg) const {
   const auto any = [&](const char* value) {
-    return std::any_of(methods.begin(), methods.end(),
-                       [&](const std::string& method) { return IsOf(method, value); });
+    return std::ranges::any_of(methods,
+                               [&](const std::string& method) { return IsOf(method, value); });
   };
   if (any("radar") && (radar_.empty() || !resolution_m())) {
     return absl::InvalidArgumentError(

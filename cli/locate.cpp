@@ -100,9 +100,7 @@ absl::StatusOr<LocateCommand::Answerer> LocateCommand::OpenAnswerer() const {
   if (absl::IsNotFound(info.status()) && options_.map_name.empty() && !options_.sequence) {
     const absl::StatusOr<std::vector<MapSummary>> maps = answerer.client->ListMaps();
     if (!maps.ok()) return maps.status();
-    const auto serving = std::find_if(maps->begin(), maps->end(), [](const MapSummary& map) {
-      return map.state == MapState::kServing;
-    });
+    const auto serving = std::ranges::find(*maps, MapState::kServing, &MapSummary::state);
     answerer.has_several_maps = serving != maps->end();
     if (answerer.has_several_maps) info = answerer.client->GetMapInfo(serving->name);
   }
@@ -261,12 +259,12 @@ absl::Status LocateCommand::Print(const std::vector<report::QueryResult>& result
                                   const Answerer& answerer) const {
   const auto is_on_earth = [](const report::QueryResult& result) {
     const std::vector<Candidate>& candidates = result.answer.candidates;
-    return std::any_of(candidates.begin(), candidates.end(),
-                       [](const Candidate& candidate) { return candidate.geo.has_value(); });
+    return std::ranges::any_of(
+        candidates, [](const Candidate& candidate) { return candidate.geo.has_value(); });
   };
   const report::ResultFormat format{
       .several_maps = answerer.has_several_maps,
-      .geo = answerer.is_on_earth || std::any_of(results.begin(), results.end(), is_on_earth),
+      .geo = answerer.is_on_earth || std::ranges::any_of(results, is_on_earth),
       .all_candidates = options_.top > 1,
       .truth = options_.has_truth(),
       .sequence = options_.sequence,

@@ -41,7 +41,7 @@ void KeepFreedMemory() {
 
 // Always one line, so that whoever reads a log can count on it.
 int Complain(const std::string& who, std::string message, int exit_status) {
-  std::replace(message.begin(), message.end(), '\n', ' ');
+  std::ranges::replace(message, '\n', ' ');
   std::fprintf(stderr, "%s: %s\n", who.c_str(), scanloc::Printable(message).c_str());
   return exit_status;
 }

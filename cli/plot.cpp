@@ -72,8 +72,8 @@ void PlotCommand::Declare(CLI::App& app) {
 }
 
 absl::Status PlotCommand::AddTruth(std::vector<report::CsvAnswer>* answers) const {
-  const bool all_told = std::all_of(answers->begin(), answers->end(),
-                                    [](const report::CsvAnswer& a) { return a.truth.has_value(); });
+  const bool all_told =
+      std::ranges::all_of(*answers, [](const report::CsvAnswer& a) { return a.truth.has_value(); });
   if (truth_.poses_file().empty() || all_told) return absl::OkStatus();
   if (!scans_dir_.empty()) {
     const absl::StatusOr<dataset::Drive> drive = truth_.OpenDrive(scans_dir_);

@@ -22,7 +22,7 @@ report::Provenance MadeNow() {
   std::ifstream file("/proc/self/cmdline", std::ios::binary);
   std::string command{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
   while (!command.empty() && command.back() == '\0') command.pop_back();
-  std::replace(command.begin(), command.end(), '\0', ' ');
+  std::ranges::replace(command, '\0', ' ');
   return {.version = SCANLOC_VERSION, .command = Printable(command), .date = Now()};
 }
 

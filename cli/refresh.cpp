@@ -143,8 +143,8 @@ absl::Status RefreshCommand::Run() {
   const auto is_changed = [](const slam::Comparison& c) {
     return c.change == slam::Change::kChanged;
   };
-  const auto num_in = std::count_if(changes->of_after.begin(), changes->of_after.end(), is_changed);
-  const auto num_out = std::count(replaced.begin(), replaced.end(), true);
+  const auto num_in = std::ranges::count_if(changes->of_after, is_changed);
+  const auto num_out = std::ranges::count(replaced, true);
   if (num_in == 0 || num_out == 0) {
     return WriteText("-", absl::StrFormat("%s sees nothing else than %s: no map was made\n",
                                           Printable(changes->after_name), Printable(map_)));

@@ -34,7 +34,7 @@ absl::StatusOr<std::vector<std::string>> ListCapturedQueries(const std::string& 
   if (files.empty()) {
     return absl::NotFoundError(absl::StrCat("folder ", path, " holds no captured query (*.query)"));
   }
-  std::sort(files.begin(), files.end());
+  std::ranges::sort(files);
   return files;
 }
 

@@ -130,7 +130,7 @@ std::vector<Corner> ConvexHull(std::vector<Corner> points) {
   const auto less = [](const Corner& a, const Corner& b) {
     return std::pair(a.x, a.y) < std::pair(b.x, b.y);
   };
-  std::sort(points.begin(), points.end(), less);
+  std::ranges::sort(points, less);
   points.erase(std::unique(points.begin(), points.end()), points.end());
   if (points.size() < 3) return points;
   std::vector<Corner> hull;

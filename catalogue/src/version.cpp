@@ -14,14 +14,14 @@ constexpr std::size_t kSha256Digits = 64;
 constexpr std::size_t kDigitsOfHash = 16;
 
 bool IsHex(std::string_view text, std::size_t num_digits) {
-  return text.size() == num_digits && std::all_of(text.begin(), text.end(), [](char c) {
+  return text.size() == num_digits && std::ranges::all_of(text, [](char c) {
            return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f');
          });
 }
 
 bool IsRegionName(std::string_view name) {
   return !name.empty() && name.size() <= limits::kMaxNameBytes && name.front() != '.' &&
-         std::all_of(name.begin(), name.end(), [](char c) {
+         std::ranges::all_of(name, [](char c) {
            return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') ||
                   c == '.' || c == '_' || c == '-';
          });

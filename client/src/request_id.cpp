@@ -17,7 +17,7 @@ constexpr std::size_t kMaxRequestIdBytes = 128;
 absl::Status CheckRequestId(const std::string& id) {
   const bool is_good =
       id.size() <= kMaxRequestIdBytes &&
-      std::all_of(id.begin(), id.end(), [](unsigned char c) { return std::isgraph(c) != 0; });
+      std::ranges::all_of(id, [](unsigned char c) { return std::isgraph(c) != 0; });
   if (is_good) return absl::OkStatus();
   return absl::InvalidArgumentError(absl::StrCat("request_id is not at most ", kMaxRequestIdBytes,
                                                  " printable characters without spaces"));
@@ -31,7 +31,7 @@ void SendMapName(const std::string& map, grpc::ClientContext& context) {
   // What is no name of a map is for the server to refuse.
   const bool is_text =
       map.size() <= limits::kMaxNameBytes &&
-      std::all_of(map.begin(), map.end(), [](unsigned char c) { return std::isgraph(c) != 0; });
+      std::ranges::all_of(map, [](unsigned char c) { return std::isgraph(c) != 0; });
   if (!map.empty() && is_text) context.AddMetadata("scanloc-map", map);
 }
 

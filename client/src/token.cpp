@@ -22,8 +22,7 @@ bool IsThisMachine(const std::string& address) {
 
 absl::Status CheckToken(const ClientOptions& options) {
   if (options.token.empty()) return absl::OkStatus();
-  if (!std::all_of(options.token.begin(), options.token.end(),
-                   [](unsigned char c) { return std::isgraph(c) != 0; })) {
+  if (!std::ranges::all_of(options.token, [](unsigned char c) { return std::isgraph(c) != 0; })) {
     return absl::InvalidArgumentError("token has a character that is not printable, or a space");
   }
   if (options.tls_ca_file.empty() && !options.allow_plaintext_token &&

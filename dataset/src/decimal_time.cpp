@@ -47,8 +47,7 @@ std::optional<Decimal> ParseDecimal(std::string_view text) {
   decimal.point += static_cast<int>(point);
   decimal.digits = text.substr(0, point);
   if (point < text.size()) decimal.digits += text.substr(point + 1);
-  if (decimal.digits.empty() ||
-      !std::all_of(decimal.digits.begin(), decimal.digits.end(), IsDigit)) {
+  if (decimal.digits.empty() || !std::ranges::all_of(decimal.digits, IsDigit)) {
     return std::nullopt;
   }
   return decimal;

@@ -111,7 +111,7 @@ Drive Paired(const std::vector<ScanFile>& scans, const std::vector<std::int64_t>
 // A row paired by its number has a time that follows the one before: else rows are missing, twice
 // there, or of two drives.
 absl::Status CheckTimesRise(const std::vector<std::int64_t>& stamps_ns, const std::string& file) {
-  const auto fall = std::adjacent_find(stamps_ns.begin(), stamps_ns.end(), std::greater<>());
+  const auto fall = std::ranges::adjacent_find(stamps_ns, std::greater<>());
   if (fall == stamps_ns.end()) return absl::OkStatus();
   return Invalid(
       absl::StrCat(file, ": time ", fall - stamps_ns.begin() + 2, ", ", fall[1],
@@ -147,7 +147,7 @@ class PosesByStamp {
     for (std::size_t i = 0; i < trajectory.stamps_ns.size(); ++i) {
       order_.emplace_back(trajectory.stamps_ns[i], i);
     }
-    std::sort(order_.begin(), order_.end());
+    std::ranges::sort(order_);
   }
 
   // None if the nearest lies beyond kMaxStampGap_ns.
@@ -251,7 +251,7 @@ absl::StatusOr<Drive> OpenDrive(const DriveOptions& options) {
         absl::StrCat(options.scans_dir, ": the order of the scans is not plain: ", order.doubt));
   }
   if (!order.note.empty() && *scan_stamps_ns == order.stamps_ns) notes.push_back(order.note);
-  if (!std::is_sorted(scan_stamps_ns->begin(), scan_stamps_ns->end())) {
+  if (!std::ranges::is_sorted(*scan_stamps_ns)) {
     notes.push_back(absl::StrCat("the times in ", options.times_file,
                                  " do not rise: is its order that of the names of the scans?"));
   }

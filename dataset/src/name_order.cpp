@@ -55,9 +55,8 @@ class Names {
  public:
   explicit Names(const std::vector<std::string_view>& names) : names_(names) {
     for (const std::string_view name : names) parts_.push_back(Split(name));
-    has_one_shape_ = std::all_of(parts_.begin(), parts_.end(), [&](const Parts& parts) {
-      return parts.texts == parts_.front().texts;
-    });
+    has_one_shape_ = std::ranges::all_of(
+        parts_, [&](const Parts& parts) { return parts.texts == parts_.front().texts; });
     if (HasPair(".")) fraction_ = TellFraction();
   }
 
@@ -171,8 +170,7 @@ NameOrder OrderNames(const std::vector<std::string_view>& names) {
   result.order.resize(names.size());
   std::iota(result.order.begin(), result.order.end(), 0);
   const Names all(names);
-  std::sort(result.order.begin(), result.order.end(),
-            [&](std::size_t a, std::size_t b) { return all.IsBefore(a, b); });
+  std::ranges::sort(result.order, [&](std::size_t a, std::size_t b) { return all.IsBefore(a, b); });
   const bool whole_nanoseconds = all.AreWholeNanoseconds();
   CollectAll(
       result.order, [&](std::size_t i) { return all.Stamp(i, whole_nanoseconds); },

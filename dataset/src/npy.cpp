@@ -38,9 +38,8 @@ BinaryLayout LayoutOf(const NpyHeader& header) {
 // Metres taken for centimetres put all points next to the sensor.
 absl::Status CheckCentimetres(const Scan& scan) {
   constexpr float kNear_m = 1.0F;
-  const auto num_near = static_cast<std::size_t>(
-      std::count_if(scan.points.begin(), scan.points.end(),
-                    [](const Point& p) { return std::hypot(p.x, p.y, p.z) < kNear_m; }));
+  const auto num_near = static_cast<std::size_t>(std::ranges::count_if(
+      scan.points, [](const Point& p) { return std::hypot(p.x, p.y, p.z) < kNear_m; }));
   if (num_near <= scan.points.size() / 2) return absl::OkStatus();
   return BadNpy(
       absl::StrCat(num_near, " of its ", scan.points.size(), " points lie within ", kNear_m,

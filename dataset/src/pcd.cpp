@@ -24,17 +24,15 @@ constexpr std::size_t kCompressedPrefixBytes = 8;  // compressed and uncompresse
 constexpr std::uint64_t kMaxLzfRatio = 88;
 
 const PcdField& FindField(const std::vector<PcdField>& fields, std::string_view name) {
-  return *std::find_if(fields.begin(), fields.end(),
-                       [name](const PcdField& field) { return field.name == name; });
+  return *std::ranges::find(fields, name, &PcdField::name);
 }
 
 // The field of intensities, if it is asked for and can be read.
 const PcdField* FindIntensity(const PcdHeader& header, bool with_intensities) {
-  const auto found =
-      std::find_if(header.fields.begin(), header.fields.end(), [](const PcdField& field) {
-        return IsIntensity(field.name) && field.count == 1 &&
-               (field.type == 'F' ? field.size >= 4 : field.size <= 4);
-      });
+  const auto found = std::ranges::find_if(header.fields, [](const PcdField& field) {
+    return IsIntensity(field.name) && field.count == 1 &&
+           (field.type == 'F' ? field.size >= 4 : field.size <= 4);
+  });
   return with_intensities && found != header.fields.end() ? &*found : nullptr;
 }
 

@@ -161,11 +161,11 @@ absl::Status LayOutFields(PcdHeader& header) {
 absl::Status CheckCoordinates(const PcdHeader& header) {
   for (const std::string_view name : {"x", "y", "z"}) {
     const auto is_it = [name](const PcdField& field) { return field.name == name; };
-    const auto num = std::count_if(header.fields.begin(), header.fields.end(), is_it);
+    const auto num = std::ranges::count_if(header.fields, is_it);
     if (num != 1) {
       return BadPcd(absl::StrCat("has ", num, " fields named ", ToAbsl(name), "; one is needed"));
     }
-    const auto field = std::find_if(header.fields.begin(), header.fields.end(), is_it);
+    const auto field = std::ranges::find_if(header.fields, is_it);
     if (field->type != 'F' || field->count != 1 || (field->size != 4 && field->size != 8)) {
       return BadPcd(absl::StrCat("field ", ToAbsl(name), " has TYPE ", std::string(1, field->type),
                                  " SIZE ", field->size, " COUNT ", field->count,

@@ -100,10 +100,9 @@ absl::Status ParseProperty(const Tokens& tokens, PlyHeader& header) {
   if (header.properties.size() == kMaxProperties) {
     return BadPly(absl::StrCat("a vertex has more than ", kMaxProperties, " properties"));
   }
-  const auto* const type =
-      std::find_if(kNamedTypes.begin(), kNamedTypes.end(), [&](const NamedType& candidate) {
-        return tokens[1] == candidate.name || tokens[1] == candidate.alias;
-      });
+  const auto* const type = std::ranges::find_if(kNamedTypes, [&](const NamedType& candidate) {
+    return tokens[1] == candidate.name || tokens[1] == candidate.alias;
+  });
   if (type == kNamedTypes.end())
     return BadPly(absl::StrCat("type ", Quote(tokens[1]), " is not known"));
   header.properties.push_back(
@@ -145,8 +144,8 @@ absl::StatusOr<std::array<std::size_t, 3>> FindCoordinates(const PlyHeader& head
   for (std::size_t i = 0; i < 3; ++i) {
     const auto is_it = [&](const Property& property) { return property.name == kNames[i]; };
     const auto& all = header.properties;
-    const auto property = std::find_if(all.begin(), all.end(), is_it);
-    if (std::count_if(all.begin(), all.end(), is_it) != 1 || !property->is_float()) {
+    const auto property = std::ranges::find_if(all, is_it);
+    if (std::ranges::count_if(all, is_it) != 1 || !property->is_float()) {
       return BadPly(absl::StrCat("a vertex needs one property ", ToAbsl(kNames[i]),
                                  " of type float or double"));
     }
@@ -157,9 +156,8 @@ absl::StatusOr<std::array<std::size_t, 3>> FindCoordinates(const PlyHeader& head
 
 // The index of the intensity, if it is asked for and there.
 std::optional<std::size_t> FindIntensity(const PlyHeader& header, bool with_intensities) {
-  const auto found =
-      std::find_if(header.properties.begin(), header.properties.end(),
-                   [](const Property& property) { return IsIntensity(property.name); });
+  const auto found = std::ranges::find_if(
+      header.properties, [](const Property& property) { return IsIntensity(property.name); });
   if (!with_intensities || found == header.properties.end()) return std::nullopt;
   return static_cast<std::size_t>(found - header.properties.begin());
 }

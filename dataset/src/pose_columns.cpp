@@ -18,7 +18,7 @@ std::string Normalise(std::string_view name) {
 }
 
 bool IsOneOf(const std::string& name, std::initializer_list<std::string_view> names) {
-  return std::find(names.begin(), names.end(), name) != names.end();
+  return std::ranges::find(names, name) != names.end();
 }
 
 bool IsQuaternion(const std::string& name) {

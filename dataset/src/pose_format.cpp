@@ -76,7 +76,7 @@ absl::StatusOr<PoseFormat> DetectFormat(const TextRow& first_row, bool has_naver
 }
 
 bool IsHeadline(const Tokens& row) {
-  return std::none_of(row.begin(), row.end(), [](std::string_view token) {
+  return std::ranges::none_of(row, [](std::string_view token) {
     double value = 0.0;
     return absl::SimpleAtod(ToAbsl(token), &value);
   });

@@ -40,9 +40,8 @@ absl::StatusOr<std::int64_t> ParseMicroseconds(std::string_view token) {
 }
 
 bool HoldsNan(const Tokens& row) {
-  return std::any_of(row.begin(), row.end(), [](std::string_view token) {
-    return absl::EqualsIgnoreCase(ToAbsl(token), "nan");
-  });
+  return std::ranges::any_of(
+      row, [](std::string_view token) { return absl::EqualsIgnoreCase(ToAbsl(token), "nan"); });
 }
 
 // A row without its stamp, and the stamp if the format has one.
@@ -143,7 +142,7 @@ class TrajectoryReader {
   absl::Status AppendHeadline(const TextRow& row) {
     has_headline_ = true;
     const Tokens& names = row.values;
-    const bool is_oxford = std::find(names.begin(), names.end(), "ins_status") != names.end();
+    const bool is_oxford = std::ranges::find(names, "ins_status") != names.end();
     if (format() == PoseFormat::kOxford || (format() == PoseFormat::kAuto && is_oxford)) {
       trajectory_.format = PoseFormat::kOxford;
       return CheckOxfordHeader(names);

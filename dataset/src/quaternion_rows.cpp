@@ -78,7 +78,7 @@ absl::Status QuaternionRows::Append(const TextRow& row) {
 
 bool QuaternionRows::HasUnitQuaternions(const Order& order) const {
   constexpr double kRounding = 1e-2;  // as PoseFromQuaternion takes it
-  return std::all_of(rows_.begin(), rows_.end(), [&](const Row& row) {
+  return std::ranges::all_of(rows_, [&](const Row& row) {
     double squares = 0.0;
     for (std::size_t i = 3; i < kNumTrailing; ++i) {
       squares += row.values[order.at[i]] * row.values[order.at[i]];
@@ -90,7 +90,7 @@ bool QuaternionRows::HasUnitQuaternions(const Order& order) const {
 // Whether nearly all poses tilt z by less than 45 degrees.
 bool QuaternionRows::StandsUpright(const Order& order) const {
   constexpr double kCos45 = 0.7071;
-  const auto num_upright = std::count_if(rows_.begin(), rows_.end(), [&](const Row& row) {
+  const auto num_upright = std::ranges::count_if(rows_, [&](const Row& row) {
     const double x = row.values[order.at[3]];
     const double y = row.values[order.at[4]];
     return 1.0 - 2.0 * (x * x + y * y) > kCos45;

@@ -193,8 +193,7 @@ absl::StatusOr<std::vector<RadarFile>> ListRadar(const std::string& folder) {
   }
   if (error) return absl::UnavailableError(absl::StrCat(folder, ": ", error.message()));
   if (found.empty()) return Invalid(absl::StrCat(folder, ": holds no .png"));
-  std::sort(found.begin(), found.end(),
-            [](const RadarFile& a, const RadarFile& b) { return a.stamp_ns < b.stamp_ns; });
+  std::ranges::sort(found, {}, &RadarFile::stamp_ns);
   return found;
 }
 

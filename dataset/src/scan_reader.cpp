@@ -26,10 +26,9 @@ constexpr std::array<Format, 5> kFormats = {{{".npy", DecodeNpy, "\x93NUMPY"},
                                              {".bin", DecodeKittiBin}}};
 
 const Format* FindFormat(std::string_view path) {
-  const auto* const format =
-      std::find_if(kFormats.begin(), kFormats.end(), [path](const Format& candidate) {
-        return absl::EndsWithIgnoreCase(ToAbsl(path), ToAbsl(candidate.extension));
-      });
+  const auto* const format = std::ranges::find_if(kFormats, [path](const Format& candidate) {
+    return absl::EndsWithIgnoreCase(ToAbsl(path), ToAbsl(candidate.extension));
+  });
   return format == kFormats.end() ? nullptr : format;
 }
 
@@ -41,7 +40,7 @@ std::size_t CountBeyondLimit(const PointCloud& points) {
     num_beyond += std::abs(numbers[i]) > limits::kMaxCoordinate_m ? 1 : 0;
   }
   if (num_beyond == 0) return 0;
-  return static_cast<std::size_t>(std::count_if(points.begin(), points.end(), &IsBeyondLimit));
+  return static_cast<std::size_t>(std::ranges::count_if(points, &IsBeyondLimit));
 }
 
 // Points in another unit or frame would all be skipped later, and the scan pass as an empty one.
@@ -59,12 +58,10 @@ absl::Status CheckMetres(const Scan& scan) {
                      " m of the origin; a scan must be in the sensor frame, in metres"));
   }
   const auto squared_m2 = [](const Point& p) { return p.x * p.x + p.y * p.y + p.z * p.z; };
-  const bool is_all_far = std::all_of(points.begin(), points.end(), [&](const Point& p) {
-    return squared_m2(p) > kFar_m * kFar_m;
-  });
-  const bool is_all_near = std::all_of(points.begin(), points.end(), [&](const Point& p) {
-    return squared_m2(p) < kNear_m * kNear_m;
-  });
+  const bool is_all_far =
+      std::ranges::all_of(points, [&](const Point& p) { return squared_m2(p) > kFar_m * kFar_m; });
+  const bool is_all_near = std::ranges::all_of(
+      points, [&](const Point& p) { return squared_m2(p) < kNear_m * kNear_m; });
   if (num_points < kFew || !(is_all_far || is_all_near)) return absl::OkStatus();
   return absl::InvalidArgumentError(
       absl::StrCat("0 of its ", num_points, " points lie ",
@@ -125,10 +122,9 @@ absl::StatusOr<std::string> ReadToEnd(std::FILE* stream, const std::string& name
 }
 
 absl::StatusOr<Scan> DecodeByBeginning(std::string_view bytes, const std::string& name) {
-  const auto* const format =
-      std::find_if(kFormats.begin(), kFormats.end(), [&](const Format& candidate) {
-        return absl::StartsWith(ToAbsl(bytes), ToAbsl(candidate.begin));
-      });
+  const auto* const format = std::ranges::find_if(kFormats, [&](const Format& candidate) {
+    return absl::StartsWith(ToAbsl(bytes), ToAbsl(candidate.begin));
+  });
   return Checked(format->decode(bytes, false), name);
 }
 

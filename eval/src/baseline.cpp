@@ -40,7 +40,7 @@ void AppendNearest(const Map& map, const std::map<std::int32_t, double>& distanc
   std::vector<std::pair<double, std::int32_t>> ranked;
   ranked.reserve(distances.size());
   for (const auto& [place, distance] : distances) ranked.emplace_back(distance, place);
-  std::sort(ranked.begin(), ranked.end());
+  std::ranges::sort(ranked);
   ranked.resize(std::min(ranked.size(), num));
   for (const auto& [distance, place] : ranked) {
     AppendCandidate(map, static_cast<std::size_t>(place), distance, answer);

@@ -20,13 +20,13 @@ double AreaUnder(const std::vector<OperatingPoint>& points) {
 }  // namespace
 
 PrecisionRecall MeasurePrecisionRecall(std::span<const ScoredQuery> queries) {
-  const auto num_revisits = std::count_if(queries.begin(), queries.end(),
-                                          [](const ScoredQuery& q) { return q.is_revisit; });
+  const auto num_revisits =
+      std::ranges::count_if(queries, [](const ScoredQuery& q) { return q.is_revisit; });
   std::vector<ScoredQuery> matched;
   std::copy_if(queries.begin(), queries.end(), std::back_inserter(matched),
                [](const ScoredQuery& q) { return q.has_match; });
-  std::stable_sort(matched.begin(), matched.end(),
-                   [](const ScoredQuery& a, const ScoredQuery& b) { return a.score > b.score; });
+  std::ranges::stable_sort(
+      matched, [](const ScoredQuery& a, const ScoredQuery& b) { return a.score > b.score; });
 
   PrecisionRecall result;
   std::size_t num_right = 0;
@@ -50,8 +50,8 @@ PrecisionRecall MeasurePrecisionRecall(std::span<const ScoredQuery> queries) {
     result.points.push_back(point);
   }
   result.area = AreaUnder(result.points);
-  const auto first_found = std::find_if(result.points.begin(), result.points.end(),
-                                        [](const OperatingPoint& p) { return p.recall > 0.0; });
+  const auto first_found =
+      std::ranges::find_if(result.points, [](const OperatingPoint& p) { return p.recall > 0.0; });
   if (first_found != result.points.end()) {
     result.extended_precision = 0.5 * (first_found->precision + result.recall_at_full_precision);
   }
@@ -86,8 +86,8 @@ Reliability MeasureReliability(std::span<const ScoredQuery> queries, int num_bin
 
 std::optional<double> RecallAt(int k, std::span<const int> first_right, int num_candidates) {
   if (first_right.empty() || k > num_candidates) return std::nullopt;
-  const auto num_found = std::count_if(first_right.begin(), first_right.end(),
-                                       [&](int rank) { return rank >= 1 && rank <= k; });
+  const auto num_found =
+      std::ranges::count_if(first_right, [&](int rank) { return rank >= 1 && rank <= k; });
   return static_cast<double>(num_found) / static_cast<double>(first_right.size());
 }
 

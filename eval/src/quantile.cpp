@@ -9,7 +9,7 @@ namespace scanloc::eval {
 
 std::optional<double> Quantile(std::vector<double> values, double share) {
   if (values.empty()) return std::nullopt;
-  std::sort(values.begin(), values.end());
+  std::ranges::sort(values);
   const double position = share * static_cast<double>(values.size() - 1);
   const auto low = static_cast<std::size_t>(std::floor(position));
   const std::size_t high = std::min(low + 1, values.size() - 1);

@@ -74,8 +74,8 @@ std::vector<double> MeasureDivergences(std::span<const RevisitVariance> variance
   }
   std::vector<double> divergences;
   if (all.total() == 0 && of_kind) return divergences;
-  std::sort(right.begin(), right.end(),
-            [&](std::size_t a, std::size_t b) { return queries[a].score > queries[b].score; });
+  std::ranges::sort(
+      right, [&](std::size_t a, std::size_t b) { return queries[a].score > queries[b].score; });
   RevisitHistogram found(within_m);
   auto next = right.begin();
   for (const OperatingPoint& point : points) {

@@ -173,8 +173,7 @@ std::vector<SegMatch::Pair> SegMatch::LargestConsistent(const Rows& query,
   for (const Pair& seed : pairs) {
     group = {seed};
     for (const Pair& pair : pairs) {
-      if (std::all_of(group.begin(), group.end(),
-                      [&](const Pair& member) { return agree(member, pair); })) {
+      if (std::ranges::all_of(group, [&](const Pair& member) { return agree(member, pair); })) {
         group.push_back(pair);
       }
     }

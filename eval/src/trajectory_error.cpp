@@ -25,7 +25,7 @@ ErrorStatistics StatisticsOf(const std::vector<double>& errors) {
   statistics.rmse = std::sqrt(sum_of_squares / static_cast<double>(errors.size()));
   statistics.mean = *Mean(errors);
   statistics.median = *Quantile(errors, 0.5);
-  statistics.max = *std::max_element(errors.begin(), errors.end());
+  statistics.max = *std::ranges::max_element(errors);
   return statistics;
 }
 

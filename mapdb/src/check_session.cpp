@@ -150,7 +150,7 @@ absl::Status CheckPoses(const Params& params, const SessionPlan& plan,
   const ConsistencyReport report = JudgeDrive(checks, poses);
   if (!report.is_inconsistent) return absl::OkStatus();
   const PairCheck& worst =
-      *std::max_element(checks.begin(), checks.end(), [](const PairCheck& a, const PairCheck& b) {
+      *std::ranges::max_element(checks, [](const PairCheck& a, const PairCheck& b) {
         const auto weight = [](const PairCheck& c) {
           return c.verdict == PairCheck::Verdict::kContradicts ? c.score : 0.0;
         };

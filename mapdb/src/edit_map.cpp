@@ -14,9 +14,8 @@ absl::StatusOr<EditSummary> EditMap(const std::string& in, const std::string& ou
   if (absl::Status status = CheckIsNew(out); !status.ok()) return status;
   absl::StatusOr<CopySource> source = ReadSource(in);
   if (!source.ok()) return source.status();
-  const bool is_moved = std::any_of(edits.begin(), edits.end(), [](const Edit& edit) {
-    return std::holds_alternative<Transform>(edit);
-  });
+  const bool is_moved = std::ranges::any_of(
+      edits, [](const Edit& edit) { return std::holds_alternative<Transform>(edit); });
   if (is_moved) source->info.geo_origin.reset();
   absl::StatusOr<std::vector<CopiedPlace>> all = AllPlaces(*source);
   if (!all.ok()) return all.status();

@@ -98,8 +98,8 @@ std::vector<bool> Thinned(const Places& places, double spacing_m) {
       const Eigen::Vector3i near = cell + Eigen::Vector3i(n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1);
       const auto found = kept_in.find(key_of(near));
       if (found == kept_in.end()) continue;
-      is_free = std::none_of(found->second.begin(), found->second.end(),
-                             [&](const auto& other) { return (other - at).norm() < spacing_m; });
+      is_free = std::ranges::none_of(
+          found->second, [&](const auto& other) { return (other - at).norm() < spacing_m; });
     }
     if (!is_free) continue;
     stays[i] = true;

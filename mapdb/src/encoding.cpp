@@ -123,7 +123,7 @@ bool DecodeCells(std::span<const std::byte> bytes, std::span<std::uint16_t> cell
   if (bytes.size() < mask_bytes) return false;
   const std::byte* next = bytes.data() + mask_bytes;
   const std::byte* const end = bytes.data() + bytes.size();
-  std::fill(cells_cm.begin(), cells_cm.end(), std::uint16_t{0});
+  std::ranges::fill(cells_cm, std::uint16_t{0});
   bool in_range = true;
   for (std::size_t i = 0; i < mask_bytes; ++i) {
     for (auto mask = std::to_integer<unsigned>(bytes[i]); mask != 0; mask &= mask - 1) {

@@ -16,9 +16,8 @@ absl::Status FixToAppend(bool resume, const SessionPlan& plan, BuildOptions& opt
   if (!info.ok()) return info.status();
   options.params = info->params;
   // A build stopped before its session was first committed has left nothing to resume.
-  const bool begun =
-      std::any_of(info->sessions.begin(), info->sessions.end(),
-                  [&](const SessionInfo& existing) { return existing.name == plan.name; });
+  const bool begun = std::ranges::any_of(
+      info->sessions, [&](const SessionInfo& existing) { return existing.name == plan.name; });
   if (resume && begun) options.mode = BuildMode::kResume;
   return absl::OkStatus();
 }

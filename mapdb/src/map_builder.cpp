@@ -106,8 +106,8 @@ absl::StatusOr<MapBuilder> MapBuilder::Append(const std::string& path, SessionPl
                      sessions.back().num_done(), " of ", sessions.back().num_scans,
                      " scans; finish it with --resume first"));
   }
-  if (std::any_of(sessions.begin(), sessions.end(),
-                  [&](const SessionRow& session) { return session.name == plan.name; })) {
+  if (std::ranges::any_of(sessions,
+                          [&](const SessionRow& session) { return session.name == plan.name; })) {
     return absl::AlreadyExistsError(absl::StrCat("map '", path, "' has a session '", plan.name,
                                                  "' already; choose another name"));
   }

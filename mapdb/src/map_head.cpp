@@ -112,7 +112,7 @@ absl::StatusOr<int> ReadVersion(const std::map<std::string, std::string>& meta, 
 
 absl::Status ReadVersions(Connection& connection, const std::vector<SchemaRow>& schema,
                           MapHead& head) {
-  const bool has_meta = std::any_of(schema.begin(), schema.end(), [](const SchemaRow& row) {
+  const bool has_meta = std::ranges::any_of(schema, [](const SchemaRow& row) {
     const schema::Table* table = FindTable(row, 1);
     return table != nullptr && table->name == std::string_view(schema::kMetaTable);
   });

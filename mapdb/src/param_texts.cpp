@@ -121,7 +121,7 @@ ParamTexts EncodeParams(const Params& params) {
   VisitFields(params, [&](std::string_view name, const auto& field) {
     texts.emplace_back(name, FieldText(field));
   });
-  std::sort(texts.begin(), texts.end());
+  std::ranges::sort(texts);
   return texts;
 }
 

@@ -87,8 +87,8 @@ std::vector<std::int32_t> AgeingPlaces(const MapUse& use, std::span<const Place>
   for (std::size_t i = 0; i < seen.size(); ++i) {
     if (ages[i]) ageing.push_back(&seen[i]);
   }
-  std::stable_sort(ageing.begin(), ageing.end(),
-                   [](const Seen* a, const Seen* b) { return a->alone > b->alone; });
+  std::ranges::stable_sort(ageing,
+                           [](const Seen* a, const Seen* b) { return a->alone > b->alone; });
   std::vector<std::int32_t> worst_first;
   worst_first.reserve(ageing.size());
   for (const Seen* one : ageing) worst_first.push_back(one->place);

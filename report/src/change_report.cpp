@@ -14,8 +14,8 @@ namespace {
 using Side = std::vector<ReportedChange>;
 
 std::size_t Count(const Side& side, const std::string& change) {
-  return static_cast<std::size_t>(std::count_if(
-      side.begin(), side.end(), [&](const ReportedChange& one) { return one.change == change; }));
+  return static_cast<std::size_t>(
+      std::ranges::count_if(side, [&](const ReportedChange& one) { return one.change == change; }));
 }
 
 std::string SideAsText(const std::string& name, const Side& side, const char* unseen) {

@@ -192,9 +192,8 @@ void SetLook(std::string_view method, ChartSeries* series) {
                                                 {"segmatch", colors::kGrey, Mark::kOpenDiamond},
                                                 {"pc", colors::kOrange, Mark::kOpenTriangle},
                                                 {"cc", colors::kPurple, Mark::kOpenSquare}}};
-  const auto* const family = std::find_if(kFamilies.begin(), kFamilies.end(), [&](const Family& f) {
-    return method.substr(0, f.name.size()) == f.name;
-  });
+  const auto* const family = std::ranges::find_if(
+      kFamilies, [&](const Family& f) { return method.substr(0, f.name.size()) == f.name; });
   const bool is_known = family != kFamilies.end();
   series->color = is_known ? family->color : colors::kBlack;
   series->mark = is_known ? family->mark : Mark::kRing;
@@ -203,7 +202,7 @@ void SetLook(std::string_view method, ChartSeries* series) {
       "-key",       "-trees", "-mean",  "-count", "-bits",
       "-intensity", "-radar", "-naive", "-brute", "-naive-brute"};
   const std::string_view variant = how.substr(0, how.find(':'));
-  const auto* const known = std::find(kVariants.begin(), kVariants.end(), variant);
+  const auto* const known = std::ranges::find(kVariants, variant);
   series->dash =
       variant.empty() ? (how.empty() ? 1 : 2) : 3 + static_cast<int>(known - kVariants.begin());
 }

@@ -138,7 +138,7 @@ const std::vector<std::string>& LoopColumns() {
 std::string LoopTable(const DriveReport& report) {
   std::vector<const ReportedLoop*> worst;
   for (const ReportedLoop& loop : report.loops) worst.push_back(&loop);
-  std::stable_sort(worst.begin(), worst.end(), [](const auto* a, const auto* b) {
+  std::ranges::stable_sort(worst, [](const auto* a, const auto* b) {
     return std::pair(a->is_on, -a->chi2) < std::pair(b->is_on, -b->chi2);
   });
   std::vector<std::vector<std::string>> rows;
@@ -161,7 +161,7 @@ double DriveReport::length_m() const {
 
 std::size_t DriveReport::num_on() const {
   return static_cast<std::size_t>(
-      std::count_if(loops.begin(), loops.end(), [](const ReportedLoop& l) { return l.is_on; }));
+      std::ranges::count_if(loops, [](const ReportedLoop& l) { return l.is_on; }));
 }
 
 std::string DriveAsText(const DriveReport& report) {

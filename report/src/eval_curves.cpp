@@ -47,8 +47,8 @@ double LeastPrecisionShown(const std::vector<const eval::MethodResult*>& results
   double least = 1.0;
   for (const eval::MethodResult* result : results) {
     const auto& points = result->precision_recall.points;
-    const auto best = std::max_element(points.begin(), points.end(),
-                                       [](const auto& a, const auto& b) { return a.f1 < b.f1; });
+    const auto best =
+        std::ranges::max_element(points, [](const auto& a, const auto& b) { return a.f1 < b.f1; });
     if (best != points.end()) least = std::min(least, best->precision);
   }
   return least >= 0.95 ? 0.8 : least >= 0.75 ? 0.5 : 0.0;
@@ -79,8 +79,8 @@ EvalFigure DrawF1(const std::vector<const eval::MethodResult*>& results) {
     chart.series.push_back(LineOf(*results[i], [&](std::size_t k) {
       return Eigen::Vector3d(points[k].recall, points[k].f1, 0.0);
     }));
-    const auto greatest = std::max_element(
-        points.begin(), points.end(), [](const auto& a, const auto& b) { return a.f1 < b.f1; });
+    const auto greatest =
+        std::ranges::max_element(points, [](const auto& a, const auto& b) { return a.f1 < b.f1; });
     if (greatest == points.end()) continue;
     ChartSeries dot{.style = ChartSeries::Style::kMarks, .mark_px = 9.0, .points = {}};
     SetLook(results[i]->name, &dot);
@@ -114,8 +114,8 @@ std::optional<EvalFigure> DrawDivergence(const std::vector<const eval::MethodRes
           return Eigen::Vector3d(points[k].recall, *divergence, 0.0);
         }));
   }
-  if (kind && std::all_of(chart.series.begin(), chart.series.end(),
-                          [](const ChartSeries& series) { return series.points.empty(); })) {
+  if (kind && std::ranges::all_of(
+                  chart.series, [](const ChartSeries& series) { return series.points.empty(); })) {
     return std::nullopt;
   }
   constexpr double kLeastHeight = 0.1;

@@ -100,8 +100,8 @@ std::vector<std::size_t> StretchStarts(const std::vector<PicturedPlace>& places)
 std::string DrawMapPicture(const std::string& title, const std::vector<PicturedPlace>& places,
                            const std::vector<PicturedQuery>& queries) {
   const auto count = [&](Verdict verdict) {
-    return std::count_if(queries.begin(), queries.end(),
-                         [&](const PicturedQuery& query) { return query.verdict == verdict; });
+    return std::ranges::count_if(
+        queries, [&](const PicturedQuery& query) { return query.verdict == verdict; });
   };
   ChartSeries unknown =
       MarksOf(queries, Verdict::kNotRecognized, colors::kGrey, ": not recognised");

@@ -57,9 +57,8 @@ Json MapUseToJson(const MapUse& use) {
 }
 
 std::string MapUseAsText(const MapUse& use, std::span<const Place> places) {
-  const auto num_found = std::count_if(use.places.begin(), use.places.end(), [](const auto& place) {
-    return place.second.num_found > 0;
-  });
+  const auto num_found = std::ranges::count_if(
+      use.places, [](const auto& place) { return place.second.num_found > 0; });
   std::string text = absl::StrFormat(
       "health from use, %s to %s UTC\n"
       "  answers         %d localized, %d ambiguous, %d not recognised, %d scans with too few "

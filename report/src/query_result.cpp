@@ -35,7 +35,7 @@ Summary Summarize(const std::vector<QueryResult>& results, double within_m) {
       poses_m.push_back(error.pose.plane_m);
       yaws_deg.push_back(error.pose.heading_deg);
     }
-    if (std::any_of(answer.candidates.begin(), answer.candidates.end(), is_right)) {
+    if (std::ranges::any_of(answer.candidates, is_right)) {
       ++summary.num_topk_right;
     }
   }

@@ -43,7 +43,7 @@ std::int64_t WallClockNs() {
 
 int Complain(const absl::Status& status, int exit_status) {
   std::string message(status.message());
-  std::replace(message.begin(), message.end(), '\n', ' ');
+  std::ranges::replace(message, '\n', ' ');
   std::fprintf(stderr, "scanloc-ros2: %s\n", Printable(message).c_str());
   return exit_status;
 }

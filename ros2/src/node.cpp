@@ -287,7 +287,7 @@ std::string Node::Impl::LookAround() const {
   }
   if (num > 0) (void)dds_return_loan(publications, samples.data(), num);
   if (!problem.empty()) return problem;
-  std::sort(others.begin(), others.end());
+  std::ranges::sort(others);
   others.erase(std::unique(others.begin(), others.end()), others.end());
   if (others.size() > 8) others.resize(8);
   return absl::StrCat("nobody publishes clouds on ", wanted->substr(2),

@@ -44,7 +44,7 @@ std::vector<CLI::ConfigItem> ConfigFile::from_config(std::istream& input) const 
 void ConfigFile::Check(const CLI::ConfigItem& item) const {
   const std::string name = absl::StrCat("--", item.fullname());
   // A flag would be taken for set by it.
-  if (std::count(item.inputs.begin(), item.inputs.end(), "") > 0) {
+  if (std::ranges::count(item.inputs, "") > 0) {
     throw CLI::ValidationError(name, "its value is empty; give one, or leave the option out");
   }
   const CLI::Option* option = app_ == nullptr ? nullptr : app_->get_option_no_throw(name);
@@ -64,7 +64,7 @@ std::optional<std::string> ConfigFile::Explain(const CLI::ParseError& error,
     const bool is_unknown = dynamic_cast<const CLI::ConfigError*>(&error) != nullptr &&
                             absl::EndsWith(what, absl::StrCat(" ", name));
     const bool is_on_command_line =
-        std::any_of(arguments.begin(), arguments.end(), [&](const std::string& argument) {
+        std::ranges::any_of(arguments, [&](const std::string& argument) {
           return argument == flag || absl::StartsWith(argument, absl::StrCat(flag, "="));
         });
     const bool is_bad = !is_on_command_line && absl::StrContains(what, flag);

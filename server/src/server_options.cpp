@@ -122,7 +122,7 @@ absl::Status CheckMetrics(const ServerOptions& options) {
 }  // namespace
 
 absl::Status CheckMapName(const std::string& name) {
-  const bool good = std::all_of(name.begin(), name.end(), [](unsigned char c) {
+  const bool good = std::ranges::all_of(name, [](unsigned char c) {
     return std::isalnum(c) != 0 || c == '.' || c == '_' || c == '-';
   });
   if (good && !name.empty() && name.size() <= limits::kMaxNameBytes) return absl::OkStatus();

@@ -143,7 +143,7 @@ std::vector<Pose> MakePoses(const Way& way, double length_m, const SessionOption
     if (s > end) break;
     if (s >= options.from_m) along.push_back(s);
   }
-  if (options.reverse) std::reverse(along.begin(), along.end());
+  if (options.reverse) std::ranges::reverse(along);
   std::vector<Pose> poses;
   for (std::size_t i = 0; i < along.size(); ++i) {
     poses.push_back(MakePose(way, options, along[i], Random(Mix(seed, i + 1))));

@@ -116,8 +116,8 @@ absl::Status SharesNothing(const DescribedDrive& drive, std::size_t num_found,
 }
 
 std::size_t NumOfMap(const ClosedDrive& drive, bool only_on) {
-  return static_cast<std::size_t>(std::count_if(
-      drive.constraints.begin(), drive.constraints.end(),
+  return static_cast<std::size_t>(std::ranges::count_if(
+      drive.constraints,
       [&](const FoundConstraint& c) { return !c.constraint.from && (c.is_on || !only_on); }));
 }
 

@@ -13,8 +13,8 @@ constexpr int kMaxPasses = 4;
 }  // namespace
 
 std::size_t ClosedDrive::num_on() const {
-  return static_cast<std::size_t>(std::count_if(constraints.begin(), constraints.end(),
-                                                [](const FoundConstraint& c) { return c.is_on; }));
+  return static_cast<std::size_t>(
+      std::ranges::count_if(constraints, [](const FoundConstraint& c) { return c.is_on; }));
 }
 
 absl::StatusOr<ClosedDrive> CloseLoops(const Params& params, const mapdb::SessionPlan& plan,

@@ -63,7 +63,7 @@ class Grid {
         }
       }
     }
-    std::sort(near.begin(), near.end());
+    std::ranges::sort(near);
     near.resize(std::min(near.size(), kMostOthers));
     std::vector<std::size_t> nearest;
     nearest.reserve(near.size());

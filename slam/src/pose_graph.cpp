@@ -244,8 +244,8 @@ class Solver {
   /// By how much the odometry errs: what is on ties six numbers each, as far as it is more than a
   /// few, and what odometry had to give way by follows from its noise.
   void FindNoise() {
-    const auto num_on = static_cast<double>(
-        std::count_if(weights_.begin(), weights_.end(), [](double w) { return w > 0.5; }));
+    const auto num_on =
+        static_cast<double>(std::ranges::count_if(weights_, [](double w) { return w > 0.5; }));
     Eigen::Vector2d chi2 = Eigen::Vector2d::Zero();
     for (std::size_t i = 1; i < nodes_.size(); ++i) {
       Eigen::Matrix<double, 6, 1> residual;
@@ -322,7 +322,7 @@ absl::Status Check(const PoseGraph& graph, const GraphOptions& options) {
 }  // namespace
 
 std::size_t OptimizedGraph::num_on() const {
-  return static_cast<std::size_t>(std::count(is_on.begin(), is_on.end(), true));
+  return static_cast<std::size_t>(std::ranges::count(is_on, true));
 }
 
 absl::StatusOr<OptimizedGraph> Optimize(const PoseGraph& graph, const GraphOptions& options) {

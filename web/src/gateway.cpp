@@ -9,8 +9,8 @@ namespace {
 template <typename Value, typename Make>
 Value& Touch(std::list<std::pair<std::string, Value>>& entries, const std::string& key,
              std::size_t most, Make make) {
-  const auto found = std::find_if(entries.begin(), entries.end(),
-                                  [&key](const auto& entry) { return entry.first == key; });
+  const auto found =
+      std::ranges::find_if(entries, [&key](const auto& entry) { return entry.first == key; });
   if (found != entries.end()) {
     entries.splice(entries.begin(), entries, found);
   } else {

@@ -30,8 +30,7 @@ void Dress(http::response<Body>& response) {
 
 bool IsMyName(const Service& service, const std::string& host) {
   return !service.is_local || IsLoopback(host) ||
-         std::find(service.options.hosts.begin(), service.options.hosts.end(), host) !=
-             service.options.hosts.end();
+         std::ranges::find(service.options.hosts, host) != service.options.hosts.end();
 }
 
 }  // namespace

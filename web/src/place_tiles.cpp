@@ -108,7 +108,7 @@ void PlaceTiles::FindFloors() {
   std::vector<float> heights;
   heights.reserve(positions_.size());
   for (const Eigen::Vector3f& position : positions_) heights.push_back(position.z());
-  std::sort(heights.begin(), heights.end());
+  std::ranges::sort(heights);
   const auto add = [&](std::size_t begin, std::size_t end) {
     floors_.push_back({.min_z_m = origin_m_.z() + heights[begin],
                        .max_z_m = origin_m_.z() + heights[end - 1],

@@ -153,7 +153,7 @@ absl::StatusOr<std::shared_ptr<const Bag>> Bag::Open(const std::vector<std::stri
     }
   }
   std::vector<Impl::Entry>& entries = impl.entries;
-  std::stable_sort(entries.begin(), entries.end(), [&](const Impl::Entry& a, const Impl::Entry& b) {
+  std::ranges::stable_sort(entries, [&](const Impl::Entry& a, const Impl::Entry& b) {
     return impl.files[a.file]->messages()[a.index].log_time_ns <
            impl.files[b.file]->messages()[b.index].log_time_ns;
   });
@@ -161,8 +161,7 @@ absl::StatusOr<std::shared_ptr<const Bag>> Bag::Open(const std::vector<std::stri
 }
 
 const BagTopic* Bag::FindTopic(std::string_view name) const {
-  const auto found = std::find_if(topics_.begin(), topics_.end(),
-                                  [&](const BagTopic& topic) { return topic.name == name; });
+  const auto found = std::ranges::find(topics_, name, &BagTopic::name);
   return found == topics_.end() ? nullptr : &*found;
 }
 

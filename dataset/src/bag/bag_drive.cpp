@@ -180,8 +180,7 @@ absl::Status BagScans::ReadHeads() {
                                     ": they are left out"));
     }
   }
-  std::stable_sort(clouds_.begin(), clouds_.end(),
-                   [](const CloudHead& a, const CloudHead& b) { return a.stamp_ns < b.stamp_ns; });
+  std::ranges::stable_sort(clouds_, {}, &CloudHead::stamp_ns);
   tree_.Sort();
   topic_track_.Sort();
   if (num_unstamped_ > 0) {

@@ -59,7 +59,7 @@ absl::StatusOr<const BagTopic*> ChooseTopic(const Bag& bag, const std::string& n
                                 ToAbsl(option), ": ", Listed(usable)));
   }
   const BagTopic* topic = bag.FindTopic(name);
-  if (topic != nullptr && std::find(usable.begin(), usable.end(), topic) != usable.end()) {
+  if (topic != nullptr && std::ranges::find(usable, topic) != usable.end()) {
     return topic;
   }
   return Invalid(absl::StrCat("topic ", Quote(name),

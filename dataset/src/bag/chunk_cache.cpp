@@ -23,8 +23,7 @@ absl::StatusOr<ChunkCache::Records> ChunkCache::Read(std::uint32_t number) const
 }
 
 ChunkCache::Entries::iterator ChunkCache::Find(std::uint32_t number) {
-  return std::find_if(entries_.begin(), entries_.end(),
-                      [&](const Entry& entry) { return entry.number == number; });
+  return std::ranges::find(entries_, number, &Entry::number);
 }
 
 ChunkCache::Entries ChunkCache::TakeOutOldest() {
@@ -67,8 +66,8 @@ absl::StatusOr<ChunkCache::Records> ChunkCache::Get(std::uint32_t number, std::u
 
 bool ChunkCache::WasGot(std::uint32_t number) const {
   const std::lock_guard lock(mutex_);
-  return std::any_of(entries_.begin(), entries_.end(),
-                     [&](const Entry& entry) { return entry.number == number && entry.was_got; });
+  return std::ranges::any_of(
+      entries_, [&](const Entry& entry) { return entry.number == number && entry.was_got; });
 }
 
 void ChunkCache::ReadAhead(std::uint32_t number, std::uint64_t num_bytes) {

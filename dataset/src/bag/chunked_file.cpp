@@ -161,9 +161,8 @@ void ChunkedFile::AddNoteOfFile(std::string_view note) {
 }
 
 bool ChunkedFile::HasUncheckedMessages() const {
-  return std::any_of(messages_.begin(), messages_.end(), [&](const MessageRef& message) {
-    return chunks_[message.chunk].checksum == 0;
-  });
+  return std::ranges::any_of(
+      messages_, [&](const MessageRef& message) { return chunks_[message.chunk].checksum == 0; });
 }
 
 absl::Status ChunkedFile::ScanChunk(std::uint32_t i, bool with_messages) {
@@ -223,7 +222,7 @@ absl::Status ChunkedFile::FinishIndex(std::string_view cut_off) {
     if (absl::Status status = ScanChunk(message.chunk, false); !status.ok()) return status;
   }
   MakeTopics();
-  std::stable_sort(messages_.begin(), messages_.end(), IsBefore);
+  std::ranges::stable_sort(messages_, IsBefore);
   return absl::OkStatus();
 }
 

@@ -25,7 +25,7 @@ bool IsEarlier(const std::pair<std::int64_t, Pose>& a, const std::pair<std::int6
 
 }  // namespace
 
-void PoseTrack::Sort() { std::stable_sort(samples_.begin(), samples_.end(), &IsEarlier); }
+void PoseTrack::Sort() { std::ranges::stable_sort(samples_, &IsEarlier); }
 
 void PoseTrack::ForgetBefore(std::int64_t stamp_ns) {
   samples_.erase(samples_.begin(),

@@ -50,13 +50,12 @@ NumberType TypeOf(const PointField& field) {
 
 bool IsReadField(std::string_view name, bool with_intensities) {
   return name == "x" || name == "y" || name == "z" || (with_intensities && IsIntensity(name)) ||
-         std::find(kTimeNames.begin(), kTimeNames.end(), name) != kTimeNames.end();
+         std::ranges::find(kTimeNames, name) != kTimeNames.end();
 }
 
 const PointField* FindTimes(const std::vector<PointField>& fields) {
   for (const PointField& field : fields) {
-    const bool is_time =
-        std::find(kTimeNames.begin(), kTimeNames.end(), field.name) != kTimeNames.end();
+    const bool is_time = std::ranges::find(kTimeNames, field.name) != kTimeNames.end();
     if (is_time && field.size_bytes() >= 4) return &field;
   }
   return nullptr;
@@ -91,8 +90,8 @@ std::vector<float> OffsetsFromStamp(const std::vector<double>& values, std::int6
   // another clock's (PTP without the leap seconds), and would move points to where they never were.
   constexpr double kMostBeside_s = 0.25;
   std::vector<float> offsets_s;
-  if (values.empty() || !std::all_of(values.begin(), values.end(),
-                                     [](double value) { return std::isfinite(value); })) {
+  if (values.empty() ||
+      !std::ranges::all_of(values, [](double value) { return std::isfinite(value); })) {
     return offsets_s;
   }
   const auto [least, most] = std::minmax_element(values.begin(), values.end());

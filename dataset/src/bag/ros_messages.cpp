@@ -110,9 +110,8 @@ absl::StatusOr<BinaryLayout> FindCoordinates(const CloudLayout& layout) {
   constexpr std::array<std::string_view, 3> kNames = {"x", "y", "z"};
   BinaryLayout found{.big_endian = layout.is_big_endian};
   for (std::size_t axis = 0; axis < kNames.size(); ++axis) {
-    const auto field =
-        std::find_if(layout.fields.begin(), layout.fields.end(),
-                     [&](const PointField& candidate) { return candidate.name == kNames[axis]; });
+    const auto field = std::ranges::find_if(
+        layout.fields, [&](const PointField& candidate) { return candidate.name == kNames[axis]; });
     if (field == layout.fields.end() || !field->is_float()) {
       return Invalid(
           absl::StrCat("the cloud has no field ", ToAbsl(kNames[axis]), " of FLOAT32 or FLOAT64"));

@@ -16,11 +16,10 @@ ByteArray SpareMemory::Take(std::size_t num_bytes) {
   Block block{nullptr, (num_bytes / kRoundedTo + 1) * kRoundedTo};
   {
     const std::lock_guard lock(mutex_);
-    const auto smallest =
-        std::min_element(spare_.begin(), spare_.end(), [&](const Block& a, const Block& b) {
-          return std::pair(a.num_bytes < num_bytes, a.num_bytes) <
-                 std::pair(b.num_bytes < num_bytes, b.num_bytes);
-        });
+    const auto smallest = std::ranges::min_element(spare_, [&](const Block& a, const Block& b) {
+      return std::pair(a.num_bytes < num_bytes, a.num_bytes) <
+             std::pair(b.num_bytes < num_bytes, b.num_bytes);
+    });
     if (smallest != spare_.end() && smallest->num_bytes >= num_bytes) {
       block = std::move(*smallest);
       spare_.erase(smallest);
@@ -44,9 +43,7 @@ void SpareMemory::Give(Block block) noexcept {
     return;
   }
   // The larger serve for more.
-  const auto smallest =
-      std::min_element(spare_.begin(), spare_.end(),
-                       [](const Block& a, const Block& b) { return a.num_bytes < b.num_bytes; });
+  const auto smallest = std::ranges::min_element(spare_, {}, &Block::num_bytes);
   if (smallest->num_bytes < block.num_bytes) std::swap(*smallest, block);
 }
 

@@ -51,8 +51,8 @@ absl::StatusOr<Access::Token> Access::ParseLine(const std::string& line) {
   } else if (role != "query") {
     return absl::InvalidArgumentError("has a role that is none of query, view and admin");
   }
-  const bool is_printable = std::all_of(secret.begin(), secret.end(),
-                                        [](unsigned char c) { return std::isgraph(c) != 0; });
+  const bool is_printable =
+      std::ranges::all_of(secret, [](unsigned char c) { return std::isgraph(c) != 0; });
   if (secret.size() < kMinTokenBytes || secret.size() > kMaxTokenBytes || !is_printable) {
     return absl::InvalidArgumentError(absl::StrCat("has a token that is not ", kMinTokenBytes,
                                                    " to ", kMaxTokenBytes,

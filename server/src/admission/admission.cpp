@@ -29,7 +29,7 @@ std::string RequestIdOf(const grpc::CallbackServerContext& context) {
   const std::string_view id(sent->second.data(), sent->second.size());
   const bool is_good =
       !id.empty() && id.size() <= kMaxRequestIdBytes &&
-      std::all_of(id.begin(), id.end(), [](unsigned char c) { return std::isgraph(c) != 0; });
+      std::ranges::all_of(id, [](unsigned char c) { return std::isgraph(c) != 0; });
   return is_good ? std::string(id) : NewRequestId();
 }
 

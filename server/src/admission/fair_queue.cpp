@@ -32,11 +32,9 @@ void FairQueue::Add(Turn&& turn) {
 }
 
 FairQueue::Turn FairQueue::TakeNext(double expected_s) noexcept {
-  const auto next =
-      std::min_element(queues_.begin(), queues_.end(), [](const auto& a, const auto& b) {
-        return std::pair(a.second.used_s, a.second.since) <
-               std::pair(b.second.used_s, b.second.since);
-      });
+  const auto next = std::ranges::min_element(queues_, [](const auto& a, const auto& b) {
+    return std::pair(a.second.used_s, a.second.since) < std::pair(b.second.used_s, b.second.since);
+  });
   Queue& queue = next->second;
   Turn turn = std::move(queue.turns.front());
   queue.turns.pop_front();
@@ -72,7 +70,7 @@ void FairQueue::Correct(const std::string& client, double seconds) {
 }
 
 FairQueue::Queues::const_iterator FairQueue::Longest() const {
-  return std::max_element(queues_.begin(), queues_.end(), [](const auto& a, const auto& b) {
+  return std::ranges::max_element(queues_, [](const auto& a, const auto& b) {
     return a.second.turns.size() < b.second.turns.size();
   });
 }

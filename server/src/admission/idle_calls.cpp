@@ -74,13 +74,10 @@ absl::Status IdleCalls::MakeRoomFor(const std::string& client, Evicted& evicted)
       proto::WithRetryAfter(absl::ResourceExhaustedError(options_.full), kRetryWhenFull_s);
   const auto own = num_by_client_.find(client);
   const int num_own = own == num_by_client_.end() ? 0 : own->second;
-  const auto most =
-      std::max_element(num_by_client_.begin(), num_by_client_.end(),
-                       [](const auto& a, const auto& b) { return a.second < b.second; });
+  const auto most = std::ranges::max_element(
+      num_by_client_, [](const auto& a, const auto& b) { return a.second < b.second; });
   if (most == num_by_client_.end() || most->second < num_own + 2) return full;
-  const auto oldest =
-      std::find_if(settled_.begin(), settled_.end(),
-                   [&](const IdleCall::Item& item) { return item.client == most->first; });
+  const auto oldest = std::ranges::find(settled_, most->first, &IdleCall::Item::client);
   evicted.emplace_back(TakeOut(*oldest->call), full);
   return absl::OkStatus();
 }

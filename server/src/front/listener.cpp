@@ -285,12 +285,11 @@ void Listener::Add(int socket, const std::string& peer) {
 }
 
 void Listener::MakeRoomFor(const std::string& peer) {
-  const auto most =
-      std::max_element(connections_.begin(), connections_.end(), [&](const auto& a, const auto& b) {
-        // With the one that wants in.
-        const auto size = [&](const auto& of) { return of.second.size() + (of.first == peer); };
-        return size(a) < size(b);
-      });
+  const auto most = std::ranges::max_element(connections_, [&](const auto& a, const auto& b) {
+    // With the one that wants in.
+    const auto size = [&](const auto& of) { return of.second.size() + (of.first == peer); };
+    return size(a) < size(b);
+  });
   if (most == connections_.end()) return;
   Connection* silentest = nullptr;
   std::int64_t longest = -1;

@@ -101,8 +101,7 @@ void CatalogueMaps::Stop() {
 }
 
 void CatalogueMaps::Queue(const std::string& region, bool is_asked_for) {
-  const auto same = std::find_if(wanted_.begin(), wanted_.end(),
-                                 [&](const Wanted& wanted) { return wanted.region == region; });
+  const auto same = std::ranges::find(wanted_, region, &Wanted::region);
   if (same != wanted_.end() && (same->is_asked_for || !is_asked_for)) return;
   if (same != wanted_.end()) wanted_.erase(same);
   is_asked_for ? wanted_.push_front({region, true}) : wanted_.push_back({region, false});

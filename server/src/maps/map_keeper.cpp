@@ -191,9 +191,8 @@ absl::Status MapKeeper::LoadAll() {
 
 void MapKeeper::TellHealth() {
   const std::vector<MapSummary> known = maps_.List();
-  const bool is_any_served = std::any_of(known.begin(), known.end(), [](const MapSummary& map) {
-    return map.state == MapState::kServing;
-  });
+  const bool is_any_served = std::ranges::any_of(
+      known, [](const MapSummary& map) { return map.state == MapState::kServing; });
   health_.Set("", have_all_been_tried_ && (is_any_served || serves_without_maps_));
 }
 
@@ -212,8 +211,7 @@ void MapKeeper::Expect(const std::string& name) {
 
 bool MapKeeper::IsKnown(const std::string& name) const {
   const std::vector<MapSummary> known = maps_.List();
-  return std::any_of(known.begin(), known.end(),
-                     [&](const MapSummary& map) { return map.name == name; });
+  return std::ranges::any_of(known, [&](const MapSummary& map) { return map.name == name; });
 }
 
 absl::Status MapKeeper::Reload(const std::string& name) {

@@ -24,8 +24,8 @@ MapRegistry::MapRegistry(const std::vector<std::string>& names) {
 
 void MapRegistry::Add(const std::string& name) {
   const std::lock_guard lock(mutex_);
-  const bool is_late = std::any_of(slots_.begin(), slots_.end(),
-                                   [](const auto& slot) { return slot.second.served != nullptr; });
+  const bool is_late =
+      std::ranges::any_of(slots_, [](const auto& slot) { return slot.second.served != nullptr; });
   slots_.try_emplace(name, Slot{.served = nullptr, .has_failed = false, .is_late = is_late});
 }
 

@@ -23,8 +23,8 @@ absl::StatusOr<std::vector<MapSource>> MapSources::List() const {
        entry.increment(error)) {
     const std::filesystem::path& path = entry->path();
     const std::string name = path.stem().string();
-    const bool is_known = std::any_of(configured_.begin(), configured_.end(),
-                                      [&](const MapSource& map) { return map.name == name; });
+    const bool is_known =
+        std::ranges::any_of(configured_, [&](const MapSource& map) { return map.name == name; });
     if (path.extension() == kMapEnding && CheckMapName(name).ok() && !is_known) {
       found.push_back({.name = name, .path = path.string()});
     }
@@ -33,8 +33,7 @@ absl::StatusOr<std::vector<MapSource>> MapSources::List() const {
     return absl::NotFoundError(
         absl::StrCat("the maps folder ", folder_, " cannot be read: ", error.message()));
   }
-  std::sort(found.begin(), found.end(),
-            [](const MapSource& a, const MapSource& b) { return a.name < b.name; });
+  std::ranges::sort(found, {}, &MapSource::name);
   sources.insert(sources.end(), found.begin(), found.end());
   return sources;
 }

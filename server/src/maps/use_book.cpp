@@ -135,8 +135,8 @@ std::shared_ptr<UseCounter> UseBook::Open(const std::string& map_path,
     const std::lock_guard lock(mutex_);
     if (period_.count() <= 0.0 || is_stopping_) return nullptr;
     const std::string file = mapdb::UseFileOf(map_path);
-    const auto known = std::find_if(counters_.begin(), counters_.end(),
-                                    [&](const auto& other) { return other->file() == file; });
+    const auto known =
+        std::ranges::find_if(counters_, [&](const auto& other) { return other->file() == file; });
     if (known != counters_.end()) {
       if ((*known)->content_id() != content_id) {
         *known = std::make_shared<UseCounter>(file, content_id, num_places, std::move(*known));

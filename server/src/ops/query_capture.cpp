@@ -93,8 +93,7 @@ void QueryCapture::Adopt() {
       files_.push_back({entry.path(), CostOf(entry.path(), num_bytes)});
     }
   }
-  std::sort(files_.begin(), files_.end(),
-            [](const File& a, const File& b) { return a.path < b.path; });
+  std::ranges::sort(files_, {}, &File::path);
   for (const File& file : files_) num_bytes_ += file.num_bytes;
   RemoveOldest();
 }

@@ -51,8 +51,8 @@ absl::Status CheckComparable(const ServedMaps& maps, const Query& query) {
 /// The prior as a map takes it. One that does not know where on earth it stands is looked at as a
 /// whole, if others do.
 absl::StatusOr<Prior> PriorOf(const ServedMaps& maps, const ServedMap& map, const Prior& asked) {
-  const bool does_any_know = std::any_of(maps.begin(), maps.end(),
-                                         [](const auto& other) { return other->geo.has_value(); });
+  const bool does_any_know =
+      std::ranges::any_of(maps, [](const auto& other) { return other->geo.has_value(); });
   if (!asked.on_earth || map.geo || !does_any_know) return geo::InMapFrame(asked, map.geo);
   return Prior{};
 }
@@ -60,7 +60,7 @@ absl::StatusOr<Prior> PriorOf(const ServedMaps& maps, const ServedMap& map, cons
 /// Each candidate by the map that it is in, which it names where several were asked.
 void TellWhereOnEarth(const ServedMaps& maps, Answer& answer) {
   for (Candidate& candidate : answer.candidates) {
-    const auto map = std::find_if(maps.begin(), maps.end(), [&](const auto& asked) {
+    const auto map = std::ranges::find_if(maps, [&](const auto& asked) {
       return candidate.map.empty() || candidate.map == asked->info.name;
     });
     if (map != maps.end() && (*map)->geo) {

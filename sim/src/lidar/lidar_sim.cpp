@@ -158,7 +158,7 @@ std::vector<SeenSolid> NearestFirst(std::span<const Solid> solids, const Eigen::
     SeenSolid solid = See(solids[i], i, sensor);
     if (solid.near_m <= max_range_m) seen.push_back(solid);
   }
-  std::sort(seen.begin(), seen.end(), [](const SeenSolid& a, const SeenSolid& b) {
+  std::ranges::sort(seen, [](const SeenSolid& a, const SeenSolid& b) {
     return a.near_m != b.near_m ? a.near_m < b.near_m : a.index < b.index;
   });
   return seen;

@@ -81,8 +81,8 @@ std::vector<bool> ChooseRebuilt(const Town& town) {
   std::vector<std::size_t> order(lengths.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   const std::uint64_t seed = Mix(town.options.town_seed, town.options.rebuilt_seed);
-  std::sort(order.begin(), order.end(),
-            [&](std::size_t a, std::size_t b) { return Mix(seed, a) < Mix(seed, b); });
+  std::ranges::sort(order,
+                    [&](std::size_t a, std::size_t b) { return Mix(seed, a) < Mix(seed, b); });
   std::vector<bool> is_rebuilt(lengths.size(), false);
   double sum_m = 0.0;
   for (const std::size_t i : order) {

@@ -240,7 +240,7 @@ class Walk {
 /// A leg of the drive: one street in the direction driven.
 Path MakeLeg(const Street& street, bool forward) {
   std::vector<Eigen::Vector2d> points = street.center.points();
-  if (!forward) std::reverse(points.begin(), points.end());
+  if (!forward) std::ranges::reverse(points);
   return Path(points);
 }
 

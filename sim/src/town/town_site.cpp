@@ -62,15 +62,15 @@ bool Site::Fits(const Solid& solid, double gap_m) const {
   VisitAround(solid, max_disc_m_, [&](std::uint64_t cell) {
     const auto discs = discs_.find(cell);
     if (!fits || discs == discs_.end()) return;
-    fits = std::none_of(discs->second.begin(), discs->second.end(), [&](const Disc& disc) {
+    fits = std::ranges::none_of(discs->second, [&](const Disc& disc) {
       return DistanceToPoint(solid, disc.center) < disc.radius_m;
     });
   });
   VisitAround(solid, gap_m, [&](std::uint64_t cell) {
     const auto boxes = boxes_.find(cell);
     if (!fits || boxes == boxes_.end()) return;
-    fits = std::all_of(boxes->second.begin(), boxes->second.end(),
-                       [&](const Solid& box) { return AreApart(solid, box, gap_m); });
+    fits = std::ranges::all_of(boxes->second,
+                               [&](const Solid& box) { return AreApart(solid, box, gap_m); });
   });
   return fits;
 }

@@ -85,8 +85,8 @@ std::vector<Solid> MakeStandingTraffic(const Town& town, const SessionOptions& o
   const std::uint64_t seed = Mix(options.session_seed, 0x9A);
   std::vector<Solid> standing;
   const auto add_clear = [&](const std::vector<Solid>& solids) {
-    const bool clear = std::all_of(solids.begin(), solids.end(),
-                                   [&](const Solid& s) { return own_way.Fits(s, 0.0); });
+    const bool clear =
+        std::ranges::all_of(solids, [&](const Solid& s) { return own_way.Fits(s, 0.0); });
     if (clear) standing.insert(standing.end(), solids.begin(), solids.end());
   };
   for (std::size_t i = 0; i < town.parking.size(); ++i) {
@@ -146,9 +146,8 @@ void MovingTraffic::AppendAround(const Eigen::Vector2d& own, const Eigen::Vector
       vehicle.clear();
       AppendVehicle(kind, at, v.speed_mps > 0.0 ? tangent : Eigen::Vector2d(-tangent),
                     ground_.Height(at.x(), at.y()), random, vehicle);
-      const bool in_the_way = std::any_of(vehicle.begin(), vehicle.end(), [&](const Solid& s) {
-        return IsInTheWay(s, own, own_axis);
-      });
+      const bool in_the_way = std::ranges::any_of(
+          vehicle, [&](const Solid& s) { return IsInTheWay(s, own, own_axis); });
       if (!in_the_way) to.insert(to.end(), vehicle.begin(), vehicle.end());
     }
   }

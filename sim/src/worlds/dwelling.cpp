@@ -59,9 +59,8 @@ std::vector<std::size_t> Split(const Rect& rect, Random& random, Flat* flat) {
     const auto [low, high] = Shared(flat->rooms[pair.first], flat->rooms[pair.second], other);
     return high - low;
   };
-  const auto [a, b] = *std::max_element(
-      pairs.begin(), pairs.end(),
-      [&](const auto& left, const auto& right) { return shared_m(left) < shared_m(right); });
+  const auto [a, b] = *std::ranges::max_element(
+      pairs, [&](const auto& left, const auto& right) { return shared_m(left) < shared_m(right); });
   const auto [low, high] = Shared(flat->rooms[a], flat->rooms[b], other);
   Doorway door{a, b, {}, {}, 0.0};
   door.from[axis] = door.to[axis] = cut;

@@ -47,8 +47,7 @@ Plan MakePlan(std::uint64_t seed) {
       x = to;
     }
   }
-  std::stable_sort(plan.rooms.begin(), plan.rooms.end(),
-                   [](const RoomPlan& a, const RoomPlan& b) { return a.door_at_m < b.door_at_m; });
+  std::ranges::stable_sort(plan.rooms, {}, &RoomPlan::door_at_m);
   plan.has_lift = random.Chance(0.4);
   return plan;
 }
@@ -70,7 +69,7 @@ std::vector<Vector2d> Way(const Plan& plan, bool from_entrance) {
     return out;
   }
   out.emplace_back(plan.length_m + 14.0, 0.0);
-  std::reverse(out.begin(), out.end());
+  std::ranges::reverse(out);
   return out;
 }
 
