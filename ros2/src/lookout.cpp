@@ -40,6 +40,10 @@ void Lookout::BeginAnew() {
 
 void Lookout::TakeTrigger() {
   is_outdated_ = asked_.has_value();
+  // What the sensor saw before may be of another place, long ago.
+  if (waiting_ || decoded_) ++counts_.passed_over;
+  waiting_.reset();
+  decoded_.reset();
   BeginAnew();
 }
 

@@ -158,6 +158,16 @@ TEST_F(LookoutTest, WaitsForTheTriggerAndBeginsAnewWithEach) {
   EXPECT_TRUE(Round(Localized()).initial_pose.has_value());
 }
 
+TEST_F(LookoutTest, AsksAboutNoCloudFromBeforeTheTrigger) {
+  Begin({.mode = Mode::kUntilLocalized, .asks_at_start = false, .stays = true});
+  Cloud(1);  // then the sensor is silent, and the robot carried elsewhere
+  lookout->TakeTrigger();
+  EXPECT_FALSE(Next().has_value());
+  EXPECT_EQ(Value("clouds_passed_over"), "1");
+  Cloud(9000);
+  EXPECT_TRUE(Next().has_value());
+}
+
 TEST_F(LookoutTest, LeavesOutAReplyFromBeforeTheTrigger) {
   Begin({.mode = Mode::kAlways, .stays = true});
   Cloud(1);
