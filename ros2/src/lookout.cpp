@@ -115,7 +115,8 @@ bool Lookout::WantsScan() const {
     case Mode::kOnce:
       return !is_answered_;
     case Mode::kUntilLocalized:
-      return state_ != State::kLocalized || !(is_announced_ || T_map_odom_);
+      if (state_ != State::kLocalized) return true;
+      return options_.publishes_tf ? !T_map_odom_ : !is_announced_;
     case Mode::kAlways:
       break;
   }

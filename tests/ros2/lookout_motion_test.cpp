@@ -225,6 +225,21 @@ TEST_F(LookoutTest, IsSilentFromALeapOfOdometryUntilTheRobotIsFound) {
   EXPECT_TRUE(told.map_odom->T_parent_child.isApprox(At(70), 1e-9));
 }
 
+TEST_F(LookoutTest, GoesOnUntilThereIsATransform) {
+  Begin({.mode = Mode::kUntilLocalized, .stays = true, .publishes_tf = true});
+  EXPECT_TRUE(Round(Localized()).initial_pose.has_value());
+  EXPECT_THAT(lookout->Diagnose().message, HasSubstr("no transform without odometry"));
+  (void)Odom(4, At(0));
+  (void)Odom(5, At(1));
+  Cloud(5);
+  ASSERT_TRUE(Next().has_value());
+  (void)Answer(Localized());
+  EXPECT_TRUE(Odom(6, At(2)).map_odom.has_value());
+  Cloud(6);
+  now_ns += 2 * kSecond;
+  EXPECT_FALSE(Next().has_value());
+}
+
 TEST(Odometry, KeepsTheLastSecondsOnly) {
   Odometry odometry;
   for (int i = 0; i < 100'000; ++i) {
