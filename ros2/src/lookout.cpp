@@ -243,6 +243,7 @@ PoseMessage Lookout::TakeLocalized(const TrackedReply& reply, const dataset::Mes
     unheard_ = pose;
     unheard_until_ns_ = now_ns + kUnheard_ns;
   }
+  if (reply.is_relocated) T_map_odom_.reset();
   if (options_.publishes_tf && T_odom_asked_)
     T_map_odom_ = best.T_map_query * T_odom_asked_->inverse();
   return pose;

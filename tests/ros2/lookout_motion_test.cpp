@@ -225,6 +225,24 @@ TEST_F(LookoutTest, IsSilentFromALeapOfOdometryUntilTheRobotIsFound) {
   EXPECT_TRUE(told.map_odom->T_parent_child.isApprox(At(70), 1e-9));
 }
 
+TEST_F(LookoutTest, ForgetsWhereOdometryLiesWhenTheRobotWasCarriedOff) {
+  Begin({.mode = Mode::kAlways, .publishes_tf = true, .interval_s = 0.0});
+  (void)Odom(0, At(0));
+  (void)Odom(1, At(10));
+  Cloud(1);
+  ASSERT_TRUE(Next().has_value());
+  (void)Answer(Localized(At(110)));
+  EXPECT_TRUE(Odom(2, At(10)).map_odom.has_value());
+  Cloud(50);  // of a time without odometry
+  EXPECT_FALSE(Next().has_value());
+  now_ns += 100 * kMs;
+  ASSERT_TRUE(Next().has_value());
+  auto relocated = Localized(At(500));
+  relocated->is_relocated = true;
+  (void)Answer(relocated);
+  EXPECT_FALSE(Odom(3, At(10)).map_odom.has_value()) << "it would put the robot where it was";
+}
+
 TEST_F(LookoutTest, GoesOnUntilThereIsATransform) {
   Begin({.mode = Mode::kUntilLocalized, .stays = true, .publishes_tf = true});
   EXPECT_TRUE(Round(Localized()).initial_pose.has_value());
