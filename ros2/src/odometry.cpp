@@ -8,15 +8,17 @@ bool Odometry::Add(const dataset::StampedPose& pose) {
   constexpr double kFastest_m_per_s = 100.0;
   constexpr double kLeast_m = 1.0;
   const std::optional<std::int64_t> newest = newest_ns();
-  if (newest == pose.stamp_ns) return false;  // a pose a time
-  bool leaps = false;
-  if (newest) {
+  const bool is_of_other = newest && pose.parent != frame_;
+  if (newest == pose.stamp_ns && !is_of_other) return false;  // a pose a time
+  bool leaps = is_of_other;
+  if (newest && !is_of_other) {
     const Pose& last = track_.samples().back().second;
     const double way_m = (pose.T_parent_child.translation() - last.translation()).norm();
     const double time_s = std::abs(1e-9 * static_cast<double>(pose.stamp_ns - *newest));
     leaps = way_m > kLeast_m + kFastest_m_per_s * time_s;
   }
   if (leaps || newest > pose.stamp_ns) track_ = {};
+  frame_ = pose.parent;
   track_.Add(pose.stamp_ns, pose.T_parent_child);
   const auto& samples = track_.samples();
   if (samples.size() > kMaxSamples) {

@@ -21,7 +21,7 @@ class Odometry {
 
   /// Takes a message of odometry. A stamp from before the newest forgets all that was there: time
   /// began anew, as when a bag is played again. So does a leap, and says so: a way that no robot
-  /// goes in the time since the newest, as where odometry began anew.
+  /// goes in the time since the newest, as where odometry began anew, or another frame.
   bool Add(const dataset::StampedPose& pose);
 
   /// Interpolated; none outside of what is known.
@@ -31,6 +31,7 @@ class Odometry {
   [[nodiscard]] std::optional<std::int64_t> newest_ns() const;
 
  private:
+  std::string frame_;  // of the track, its parent
   dataset::PoseTrack track_;
 };
 

@@ -225,6 +225,18 @@ TEST_F(LookoutTest, IsSilentFromALeapOfOdometryUntilTheRobotIsFound) {
   EXPECT_TRUE(told.map_odom->T_parent_child.isApprox(At(70), 1e-9));
 }
 
+TEST_F(LookoutTest, IsSilentFromOdometryOfAnotherFrameUntilTheRobotIsFound) {
+  Begin({.mode = Mode::kUntilLocalized, .stays = true, .publishes_tf = true});
+  (void)Odom(0, At(0));
+  (void)Odom(1, At(10));
+  Cloud(1);
+  ASSERT_TRUE(Next().has_value());
+  (void)Answer(Localized(At(110)));
+  const auto other = lookout->TakeOdometry({kStart_ns + 1100 * kMs, "visual", "base_link", At(10)});
+  EXPECT_FALSE(other.map_odom.has_value()) << "the map was told to lie in odom";
+  EXPECT_EQ(lookout->Diagnose().message, "lost again: odometry leapt");
+}
+
 TEST_F(LookoutTest, ForgetsWhereOdometryLiesWhenTheRobotWasCarriedOff) {
   Begin({.mode = Mode::kAlways, .publishes_tf = true, .interval_s = 0.0});
   (void)Odom(0, At(0));
