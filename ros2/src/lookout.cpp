@@ -172,15 +172,19 @@ std::optional<Question> Lookout::NextQuestion(std::int64_t now_ns) {
   const std::optional<Pose> T_base_sensor = MountOf(cloud.head.frame);
   has_mount_ = T_base_sensor.has_value();
   question.mount.T_base_sensor = T_base_sensor.value_or(Pose::Identity());
-  TakeMotionOut(question.mount.T_base_sensor, cloud);
+  T_odom_asked_.reset();
+  if (has_mount_) {  // how the base moves says else nothing of the sensor
+    TakeMotionOut(*T_base_sensor, cloud);
+    T_odom_asked_ = odometry_.At(cloud.head.stamp_ns);
+  }
   question.scan = std::move(cloud.scan.points);
-  T_odom_asked_ = odometry_.At(cloud.head.stamp_ns);
   if (T_odom_asked_) {
     if (T_odom_last_) question.T_last_scan = T_odom_last_->inverse() * *T_odom_asked_;
   } else if (odometry_.newest_ns()) {
     ++counts_.without_odometry;
   }
   last_stamp_ns_ = cloud.head.stamp_ns;
+  cloud_frame_ = cloud.head.frame;
   asked_ = std::move(cloud.head);
   asked_at_ns_ = now_ns;
   begins_anew_ = false;

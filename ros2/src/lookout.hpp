@@ -149,6 +149,7 @@ class Lookout {
   std::int64_t sweep_end_ns_ = 0;              // of what was decoded, by its stamps
   std::int64_t first_decoded_at_ns_ = 0;       // 0: none yet
   bool has_mount_ = true;                      // else it is not known
+  std::string cloud_frame_;                    // of the last question
   std::optional<dataset::MessageHead> asked_;  // the question under way
   std::int64_t asked_at_ns_ = 0;
   std::optional<Pose> T_odom_asked_;  // of the base, where it is known

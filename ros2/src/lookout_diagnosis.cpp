@@ -67,6 +67,12 @@ void Lookout::DiagnoseState(DiagnosticMessage& diagnosis) const {
   if (num_misses_in_row_ > 0) {
     return Set(diagnosis, Level::kWarn, absl::StrCat("localized before, now: ", outcome));
   }
+  if (!has_mount_) {
+    return Set(diagnosis, Level::kWarn,
+               absl::StrCat("localized, but no mount of \"", Printable(cloud_frame_),
+                            "\" is known (tf_static, --T-base-sensor): the pose is the sensor's, "
+                            "and odometry is left out"));
+  }
   if (options_.publishes_tf && !T_map_odom_) {
     return Set(diagnosis, Level::kWarn,
                "localized, but no transform without odometry of the cloud's time");
@@ -74,8 +80,7 @@ void Lookout::DiagnoseState(DiagnosticMessage& diagnosis) const {
   if (!is_announced_ && !options_.publishes_tf) {
     return Set(diagnosis, Level::kOk, "localized, but nobody subscribes to the initial pose");
   }
-  Set(diagnosis, Level::kOk,
-      has_mount_ ? "localized" : "localized, but no mount is known: the pose is the sensor's");
+  Set(diagnosis, Level::kOk, "localized");
 }
 
 DiagnosticMessage Lookout::Diagnose() const {

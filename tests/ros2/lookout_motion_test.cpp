@@ -72,7 +72,27 @@ TEST_F(LookoutTest, TellsOfTheSensorWhereNoMountIsKnown) {
   ASSERT_TRUE(Next().has_value());
   EXPECT_TRUE(Answer(Localized(At(7))).pose->pose.isApprox(At(7), 1e-9));
   (void)lookout->TakeListeners(1, now_ns);
-  EXPECT_THAT(lookout->Diagnose().message, HasSubstr("no mount is known"));
+  EXPECT_THAT(lookout->Diagnose().message, HasSubstr("no mount of \"lidar\" is known"));
+  EXPECT_EQ(lookout->Diagnose().level, DiagnosticMessage::Level::kWarn);
+}
+
+TEST_F(LookoutTest, UsesNoOdometryOfTheBaseForASensorThatNothingTiesToIt) {
+  Begin({.mode = Mode::kAlways, .publishes_tf = true, .interval_s = 0.0});
+  cloud_frame = "lidar";
+  for (int i = 9; i < 23; ++i) (void)Odom(0.1 * i, At(0.2 * i));
+  const PointCloud wall = {{10, 0, 0}, {9, 0, 0}};
+  Cloud(1, wall, {0.0F, 0.1F});
+  EXPECT_FALSE(Next().has_value()) << "it waits for the mount";
+  now_ns += Lookout::kMountWait_ns;
+  for (const double at_s : {1.0, 2.0}) {
+    if (at_s > 1.0) Cloud(at_s, wall, {0.0F, 0.1F});
+    const auto question = Next();
+    ASSERT_TRUE(question.has_value());
+    EXPECT_EQ(question->scan, wall) << "which way the sensor goes is not known";
+    EXPECT_FALSE(question->T_last_scan.has_value());
+    (void)Answer(Localized(At(7)));
+  }
+  EXPECT_FALSE(Odom(2.3, At(4.6)).map_odom.has_value()) << "off by where the sensor sits";
 }
 
 TEST_F(LookoutTest, TakesOdometryOfAnotherFrameOfTheRobot) {
