@@ -75,7 +75,7 @@ Told Lookout::TakeOdometry(const dataset::StampedPose& pose) {
   }
   if (options_.odom_frame.empty()) odom_frame_ = pose.parent;
   Told told;
-  if (options_.publishes_tf && state_ == State::kLocalized && T_map_odom_) {
+  if (options_.publishes_tf && state_ == State::kLocalized && T_map_odom_ && HasOdomFrame()) {
     told.map_odom = TransformMessage{.stamp_ns = pose.stamp_ns,
                                      .parent = options_.map_frame,
                                      .child = odom_frame_,

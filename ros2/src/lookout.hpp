@@ -115,6 +115,10 @@ class Lookout {
   };
 
   void BeginAnew();
+  /// Whether a transform may lead from the map's frame to that of the odometry.
+  [[nodiscard]] bool HasOdomFrame() const {
+    return !odom_frame_.empty() && odom_frame_ != options_.map_frame;
+  }
   [[nodiscard]] bool WantsScan() const;
   [[nodiscard]] bool AwaitsOdometry(std::int64_t now_ns) const;
   /// T_base_sensor of clouds of a frame; none if it is not known.

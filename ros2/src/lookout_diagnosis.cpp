@@ -77,6 +77,11 @@ void Lookout::DiagnoseState(DiagnosticMessage& diagnosis) const {
     return Set(diagnosis, Level::kWarn,
                "localized, but no transform without odometry of the cloud's time");
   }
+  if (options_.publishes_tf && !HasOdomFrame()) {
+    return Set(diagnosis, Level::kWarn,
+               absl::StrCat("localized, but odometry is in the frame \"", Printable(odom_frame_),
+                            "\", to which no transform can lead; name another by --odom-frame"));
+  }
   if (!is_announced_ && !options_.publishes_tf) {
     return Set(diagnosis, Level::kOk, "localized, but nobody subscribes to the initial pose");
   }

@@ -290,6 +290,23 @@ TEST_F(LookoutTest, GoesOnUntilThereIsATransform) {
   EXPECT_FALSE(Next().has_value());
 }
 
+TEST_F(LookoutTest, PublishesNoTransformFromAFrameToItselfOrToNone) {
+  for (const char* const frame : {"map", ""}) {
+    Begin({.mode = Mode::kAlways, .publishes_tf = true, .interval_s = 0.0});
+    const auto odometry = [&](int at_s) {
+      return lookout->TakeOdometry({kStart_ns + at_s * kSecond, frame, "base_link", At(at_s)});
+    };
+    (void)odometry(1);
+    (void)odometry(2);
+    Cloud(1);
+    ASSERT_TRUE(Next().has_value());
+    (void)Answer(Localized());
+    EXPECT_FALSE(odometry(3).map_odom.has_value()) << frame;
+    EXPECT_THAT(lookout->Diagnose().message, HasSubstr("--odom-frame"));
+    EXPECT_EQ(lookout->Diagnose().level, DiagnosticMessage::Level::kWarn);
+  }
+}
+
 TEST(Odometry, KeepsTheLastSecondsOnly) {
   Odometry odometry;
   for (int i = 0; i < 100'000; ++i) {
