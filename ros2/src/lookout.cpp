@@ -47,8 +47,9 @@ void Lookout::TakeTrigger() {
   BeginAnew();
 }
 
-void Lookout::TakeCloud(ReceivedBytes cloud) {
+void Lookout::TakeCloud(ReceivedBytes cloud, std::int64_t now_ns) {
   ++counts_.received;
+  cloud_at_ns_ = now_ns;
   if (waiting_) ++counts_.passed_over;
   waiting_ = std::move(cloud);
 }
@@ -125,6 +126,10 @@ bool Lookout::WantsScan() const {
 
 void Lookout::Decode(std::int64_t now_ns) {
   const ReceivedBytes cloud = *std::exchange(waiting_, std::nullopt);
+  if (now_ns > cloud_at_ns_ + kOutdated_ns) {
+    ++counts_.passed_over;
+    return;
+  }
   auto decoded = dataset::DecodeCloud(dataset::WireFormat::kCdr, cloud.bytes, options_.deskews);
   if (!decoded.ok()) {
     ++counts_.refused;

@@ -69,13 +69,18 @@ class Lookout {
   /// From one question to the next while the robot is not localized.
   static constexpr std::int64_t kSearchInterval_ns = 200'000'000;
 
+  /// A cloud that has waited for longer is asked about no more: the robot may have gone on.
+  static constexpr std::int64_t kOutdated_ns = kUnheard_ns;
+  /// Without a cloud for so long it is told that none comes.
+  static constexpr std::int64_t kSilence_ns = 10'000'000'000;
+
   /// How long the first scan waits for static transforms to tell where the sensor sits.
   static constexpr std::int64_t kMountWait_ns = 1'000'000'000;
   static constexpr std::size_t kMaxStaticFrames = 1000;
 
   explicit Lookout(const LookoutOptions& options);
 
-  void TakeCloud(ReceivedBytes cloud);
+  void TakeCloud(ReceivedBytes cloud, std::int64_t now_ns);
   /// Of a body that static transforms do not connect with the base it is left out, and told of. One
   /// that names no body is the base's.
   [[nodiscard]] Told TakeOdometry(const dataset::StampedPose& pose);
@@ -100,7 +105,7 @@ class Lookout {
   [[nodiscard]] const absl::Status& failure() const { return failure_; }
 
   /// How things stand, for people and monitors; the stamp is left open.
-  [[nodiscard]] DiagnosticMessage Diagnose() const;
+  [[nodiscard]] DiagnosticMessage Diagnose(std::int64_t now_ns) const;
 
  private:
   enum class State { kIdle, kSearching, kLocalized, kLost };
@@ -134,7 +139,7 @@ class Lookout {
   void TakeMiss();
   void Lose();
   /// One line for people, and how bad it is.
-  void DiagnoseState(DiagnosticMessage& diagnosis) const;
+  void DiagnoseState(std::int64_t now_ns, DiagnosticMessage& diagnosis) const;
 
   const LookoutOptions options_;
   State state_ = State::kIdle;
@@ -148,6 +153,7 @@ class Lookout {
       unconnected_;  // the body of the last odometry, where nothing connects it with the base
 
   std::optional<ReceivedBytes> waiting_;          // the newest, not looked into
+  std::int64_t cloud_at_ns_ = 0;                  // when the newest came
   std::optional<dataset::CloudMessage> decoded_;  // is asked about next
   std::int64_t decoded_at_ns_ = 0;
   std::int64_t sweep_end_ns_ = 0;              // of what was decoded, by its stamps

@@ -39,7 +39,7 @@ void AddAnswer(const LocalizeReply& reply, DiagnosticMessage& diagnosis) {
 
 }  // namespace
 
-void Lookout::DiagnoseState(DiagnosticMessage& diagnosis) const {
+void Lookout::DiagnoseState(std::int64_t now_ns, DiagnosticMessage& diagnosis) const {
   const std::string outcome =
       last_reply_ ? OutcomeName(last_reply_->answer.outcome) : std::string("no answer yet");
   if (state_ == State::kIdle) return Set(diagnosis, Level::kOk, "waits for a trigger");
@@ -61,6 +61,10 @@ void Lookout::DiagnoseState(DiagnosticMessage& diagnosis) const {
                             Printable(options_.base_frame), "\" (--base-frame)"));
   }
   if (counts_.received == 0) return Set(diagnosis, Level::kWarn, "no cloud has come");
+  if (WantsScan() && now_ns >= cloud_at_ns_ + kSilence_ns) {
+    return Set(diagnosis, Level::kWarn,
+               absl::StrCat("no cloud has come for ", kSilence_ns / 1'000'000'000, " s"));
+  }
   if (state_ == State::kSearching) {
     return Set(diagnosis, Level::kWarn, absl::StrCat("not localized: ", outcome));
   }
@@ -88,10 +92,10 @@ void Lookout::DiagnoseState(DiagnosticMessage& diagnosis) const {
   Set(diagnosis, Level::kOk, "localized");
 }
 
-DiagnosticMessage Lookout::Diagnose() const {
+DiagnosticMessage Lookout::Diagnose(std::int64_t now_ns) const {
   constexpr const char* kStates[] = {"idle", "searching", "localized", "lost"};
   DiagnosticMessage diagnosis;
-  DiagnoseState(diagnosis);
+  DiagnoseState(now_ns, diagnosis);
   diagnosis.values.emplace_back("state", kStates[static_cast<int>(state_)]);
   diagnosis.values.emplace_back("clouds_received", absl::StrCat(counts_.received));
   diagnosis.values.emplace_back("clouds_asked", absl::StrCat(counts_.asked));

@@ -86,13 +86,13 @@ class Reporter {
       : node_(node),
         lookout_(lookout),
         quiet_(quiet),
-        last_message_(lookout.Diagnose().message),
+        last_message_(lookout.Diagnose(NowNs()).message),
         next_ns_(NowNs() + kReportEvery_ns) {}
 
   /// Once a second, and at once when things have changed.
   void Report() {
     const std::int64_t now_ns = NowNs();
-    DiagnosticMessage diagnosis = lookout_.Diagnose();
+    DiagnosticMessage diagnosis = lookout_.Diagnose(now_ns);
     if (diagnosis.message == last_message_ && now_ns < next_ns_) return;
     last_message_ = diagnosis.message;
     next_ns_ = now_ns + kReportEvery_ns;
@@ -144,7 +144,7 @@ void Step(Node& node, Lookout& lookout, AskerThread& asker, std::int64_t until_n
   if (received.has_trigger) lookout.TakeTrigger();
   for (const auto& pose : received.static_transforms) lookout.TakeStaticTransform(pose);
   for (const auto& pose : received.odometry) Publish(lookout.TakeOdometry(pose), node);
-  for (auto& cloud : received.clouds) lookout.TakeCloud(std::move(cloud));
+  for (auto& cloud : received.clouds) lookout.TakeCloud(std::move(cloud), NowNs());
   if (const auto reply = asker.TakeReply()) Publish(lookout.TakeReply(*reply, NowNs()), node);
   Publish(lookout.TakeListeners(node.num_listeners(), NowNs()), node);
   if (auto question = lookout.NextQuestion(NowNs())) asker.Start(*std::move(question));

@@ -44,7 +44,7 @@ class LookoutTest : public ::testing::Test {
     auto bytes = std::make_shared<const std::string>(test::CloudBytes(
         points, kStart_ns + static_cast<std::int64_t>(at_s * 1e9), cloud_frame, times_s));
     const std::string_view view = *bytes;
-    lookout->TakeCloud({.bytes = view, .owner = std::move(bytes)});
+    lookout->TakeCloud({.bytes = view, .owner = std::move(bytes)}, now_ns);
   }
   Told Odom(double at_s, const Pose& T_odom_base) {
     return lookout->TakeOdometry({.stamp_ns = kStart_ns + static_cast<std::int64_t>(at_s * 1e9),
@@ -66,7 +66,7 @@ class LookoutTest : public ::testing::Test {
     return told;
   }
   std::string Value(const std::string& key) {
-    for (const auto& [name, value] : lookout->Diagnose().values) {
+    for (const auto& [name, value] : lookout->Diagnose(now_ns).values) {
       if (name == key) return value;
     }
     return "none";

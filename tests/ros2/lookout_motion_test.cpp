@@ -72,8 +72,8 @@ TEST_F(LookoutTest, TellsOfTheSensorWhereNoMountIsKnown) {
   ASSERT_TRUE(Next().has_value());
   EXPECT_TRUE(Answer(Localized(At(7))).pose->pose.isApprox(At(7), 1e-9));
   (void)lookout->TakeListeners(1, now_ns);
-  EXPECT_THAT(lookout->Diagnose().message, HasSubstr("no mount of \"lidar\" is known"));
-  EXPECT_EQ(lookout->Diagnose().level, DiagnosticMessage::Level::kWarn);
+  EXPECT_THAT(lookout->Diagnose(now_ns).message, HasSubstr("no mount of \"lidar\" is known"));
+  EXPECT_EQ(lookout->Diagnose(now_ns).level, DiagnosticMessage::Level::kWarn);
 }
 
 TEST_F(LookoutTest, UsesNoOdometryOfTheBaseForASensorThatNothingTiesToIt) {
@@ -117,7 +117,7 @@ TEST_F(LookoutTest, LeavesOutOdometryOfABodyThatNothingConnectsWithTheBase) {
   ASSERT_TRUE(Next().has_value());
   (void)Answer(Localized(At(108)));
   EXPECT_FALSE(odometry(1, 11).map_odom.has_value()) << "it would be off by where the imu sits";
-  EXPECT_THAT(lookout->Diagnose().message, HasSubstr("odometry is of \"imu\" and left out"));
+  EXPECT_THAT(lookout->Diagnose(now_ns).message, HasSubstr("odometry is of \"imu\" and left out"));
 
   lookout->TakeStaticTransform({.parent = "base_link", .child = "imu", .T_parent_child = At(2)});
   (void)odometry(2, 11);
@@ -125,7 +125,7 @@ TEST_F(LookoutTest, LeavesOutOdometryOfABodyThatNothingConnectsWithTheBase) {
   ASSERT_TRUE(Next().has_value());
   (void)Answer(Localized(At(109)));  // base_link is at 9 in odom
   EXPECT_TRUE(odometry(3, 12).map_odom->T_parent_child.isApprox(At(100), 1e-9));
-  EXPECT_THAT(lookout->Diagnose().message, HasSubstr("localized"));
+  EXPECT_THAT(lookout->Diagnose(now_ns).message, HasSubstr("localized"));
 }
 
 TEST_F(LookoutTest, WaitsALittleForOdometryOfTheScansTime) {
@@ -226,7 +226,7 @@ TEST_F(LookoutTest, IsSilentFromALeapOfOdometryUntilTheRobotIsFound) {
   (void)Answer(Localized(At(110)));
   EXPECT_TRUE(Odom(1.1, At(19)).map_odom.has_value()) << "90 m/s";
   EXPECT_FALSE(Odom(1.2, At(0)).map_odom.has_value()) << "odometry began anew";
-  EXPECT_EQ(lookout->Diagnose().message, "lost again: odometry leapt");
+  EXPECT_EQ(lookout->Diagnose(now_ns).message, "lost again: odometry leapt");
 
   Cloud(1.2);
   now_ns += 2 * kSecond;
@@ -254,7 +254,7 @@ TEST_F(LookoutTest, IsSilentFromOdometryOfAnotherFrameUntilTheRobotIsFound) {
   (void)Answer(Localized(At(110)));
   const auto other = lookout->TakeOdometry({kStart_ns + 1100 * kMs, "visual", "base_link", At(10)});
   EXPECT_FALSE(other.map_odom.has_value()) << "the map was told to lie in odom";
-  EXPECT_EQ(lookout->Diagnose().message, "lost again: odometry leapt");
+  EXPECT_EQ(lookout->Diagnose(now_ns).message, "lost again: odometry leapt");
 }
 
 TEST_F(LookoutTest, ForgetsWhereOdometryLiesWhenTheRobotWasCarriedOff) {
@@ -278,7 +278,7 @@ TEST_F(LookoutTest, ForgetsWhereOdometryLiesWhenTheRobotWasCarriedOff) {
 TEST_F(LookoutTest, GoesOnUntilThereIsATransform) {
   Begin({.mode = Mode::kUntilLocalized, .stays = true, .publishes_tf = true});
   EXPECT_TRUE(Round(Localized()).initial_pose.has_value());
-  EXPECT_THAT(lookout->Diagnose().message, HasSubstr("no transform without odometry"));
+  EXPECT_THAT(lookout->Diagnose(now_ns).message, HasSubstr("no transform without odometry"));
   (void)Odom(4, At(0));
   (void)Odom(5, At(1));
   Cloud(5);
@@ -302,8 +302,8 @@ TEST_F(LookoutTest, PublishesNoTransformFromAFrameToItselfOrToNone) {
     ASSERT_TRUE(Next().has_value());
     (void)Answer(Localized());
     EXPECT_FALSE(odometry(3).map_odom.has_value()) << frame;
-    EXPECT_THAT(lookout->Diagnose().message, HasSubstr("--odom-frame"));
-    EXPECT_EQ(lookout->Diagnose().level, DiagnosticMessage::Level::kWarn);
+    EXPECT_THAT(lookout->Diagnose(now_ns).message, HasSubstr("--odom-frame"));
+    EXPECT_EQ(lookout->Diagnose(now_ns).level, DiagnosticMessage::Level::kWarn);
   }
 }
 

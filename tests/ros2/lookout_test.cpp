@@ -55,15 +55,15 @@ TEST_F(LookoutTest, UntilLocalizedGoesOnUntilSomebodyWasTold) {
   Begin({.mode = Mode::kUntilLocalized});
   (void)Round(Missed());
   EXPECT_FALSE(lookout->IsDone(now_ns));
-  EXPECT_THAT(lookout->Diagnose().message, HasSubstr("not localized: not_recognized"));
+  EXPECT_THAT(lookout->Diagnose(now_ns).message, HasSubstr("not localized: not_recognized"));
   EXPECT_FALSE(Round(Localized(), 0).initial_pose.has_value());
   EXPECT_FALSE(lookout->IsDone(now_ns));
-  EXPECT_THAT(lookout->Diagnose().message, HasSubstr("nobody subscribes"));
+  EXPECT_THAT(lookout->Diagnose(now_ns).message, HasSubstr("nobody subscribes"));
   EXPECT_FALSE(lookout->TakeListeners(1, now_ns).initial_pose.has_value()) << "it is old by now";
   const Told told = Round(Localized(At(7)), 1);
   EXPECT_TRUE(told.initial_pose->pose.isApprox(At(7)));
   EXPECT_TRUE(lookout->IsDone(now_ns));
-  EXPECT_EQ(lookout->Diagnose().level, DiagnosticMessage::Level::kOk);
+  EXPECT_EQ(lookout->Diagnose(now_ns).level, DiagnosticMessage::Level::kOk);
 }
 
 TEST_F(LookoutTest, AlwaysTellsTheInitialPoseOnceAndThePoseEveryTime) {
@@ -83,13 +83,14 @@ TEST_F(LookoutTest, SaysWhenTheRobotIsLostAgainAndFindsItAnew) {
   Begin({.mode = Mode::kAlways, .num_misses_to_lost = 2});
   (void)Round(Localized());
   (void)Round(Missed());
-  EXPECT_THAT(lookout->Diagnose().message, HasSubstr("localized before, now: not_recognized"));
-  EXPECT_EQ(lookout->Diagnose().level, DiagnosticMessage::Level::kWarn);
+  EXPECT_THAT(lookout->Diagnose(now_ns).message,
+              HasSubstr("localized before, now: not_recognized"));
+  EXPECT_EQ(lookout->Diagnose(now_ns).level, DiagnosticMessage::Level::kWarn);
   (void)Round(Missed());
-  EXPECT_THAT(lookout->Diagnose().message, HasSubstr("lost again"));
-  EXPECT_EQ(lookout->Diagnose().level, DiagnosticMessage::Level::kError);
+  EXPECT_THAT(lookout->Diagnose(now_ns).message, HasSubstr("lost again"));
+  EXPECT_EQ(lookout->Diagnose(now_ns).level, DiagnosticMessage::Level::kError);
   EXPECT_TRUE(Round(Localized()).initial_pose.has_value());
-  EXPECT_EQ(lookout->Diagnose().message, "localized");
+  EXPECT_EQ(lookout->Diagnose(now_ns).message, "localized");
 }
 
 TEST_F(LookoutTest, AsksLessOftenWhileLocalized) {
@@ -124,10 +125,10 @@ TEST_F(LookoutTest, ComesBackLaterAndLaterWhileNobodyAnswers) {
     now_ns = next_ns;
   }
   EXPECT_LE(waited_ns, 5 * kSecond);
-  EXPECT_THAT(lookout->Diagnose().message, HasSubstr("no answer: no server at 127.0.0.1:1"));
-  EXPECT_EQ(lookout->Diagnose().level, DiagnosticMessage::Level::kError);
+  EXPECT_THAT(lookout->Diagnose(now_ns).message, HasSubstr("no answer: no server at 127.0.0.1:1"));
+  EXPECT_EQ(lookout->Diagnose(now_ns).level, DiagnosticMessage::Level::kError);
   (void)Round(Localized());
-  EXPECT_EQ(lookout->Diagnose().message, "localized");
+  EXPECT_EQ(lookout->Diagnose(now_ns).message, "localized");
 }
 
 TEST_F(LookoutTest, OnceFailsWhereAnotherTryWouldFailToo) {
@@ -148,7 +149,7 @@ TEST_F(LookoutTest, WaitsForTheTriggerAndBeginsAnewWithEach) {
   Begin({.mode = Mode::kUntilLocalized, .asks_at_start = false, .stays = true});
   Cloud(1);
   EXPECT_FALSE(Next().has_value());
-  EXPECT_EQ(lookout->Diagnose().message, "waits for a trigger");
+  EXPECT_EQ(lookout->Diagnose(now_ns).message, "waits for a trigger");
   lookout->TakeTrigger();
   EXPECT_TRUE(Round(Localized()).initial_pose.has_value());
   Cloud(3);
@@ -168,6 +169,36 @@ TEST_F(LookoutTest, AsksAboutNoCloudFromBeforeTheTrigger) {
   EXPECT_TRUE(Next().has_value());
 }
 
+TEST_F(LookoutTest, AsksAboutNoCloudOfLongAgo) {
+  Begin({.mode = Mode::kUntilLocalized});
+  Cloud(1);
+  ASSERT_TRUE(Next().has_value());
+  Cloud(2);
+  now_ns += 60 * kSecond;  // then the sensor is silent while the server does not answer
+  (void)Answer(absl::DeadlineExceededError("late"));
+  now_ns = lookout->NextChange_ns();
+  EXPECT_FALSE(Next().has_value());
+  EXPECT_EQ(Value("clouds_passed_over"), "1");
+  Cloud(62);
+  EXPECT_TRUE(Next().has_value());
+}
+
+TEST_F(LookoutTest, SaysWhenCloudsNoLongerCome) {
+  Begin({.mode = Mode::kAlways});
+  (void)Round(Localized());
+  EXPECT_EQ(lookout->Diagnose(now_ns).message, "localized");
+  now_ns += Lookout::kSilence_ns;
+  EXPECT_EQ(lookout->Diagnose(now_ns).level, DiagnosticMessage::Level::kWarn);
+  EXPECT_THAT(lookout->Diagnose(now_ns).message, HasSubstr("no cloud has come for"));
+  (void)Round(Localized());
+  EXPECT_EQ(lookout->Diagnose(now_ns).message, "localized");
+
+  Begin({.mode = Mode::kUntilLocalized, .stays = true});
+  (void)Round(Localized());
+  now_ns += Lookout::kSilence_ns;
+  EXPECT_EQ(lookout->Diagnose(now_ns).message, "localized") << "it needs none";
+}
+
 TEST_F(LookoutTest, LeavesOutAReplyFromBeforeTheTrigger) {
   Begin({.mode = Mode::kAlways, .stays = true});
   Cloud(1);
@@ -183,10 +214,10 @@ TEST_F(LookoutTest, LeavesOutAReplyFromBeforeTheTrigger) {
 TEST_F(LookoutTest, RefusesACloudThatIsNoneAndTakesTheNext) {
   Begin({.mode = Mode::kOnce});
   static const std::string lie = test::LyingCloudBytes({.point_step = 0});
-  lookout->TakeCloud({.bytes = lie});
+  lookout->TakeCloud({.bytes = lie}, now_ns);
   EXPECT_FALSE(Next().has_value());
-  EXPECT_THAT(lookout->Diagnose().message, HasSubstr("of the 0 bytes of a point"));
-  EXPECT_EQ(lookout->Diagnose().level, DiagnosticMessage::Level::kError);
+  EXPECT_THAT(lookout->Diagnose(now_ns).message, HasSubstr("of the 0 bytes of a point"));
+  EXPECT_EQ(lookout->Diagnose(now_ns).level, DiagnosticMessage::Level::kError);
   EXPECT_EQ(Value("clouds_refused"), "1");
   (void)Round(Localized());
   EXPECT_TRUE(lookout->IsDone(now_ns));
