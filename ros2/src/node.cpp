@@ -184,7 +184,7 @@ absl::Status Node::Impl::Open() {
   status.Update(
       Write(options.diagnostics, diagnostic_msgs_msg_dds__DiagnosticArray__desc, 10, diagnostics));
   status.Update(Write(options.tf, tf2_msgs_msg_dds__TFMessage__desc, 100, tf));
-  if (status.ok()) {
+  if (status.ok() && initial_pose > 0) {
     dds_set_status_mask(initial_pose, DDS_PUBLICATION_MATCHED_STATUS);
     status.Update(Watch(initial_pose));
   }

@@ -12,8 +12,9 @@ using cli::OptionGroup;
 void Options::Declare(CLI::App& app) {
   DeclareAnswers(app);
   DeclareModes(app);
-  DeclareTopics(app);
   DeclareFrames(app);
+  cli::RefuseEmptyValues(app);
+  DeclareTopics(app);  // an empty name is none, but of the clouds
   mount_.Declare(app);
   app.add_flag("--quiet", quiet, "Tell errors only, not how things stand");
   cli::ShowDefaults(app);
@@ -48,7 +49,6 @@ void Options::DeclareAnswers(CLI::App& app) {
   app.add_option("--max-step-m", stream.max_step_m,
                  "Without odometry: farthest that the robot goes between two questions [m]")
       ->check(InRange(0.001, 1000));
-  cli::RefuseEmptyValues(app);  // not of topics: an empty name is none
 }
 
 void Options::DeclareModes(CLI::App& app) {
@@ -131,6 +131,9 @@ absl::Status Options::Finish() {
   if (map_file.empty() && server.address.empty()) {
     return absl::InvalidArgumentError("give --server HOST:PORT or --map FILE");
   }
+  if (node.points.empty()) {
+    return absl::InvalidArgumentError("--points: its value is empty; give one, or leave it out");
+  }
   if (publish_tf_ && node.odom.empty()) {
     return absl::InvalidArgumentError("--publish-tf needs --odom");
   }
@@ -142,6 +145,10 @@ absl::Status Options::Finish() {
   lookout.stays = publish_tf_ || !node.trigger.empty();
   lookout.publishes_tf = publish_tf_;
   if (publish_tf_) node.tf = tf_topic_;
+  if (node.initial_pose.empty() && lookout.mode == Mode::kUntilLocalized && !publish_tf_) {
+    return absl::InvalidArgumentError(
+        "--until-localized needs --initialpose, --publish-tf, or another mode");
+  }
   node.is_reliable = reliability_ == "reliable";
   return absl::OkStatus();
 }

@@ -210,6 +210,16 @@ TEST(RosNode, LosesNoneOfLargeCloudsAtTheSensorsPace) {
   EXPECT_EQ(heard.values.at("state"), "localized");
 }
 
+TEST(RosNode, NeedsNoTopicForTheInitialPose) {
+  const DomainLease domain;
+  Process node({BinDir() + "/scanloc-ros2", "--map", Town().map1, "--always", "--initialpose", "",
+                "--domain", std::to_string(domain.domain())},
+               {.environment = {CycloneOnLoopback()}});
+  EXPECT_EQ(node.ReadLine(), "scanloc-ros2 ready");
+  node.Signal(SIGTERM);
+  EXPECT_EQ(node.Wait(), 0) << node.stderr_text();
+}
+
 TEST(RosNode, SaysWhyNoCloudsCome) {
   RunningNode node({"--map", Town().map1, "--points", "/lidar"});
   // Before the robot's topics are discovered nobody publishes any.
@@ -232,6 +242,10 @@ TEST(RosNode, RefusesWrongUsage) {
            {{"--map", "m", "--T-base-sensor", "1,2,3"}, "--T-base-sensor"},
            {{"--map", "m", "--T-base-sensor", "1,2,nan,0,0,0"}, "nan"},
            {{"--map", Town().map1, "--points", "a b"}, "is no name of a topic"},
+           {{"--map", "m", "--points", ""}, "--points: its value is empty"},
+           {{"--map", "m", "--map-frame", ""}, "--map-frame: its value is empty"},
+           {{"--map", "m", "--base-frame", ""}, "--base-frame: its value is empty"},
+           {{"--map", "m", "--initialpose", ""}, "--until-localized needs --initialpose"},
            {{"--map", "m", "--publish-tf", "--odom", ""}, "needs --odom"}}) {
     const ProcessResult result = RunProcess(Command(program, args));
     EXPECT_EQ(result.status, 2) << reason;
