@@ -15,6 +15,7 @@
 #include "ros_names.hpp"
 #include "scanloc/core/printable.hpp"
 #include "socket_drops.hpp"
+#include "unheard.hpp"
 
 namespace scanloc::ros2 {
 namespace {
@@ -105,8 +106,8 @@ struct Node::Impl {
   absl::Status Write(const std::string& name, const dds_topic_descriptor_t& type, int depth,
                      dds_entity_t& writer);
   absl::Status Watch(dds_entity_t entity);
-  /// What publishers there are instead of those of clouds.
-  [[nodiscard]] std::string LookAround() const;
+  /// Why messages do not come, or are not heard.
+  [[nodiscard]] std::vector<std::string> Problems() const;
 
   NodeOptions options;
   dds_entity_t domain = 0;
@@ -123,6 +124,7 @@ struct Node::Impl {
   dds_entity_t diagnostics = 0;
   dds_entity_t tf = 0;
   dds_entity_t publications = 0;
+  std::vector<ReadTopic> read_topics;
 };
 
 absl::Status Node::Impl::Watch(dds_entity_t entity) {
@@ -144,6 +146,19 @@ absl::Status Node::Impl::Read(const std::string& name, const dds_topic_descripto
   if (name.empty()) return absl::OkStatus();
   const auto topic = Topic(name, type);
   if (!topic.ok()) return topic.status();
+  dds_reliability_kind_t reliability = DDS_RELIABILITY_BEST_EFFORT;
+  dds_durability_kind_t durability = DDS_DURABILITY_VOLATILE;
+  (void)dds_qget_reliability(qos.get(), &reliability, nullptr);
+  (void)dds_qget_durability(qos.get(), &durability);
+  read_topics.push_back(
+      {.dds_name = *DdsTopicName(options.ros_namespace, name),
+       .dds_type = type.m_typename,
+       .is_reliable = reliability == DDS_RELIABILITY_RELIABLE,
+       .is_transient_local = durability == DDS_DURABILITY_TRANSIENT_LOCAL,
+       .if_best_effort =
+           &reader == &points
+               ? "the publisher of the clouds is best effort; so must be --reliability"
+               : ""});
   reader = dds_create_reader(participant, *topic, qos.get(), nullptr);
   if (reader < 0) return Failed(absl::StrCat("no reader of ", name), reader);
   const dds_entity_t has_messages = dds_create_readcondition(reader, DDS_ANY_STATE);
@@ -265,33 +280,36 @@ std::size_t Node::num_listeners() const {
   return matched.current_count;
 }
 
-std::string Node::Impl::LookAround() const {
-  const absl::StatusOr<std::string> wanted = DdsTopicName(options.ros_namespace, options.points);
-  const std::string_view cloud_type = sensor_msgs_msg_dds__PointCloud2__desc.m_typename;
-  constexpr std::size_t kMost = 256;
-  std::array<void*, kMost> samples{};
-  std::array<dds_sample_info_t, kMost> infos{};
-  const dds_return_t num = dds_read(publications, samples.data(), infos.data(), kMost, kMost);
-  std::vector<std::string> others;
-  std::string problem;
-  for (dds_return_t i = 0; i < num; ++i) {
-    if (!infos[i].valid_data || infos[i].instance_state != DDS_IST_ALIVE) continue;
-    const auto& found = *static_cast<const dds_builtintopic_endpoint_t*>(samples[i]);
-    const std::string_view topic = found.topic_name;
-    if (topic == *wanted && found.type_name != cloud_type) {
-      problem = absl::StrCat(options.points, " is of type ", Printable(found.type_name),
-                             "; only sensor_msgs/PointCloud2 is read");
-    } else if (topic != *wanted && found.type_name == cloud_type && topic.starts_with("rt/")) {
-      others.push_back(Printable(topic.substr(2)));
-    }
+std::vector<std::string> Node::Impl::Problems() const {
+  Publishers publishers = LookAtPublishers(publications, read_topics);
+  std::vector<std::string> problems = std::move(publishers.problems);
+  dds_subscription_matched_status_t matched{};
+  (void)dds_get_subscription_matched_status(points, &matched);
+  if (matched.current_count == 0 && problems.empty()) {
+    const std::vector<std::string>& others = publishers.cloud_topics;
+    problems.push_back(absl::StrCat("nobody publishes clouds on ",
+                                    DdsTopicName(options.ros_namespace, options.points)->substr(2),
+                                    others.empty() ? "" : "; there are clouds on ",
+                                    absl::StrJoin(others, ", ")));
   }
-  if (num > 0) (void)dds_return_loan(publications, samples.data(), num);
-  if (!problem.empty()) return problem;
-  std::ranges::sort(others);
-  others.erase(std::unique(others.begin(), others.end()), others.end());
-  if (others.size() > 8) others.resize(8);
-  return absl::StrCat("nobody publishes clouds on ", wanted->substr(2),
-                      others.empty() ? "" : "; there are clouds on ", absl::StrJoin(others, ", "));
+  dds_subscription_matched_status_t odometries{};
+  (void)dds_get_subscription_matched_status(odom, &odometries);
+  if (odometries.current_count > 1) {
+    problems.push_back(absl::StrCat(odometries.current_count, " publish odometry on ",
+                                    DdsTopicName(options.ros_namespace, options.odom)->substr(2),
+                                    "; let one do so"));
+  }
+  dds_publication_matched_status_t listeners{};
+  dds_offered_incompatible_qos_status_t deaf{};
+  (void)dds_get_publication_matched_status(initial_pose, &listeners);
+  (void)dds_get_offered_incompatible_qos_status(initial_pose, &deaf);
+  if (listeners.current_count == 0 && deaf.total_count > 0 &&
+      deaf.last_policy_id == DDS_DURABILITY_QOS_POLICY_ID) {
+    problems.push_back(absl::StrCat(
+        "a subscriber of ", DdsTopicName(options.ros_namespace, options.initial_pose)->substr(2),
+        " wants transient local and hears nothing"));
+  }
+  return problems;
 }
 
 Node::Health Node::health() const {
@@ -299,19 +317,13 @@ Node::Health Node::health() const {
   dds_subscription_matched_status_t matched{};
   (void)dds_get_subscription_matched_status(impl_->points, &matched);
   health.num_cloud_publishers = matched.current_count;
-  if (matched.current_count > 0) {
-    if (health.num_dropped_datagrams > 0) {
-      health.problem =
-          absl::StrCat("the kernel drops datagrams; net.core.rmem_max is ",
-                       LargestReceiveBuffer_bytes(), ", ", "set it to some clouds' bytes");
-    }
-    return health;
+  std::vector<std::string> problems = impl_->Problems();
+  if (matched.current_count > 0 && health.num_dropped_datagrams > 0) {
+    problems.push_back(absl::StrCat("the kernel drops datagrams; net.core.rmem_max is ",
+                                    LargestReceiveBuffer_bytes(),
+                                    ", set it to some clouds' bytes"));
   }
-  dds_requested_incompatible_qos_status_t refused{};
-  (void)dds_get_requested_incompatible_qos_status(impl_->points, &refused);
-  health.problem = refused.total_count > 0 && impl_->options.is_reliable
-                       ? "the publisher of the clouds is best effort; so must be --reliability"
-                       : impl_->LookAround();
+  health.problem = absl::StrJoin(problems, "; ");
   return health;
 }
 

@@ -231,6 +231,45 @@ TEST(RosNode, SaysWhyNoCloudsCome) {
                         "sensor_msgs/PointCloud2 is read"));
 }
 
+TEST(RosNode, FindsATopicAmongHundredsThatAreGone) {
+  RunningNode node({"--map", Town().map1, "--points", "/lidar", "--publish-tf"});
+  {
+    RosPeer others(node.domain.domain());
+    for (int i = 0; i < 300; ++i) {
+      others.Advertise("/other" + std::to_string(i), "std_msgs/Empty");
+    }
+    others.Subscribe("/tf", "tf2_msgs/TFMessage");
+    ASSERT_TRUE(others.WaitForWriter("/tf"));
+    node.WaitForMessage("nobody publishes clouds on /lidar");
+  }
+  node.robot.Advertise("/lidar", "livox_ros_driver2/CustomMsg");
+  node.WaitForMessage("/lidar is of type");
+}
+
+TEST(RosNode, SaysWhatItCannotHear) {
+  RunningNode node({"--map", Town().map1, "--trigger", "/wake_up", "--tf-static", "/mounts"});
+  node.robot.Advertise("/wake_up", "std_msgs/Empty", RosPeer::Reliability::kBestEffort);
+  node.WaitForMessage("a publisher of /wake_up is best effort and not heard");
+  node.robot.Advertise("/mounts", "tf2_msgs/TFMessage", RosPeer::Reliability::kReliable,
+                       RosPeer::Durability::kVolatile);
+  const DiagnosisHeard heard = node.WaitForMessage("a publisher of /mounts");
+  EXPECT_THAT(heard.message, HasSubstr("/mounts is volatile, not transient local, and not heard"));
+  EXPECT_EQ(heard.level, 1);
+  RosPeer other(node.domain.domain());
+  other.Advertise("/odom", "nav_msgs/Odometry");
+  node.WaitForMessage("2 publish odometry on /odom");
+  RosPeer third(node.domain.domain());
+  third.Advertise("/odom", "geometry_msgs/TwistStamped");
+  node.WaitForMessage("only nav_msgs/Odometry is read");
+}
+
+TEST(RosNode, SaysThatALateSubscriberAsksForWhatItDoesNotKeep) {
+  RunningNode node({"--map", Town().map1, "--initialpose", "/start"});
+  node.robot.Subscribe("/start", "geometry_msgs/PoseWithCovarianceStamped",
+                       RosPeer::Durability::kTransientLocal);
+  node.WaitForMessage("a subscriber of /start wants transient local and hears nothing");
+}
+
 TEST(RosNode, RefusesWrongUsage) {
   const std::string program = BinDir() + "/scanloc-ros2";
   for (const auto& [args, reason] : std::vector<std::pair<Args, std::string>>{

@@ -87,6 +87,11 @@ std::string DdsType(const std::string& type) {
   return type.substr(0, slash) + "::msg::dds_::" + type.substr(slash + 1) + "_";
 }
 
+dds::DurabilityQosPolicyKind DdsDurability(RosPeer::Durability durability) {
+  return durability == RosPeer::Durability::kVolatile ? dds::VOLATILE_DURABILITY_QOS
+                                                      : dds::TRANSIENT_LOCAL_DURABILITY_QOS;
+}
+
 struct Matches {
   std::mutex mutex;
   std::condition_variable changed;
@@ -180,12 +185,13 @@ RosPeer::~RosPeer() {
   dds::DomainParticipantFactory::get_instance()->delete_participant(impl_->participant);
 }
 
-void RosPeer::Advertise(const std::string& topic, const std::string& type,
-                        Reliability reliability) {
+void RosPeer::Advertise(const std::string& topic, const std::string& type, Reliability reliability,
+                        Durability durability) {
   dds::DataWriterQos qos = dds::DATAWRITER_QOS_DEFAULT;
   qos.reliability().kind = reliability == Reliability::kReliable ? dds::RELIABLE_RELIABILITY_QOS
                                                                  : dds::BEST_EFFORT_RELIABILITY_QOS;
   qos.history().kind = dds::KEEP_LAST_HISTORY_QOS;
+  qos.durability().kind = DdsDurability(durability);
   qos.history().depth = 10;
   qos.publish_mode().kind = dds::ASYNCHRONOUS_PUBLISH_MODE;  // large ones go in fragments
   qos.endpoint().history_memory_policy = rtps::DYNAMIC_RESERVE_MEMORY_MODE;
@@ -194,10 +200,11 @@ void RosPeer::Advertise(const std::string& topic, const std::string& type,
   if (writing.writer == nullptr) throw std::runtime_error("no writer of " + topic);
 }
 
-void RosPeer::Subscribe(const std::string& topic, const std::string& type) {
+void RosPeer::Subscribe(const std::string& topic, const std::string& type, Durability durability) {
   dds::DataReaderQos qos = dds::DATAREADER_QOS_DEFAULT;
   qos.reliability().kind = dds::RELIABLE_RELIABILITY_QOS;
   qos.history().kind = dds::KEEP_LAST_HISTORY_QOS;
+  qos.durability().kind = DdsDurability(durability);
   qos.history().depth = 100;
   qos.endpoint().history_memory_policy = rtps::DYNAMIC_RESERVE_MEMORY_MODE;
   Reading& reading = impl_->reading[topic];

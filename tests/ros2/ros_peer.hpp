@@ -41,11 +41,14 @@ class RosPeer {
   RosPeer& operator=(const RosPeer&) = delete;
 
   enum class Reliability { kBestEffort, kReliable };
+  enum class Durability { kVolatile, kTransientLocal };
 
   /// A topic as ROS knows it, of a type such as "sensor_msgs/PointCloud2". Once a topic.
   void Advertise(const std::string& topic, const std::string& type,
-                 Reliability reliability = Reliability::kReliable);
-  void Subscribe(const std::string& topic, const std::string& type);
+                 Reliability reliability = Reliability::kReliable,
+                 Durability durability = Durability::kTransientLocal);
+  void Subscribe(const std::string& topic, const std::string& type,
+                 Durability durability = Durability::kVolatile);
 
   /// Waits until somebody else reads, or writes, the topic; false if nobody does.
   [[nodiscard]] bool WaitForReader(const std::string& topic);

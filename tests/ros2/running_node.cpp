@@ -31,17 +31,21 @@ RunningNode::RunningNode(const Args& args, RosPeer::Reliability reliability)
       process(NodeCommand(domain.domain(), args), {.environment = {CycloneOnLoopback()}}) {
   robot.Advertise("/points", "sensor_msgs/PointCloud2", reliability);
   robot.Advertise("/odom", "nav_msgs/Odometry");
+  const auto has = [&](const char* option) {
+    return std::find(args.begin(), args.end(), option) != args.end();
+  };
   robot.Subscribe("/initialpose", "geometry_msgs/PoseWithCovarianceStamped");
   robot.Subscribe("/diagnostics", "diagnostic_msgs/DiagnosticArray");
   if (process.ReadLine() != "scanloc-ros2 ready") {
     process.Wait();
     throw std::runtime_error("not ready: " + process.stderr_text());
   }
-  if (!robot.WaitForReader("/odom") || !robot.WaitForWriter("/initialpose") ||
+  if (!robot.WaitForReader("/odom") ||
+      (!has("--initialpose") && !robot.WaitForWriter("/initialpose")) ||
       !robot.WaitForWriter("/diagnostics")) {
     throw std::runtime_error("the robot and scanloc-ros2 do not find each other");
   }
-  if (std::find(args.begin(), args.end(), "--points") != args.end()) return;
+  if (has("--points")) return;
   // What is best effort gets lost until the other side has found the publisher, too.
   WaitForDiagnosis([](const auto& heard) { return heard.values.at("cloud_publishers") == "1"; });
 }

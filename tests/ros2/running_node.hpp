@@ -15,7 +15,7 @@ namespace scanloc::test {
 class RunningNode {
  public:
   /// Starts it with --domain and the arguments, and waits until it is ready and both sides have
-  /// found each other on the topics; on that of clouds if it is /points, the robot's.
+  /// found each other on the topics; on those of clouds and the initial pose if they are not named.
   explicit RunningNode(const Args& args,
                        RosPeer::Reliability reliability = RosPeer::Reliability::kBestEffort);
 
