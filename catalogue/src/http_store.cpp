@@ -19,6 +19,9 @@
 namespace scanloc::catalogue {
 namespace {
 
+constexpr long kHttpOk = 200;
+constexpr long kHttpCreated = 201;
+constexpr long kHttpNoContent = 204;
 constexpr long kHttpNotFound = 404;
 
 struct CloseFile {
@@ -161,11 +164,14 @@ class HttpStore : public Store {
 
   [[nodiscard]] absl::Status StatusOf(CURLcode code, CURL* curl, absl::string_view what,
                                       const std::string& name) const {
-    if (code == CURLE_OK) return absl::OkStatus();
     long answer = 0;
     curl_easy_getinfo(curl, CURLINFO_RESPONSE_CODE, &answer);
-    const std::string text =
-        absl::StrCat("cannot ", what, " ", place_.base_url, name, ": ", curl_easy_strerror(code));
+    const bool is_stored = what == "put" && (answer == kHttpCreated || answer == kHttpNoContent);
+    if (code == CURLE_OK && (answer == kHttpOk || is_stored)) return absl::OkStatus();
+    // A redirect, a part, a promise: libcurl takes it for an answer like others.
+    const char* const why =
+        code == CURLE_OK ? "another answer than a store's" : curl_easy_strerror(code);
+    const std::string text = absl::StrCat("cannot ", what, " ", place_.base_url, name, ": ", why);
     if (answer == kHttpNotFound) return absl::NotFoundError(text);
     if (code == CURLE_PARTIAL_FILE) return absl::UnavailableError(text);
     return absl::UnavailableError(answer > 0 ? absl::StrCat(text, " (status ", answer, ")") : text);

@@ -102,6 +102,22 @@ TEST_P(WebStoreTest, IsGivenUpWhenItIsAwayOrTooSlow) {
   EXPECT_EQ(store->Put("name", dir_.File("file")).code(), absl::StatusCode::kUnavailable);
 }
 
+// An answer that is no error to a browser: what it holds is not the file, and nothing was stored.
+TEST_P(WebStoreTest, TakesNoOtherAnswerForTheFileOrForItsReceipt) {
+  const auto store = Open();
+  const std::string path = dir_.Write("file", std::string(1000, 'x'));
+  ASSERT_TRUE(store->Put("name", path).ok());
+  for (const char* const status : {"301", "307", "206", "202"}) {
+    dir_.Write("store/status", status);
+    const absl::Status got = store->Get("name", dir_.File("copy"), 1000, kGoOn);
+    EXPECT_EQ(got.code(), absl::StatusCode::kUnavailable) << status;
+    EXPECT_THAT(got.message(), testing::HasSubstr(absl::StrCat("status ", status)));
+    const absl::Status put = store->Put("name", path);
+    EXPECT_EQ(put.code(), absl::StatusCode::kUnavailable) << status;
+    EXPECT_THAT(put.message(), testing::HasSubstr(absl::StrCat("status ", status)));
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(Of, WebStoreTest, testing::Values(true));
 
 TEST(S3Store, GivesWhatItWasGivenToWhoeverSignsWithItsSecret) {

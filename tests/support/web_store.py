@@ -1,6 +1,7 @@
 """A web server of a folder, with GET and PUT, on a free port of this machine; prints the port.
 
-While there is a file `slow` in the folder, an answer gets no further than its first bytes.
+While there is a file `slow` in the folder, an answer gets no further than its first bytes. While there
+is a file `status`, every answer has the status that it holds, and some text.
 """
 import http.server
 import os
@@ -25,7 +26,27 @@ class Handler(http.server.SimpleHTTPRequestHandler):
             time.sleep(0.05)
         super().copyfile(source, outputfile)
 
+    def answers_otherwise(self):
+        path = os.path.join(FOLDER, "status")
+        if not os.path.exists(path):
+            return False
+        if self.command == "PUT":
+            self.rfile.read(int(self.headers["Content-Length"]))
+        with open(path) as file:
+            self.send_response(int(file.read()))
+        self.send_header("Location", "http://127.0.0.1:1/elsewhere")
+        self.send_header("Content-Length", "4")
+        self.end_headers()
+        self.wfile.write(b"else")
+        return True
+
+    def do_GET(self):
+        if not self.answers_otherwise():
+            super().do_GET()
+
     def do_PUT(self):
+        if self.answers_otherwise():
+            return
         path = self.translate_path(self.path)
         data = self.rfile.read(int(self.headers["Content-Length"]))
         with open(path + ".part", "wb") as file:
