@@ -171,6 +171,29 @@ TEST_F(CatalogueMapsTest, LeavesNothingOfAFetchThatFailed) {
   Await("its part is gone", [&] { return !fs::exists(cache_ + "/" + town.FileName() + ".part"); });
 }
 
+TEST_F(CatalogueMapsTest, SaysWhyARegionCannotBeHad) {
+  const catalogue::Version town = Publish("town", 1);
+  const std::string file = store_folder_ + "/" + town.FileName();
+  const std::string good = test::ReadFile(file);
+  const auto await = [&](const char* why) {
+    Await(why, [&] {
+      const auto reply = Connect().LocalizeScan(test::QueryScan(1, 2), {.map = "town"});
+      EXPECT_TRUE(absl::IsUnavailable(reply.status())) << reply.status();
+      return reply.status().message().find(why) != std::string::npos;
+    });
+  };
+  StartWorker({"--cache-bytes", std::to_string(town.num_bytes - 1)});
+  await("too large");
+  ExpectStopsWell();
+  fs::remove(file);
+  StartWorker();
+  await("the store does not have it");
+  files_.Write("store/" + town.FileName(), std::string(good.size(), 'x'));
+  await("is not what was published");
+  files_.Write("store/" + town.FileName(), good);
+  AwaitAnswer(town);
+}
+
 TEST_F(CatalogueMapsTest, ServesWithoutStoreAndCatalogue) {
   const catalogue::Version town = Publish("town", 1);
   const catalogue::Version far = Publish("far", 3);

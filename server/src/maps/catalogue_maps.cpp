@@ -7,27 +7,16 @@
 
 #include "absl/strings/escaping.h"
 #include "absl/strings/str_cat.h"
-#include "scanloc/proto/status.hpp"
 
 namespace scanloc::server {
 namespace {
 
 /// What was asked for since is in use: it does not go to make room.
 constexpr std::chrono::seconds kInUse{5};
-/// Robots come back after so long for a map that is being fetched.
-constexpr double kRetry_s = 1.0;
 constexpr std::chrono::seconds kLeastPause{1};
-constexpr std::chrono::seconds kLongestPause{30};
+constexpr std::chrono::seconds kLongestPause = FetchFailures::kRetryFailed;
 /// Regions so near to each other are neighbours.
 constexpr double kNear_m = 300.0;
-
-absl::Status IsFetched(const std::string& region) {
-  return proto::WithRetryAfter(
-      proto::WithReason(v1::ERROR_REASON_MAP_LOADING,
-                        absl::UnavailableError(absl::StrCat("the map of region ", region,
-                                                            " is being fetched; try again later"))),
-      kRetry_s);
-}
 
 std::string Message(const absl::Status& status) { return absl::StrCat(status.message()); }
 
@@ -120,7 +109,7 @@ absl::StatusOr<std::set<std::string>> CatalogueMaps::Elsewhere(const Prior::GeoD
       elsewhere.insert(region);
     } else if (!served_.contains(region)) {
       Queue(region, true);
-      status = IsFetched(region);
+      status = failures_.WhyNotServed(version);
     }
   }
   if (!status.ok()) return status;
@@ -129,12 +118,13 @@ absl::StatusOr<std::set<std::string>> CatalogueMaps::Elsewhere(const Prior::GeoD
 
 absl::Status CatalogueMaps::Want(const std::string& region) {
   const std::lock_guard lock(mutex_);
-  if (!live_.contains(region)) {
+  const auto live = live_.find(region);
+  if (live == live_.end()) {
     return absl::NotFoundError(absl::StrCat("the catalogue has no map of the region \"",
                                             absl::Utf8SafeCHexEscape(region), "\" in force"));
   }
   Queue(region, true);
-  return IsFetched(region);
+  return failures_.WhyNotServed(live->second);
 }
 
 void CatalogueMaps::Listen() {
@@ -166,6 +156,7 @@ void CatalogueMaps::Follow(const std::vector<catalogue::Version>& live) {
     const std::lock_guard lock(mutex_);
     if (now == live_) return;
     live_ = now;
+    failures_.Clear();  // what is published anew is tried anew
     for (const auto& [region, version] : served_) {
       const auto in_force = now.find(region);
       if (in_force == now.end()) {
@@ -240,6 +231,10 @@ void CatalogueMaps::FetchAll() {
       version = live->second;
     }
     const absl::Status status = Serve(*version, is_asked_for);
+    {
+      const std::lock_guard lock(mutex_);
+      failures_.Note(*version, status);
+    }
     if (status.ok()) {
       pause = kLeastPause;
       if (is_asked_for) WantNeighboursOf(*version);
@@ -291,12 +286,17 @@ absl::Status CatalogueMaps::Serve(const catalogue::Version& version, bool is_ask
 }
 
 absl::Status CatalogueMaps::Fetch(const catalogue::Version& version, bool is_asked_for) {
+  if (version.num_bytes > options_.cache_bytes) {
+    return absl::FailedPreconditionError(absl::StrCat(
+        "its map has ", version.num_bytes, " bytes, more than the whole cache folder may take (",
+        options_.cache_bytes, "); raise --cache-bytes"));
+  }
   const std::int64_t room = options_.cache_bytes - folder_.NumBytes();
   if (room < version.num_bytes && (!is_asked_for || !MakeRoom(version.num_bytes))) {
     return absl::ResourceExhaustedError(
         absl::StrCat("its map has ", version.num_bytes,
                      " bytes, for which there is no room in the ", options_.cache_bytes,
-                     " of the cache folder while the others are in use; raise ", "--cache-bytes"));
+                     " of the cache folder while the others are in use; raise --cache-bytes"));
   }
   const auto get = [&] {
     return store_->Get(version.FileName(), folder_.PartOf(version), version.num_bytes,

@@ -15,6 +15,7 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "maps/fetch_failures.hpp"
 #include "maps/map_cache_dir.hpp"
 #include "maps/map_keeper.hpp"
 #include "ops/metrics.hpp"
@@ -50,7 +51,8 @@ class CatalogueMaps {
   /// Ends the fetch at hand.
   void Stop();
 
-  /// Somebody asks for a region that is not in service: fetches it. Unavailable: it will be there.
+  /// Somebody asks for a region that is not in service: fetches it. Unavailable: it will be there,
+  /// or cannot be had, and why.
   /// NotFound: the catalogue has none of that name.
   [[nodiscard]] absl::Status Want(const std::string& region);
 
@@ -110,6 +112,7 @@ class CatalogueMaps {
   Versions live_;                                         // as the catalogue said last
   Versions served_;                                       // in service
   std::map<std::string, Clock::time_point> replaced_at_;  // since when a served one is not in force
+  FetchFailures failures_;
   std::deque<Wanted> wanted_;
   std::thread listener_;
   std::thread fetcher_;
