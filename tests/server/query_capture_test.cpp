@@ -1,4 +1,6 @@
 // Queries without a place, kept for replay.
+#include "ops/query_capture.hpp"
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
@@ -144,6 +146,20 @@ TEST_F(CaptureTest, BoundsWhatSmallFilesTakeOfTheDisk) {
   server_.reset();
   EXPECT_LE(DiskBytes(Files()), 1 << 20);
   EXPECT_GT(Files().size(), 200U);
+}
+
+TEST(QueryCapture, SaysThatTheDiskIsTooSlow) {
+  testing::internal::CaptureStdout();  // the log, as long as no program has set it up
+  {
+    const test::TempDir dir;
+    Metrics metrics([] { return Metrics::Gauges{}; });
+    auto capture = *QueryCapture::Open(dir.path(), 1 << 30, metrics);
+    v1::CapturedQuery query;
+    query.mutable_request()->mutable_scan()->set_xyz_f32le(std::string(4 << 20, 'x'));
+    std::vector<v1::CapturedQuery> queries(32, query);
+    for (v1::CapturedQuery& each : queries) capture->Keep(std::move(each));
+  }
+  EXPECT_THAT(testing::internal::GetCapturedStdout(), HasSubstr("too slow"));
 }
 
 TEST_F(CaptureTest, LeavesOthersFilesAloneAndRemovesUnfinishedOnes) {

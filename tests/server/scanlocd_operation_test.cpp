@@ -96,6 +96,7 @@ TEST_F(ScanlocdOperationTest, TellsOnceThatQueriesCannotBeCaptured) {
   }
   EXPECT_GE(num_told, 1);
   EXPECT_LE(num_told, 2);  // two where a minute ended meanwhile
+  EXPECT_THAT(scanlocd_->stderr_text(), HasSubstr("No such file or directory"));
 }
 
 TEST_F(ScanlocdOperationTest, ServesOnWhenAFileIsAsLongAsFilesMayBe) {

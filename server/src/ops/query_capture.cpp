@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cerrno>
 #include <fstream>
 #include <system_error>
 #include <utility>
@@ -61,9 +62,11 @@ absl::StatusOr<std::unique_ptr<QueryCapture>> QueryCapture::Open(const std::stri
                      ", is none and cannot be made: ", error.message()));
   }
   const fs::path probe = fs::path(folder) / absl::StrCat("probe", kUnfinished);
+  errno = 0;
   if (!std::ofstream(probe, std::ios::binary)) {
     return absl::InvalidArgumentError(
-        absl::StrCat("the folder for captured queries, ", folder, ", cannot be written to"));
+        absl::StrCat("the folder for captured queries, ", folder,
+                     ", cannot be written to: ", std::generic_category().message(errno)));
   }
   auto capture =
       std::unique_ptr<QueryCapture>(new QueryCapture(fs::path(folder), max_bytes, metrics));
@@ -111,6 +114,8 @@ void QueryCapture::Keep(v1::CapturedQuery query) {
     has_work_.notify_one();
   } else {
     metrics_.CountCaptured(false);
+    Tell(absl::UnavailableError(
+        absl::StrCat("the disk is too slow: ", kMaxUnwritten, " others wait to be written")));
   }
 }
 
@@ -150,10 +155,11 @@ absl::Status QueryCapture::Write(const v1::CapturedQuery& query) {
   const fs::path path = folder_ / (name + kQueryEnding);
   std::error_code error;
   {
+    errno = 0;
     std::ofstream file(unfinished, std::ios::binary | std::ios::trunc);
     file.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
     file.close();
-    if (!file) error = std::make_error_code(std::errc::io_error);
+    if (!file) error.assign(errno == 0 ? EIO : errno, std::generic_category());
   }
   if (!error) fs::rename(unfinished, path, error);
   if (error) {
