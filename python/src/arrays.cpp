@@ -6,6 +6,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
 #include "errors.hpp"
+#include "scanloc/core/limits.hpp"
 
 namespace nb = nanobind;
 
@@ -124,6 +125,10 @@ Scan::Scan(nb::handle points)
     Refuse(absl::StrCat("points have the shape ", ShapeText(array_),
                         "; it must be (N, 3) or (N, 4): x y z [m] and what else there is, a row "
                         "a point"));
+  }
+  if (array_.shape(0) > limits::kMaxPointsPerScan) {
+    Refuse(absl::StrCat("points have the shape ", ShapeText(array_), "; a scan has at most ",
+                        limits::kMaxPointsPerScan, " points"));
   }
 }
 

@@ -58,6 +58,7 @@ def test_skips_points_that_are_not_finite(localizer):
     (np.zeros((5, 2), np.float32), r"\(5, 2\)"),
     (np.zeros((3, 5000), np.float32), r"\(3, 5000\)"),
     (np.zeros(12, np.float32), r"\(12\)"),
+    (np.broadcast_to(np.float32(1), (4_000_001, 3)), "at most 4000000 points"),
     (np.zeros((4, 4, 4), np.float32), r"\(4, 4, 4\)"),
     (np.zeros((5, 3)), "float64"),
     (np.zeros((5, 3), np.int32), "int32"),
