@@ -13,6 +13,7 @@ import time
 from beside import PATIENCE_S, end_with_parent, free_port
 from swift.common.internal_client import InternalClient
 from swift.common.ring import RingBuilder
+from swift.common.utils import set_swift_dir
 from swift.common.wsgi import run_wsgi
 
 FOLDER = sys.argv[1]
@@ -82,6 +83,7 @@ def main():
     os.makedirs(os.path.join(FOLDER, "disk"))
     with open(os.path.join(FOLDER, "swift.conf"), "w", encoding="utf-8") as file:
         file.write("[swift-hash]\nswift_hash_path_suffix = test\n")
+    set_swift_dir(FOLDER)  # some versions read swift.conf before they look at swift_dir
     ports = {name: free_port() for name in (*STORES, "proxy")}
     for name, port in ports.items():
         if name in STORES:
