@@ -13,11 +13,11 @@ void Scale(double scale, RegistrationParams& steps) {
 }
 
 /// As scripts/fit_evidence.py --indoors fits them to rooms, halls, homes, offices and warehouses at
-/// scale 0.35, rounded; what a cohort counts is less than what it would take, for other warehouses
-/// with the same racks (docs/algorithm.md, "Confidence").
+/// scale 0.35, rounded; bias and cohort_surely are more careful than what it would take
+/// (docs/algorithm.md, "Confidence").
 EvidenceParams IndoorEvidence() {
   EvidenceParams params;
-  params.bias = -18.6;
+  params.bias = -19.0;
   params.score = 17.6;
   params.sharpness = 20.0;
   params.over_mirror = 20.6;
