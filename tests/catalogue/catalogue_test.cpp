@@ -36,8 +36,8 @@ class CatalogueTest : public testing::TestWithParam<bool> {
     if (!GetParam()) return;
     if (!test::Postgres::IsInstalled()) GTEST_SKIP() << "PostgreSQL 15 is not installed";
     // One for all: it takes seconds to make.
-    static test::Postgres* const database = new test::Postgres();
-    database_ = database;
+    static const test::Postgres kDatabase;  // stopped when the program ends
+    database_ = &kDatabase;
     (void)database_->Sql("DROP TABLE IF EXISTS scanloc_live, scanloc_versions");
   }
   [[nodiscard]] std::unique_ptr<Catalogue> Open() const {
