@@ -40,7 +40,7 @@ std::string Problem(const dds_builtintopic_endpoint_t& publisher, const ReadTopi
 
 void SortAndCut(std::vector<std::string>& texts) {
   constexpr std::size_t kMost = 8;
-  std::sort(texts.begin(), texts.end());
+  std::ranges::sort(texts);
   texts.erase(std::unique(texts.begin(), texts.end()), texts.end());
   if (texts.size() > kMost) texts.resize(kMost);
 }

@@ -72,6 +72,20 @@ TEST(Params, OfSchema2KnewNoNumbersOfAuto) {
   EXPECT_EQ(*decoded, expected);
 }
 
+TEST(Params, OfSchema12AskAsMuchOfAMirrorImageAsOfARival) {
+  Params indoors;
+  indoors.automatic = AutoParamsAtScale(0.35);
+  ParamTexts texts = EncodeParams(indoors);
+  std::erase_if(texts,
+                [](const auto& text) { return text.first == "auto.evidence.equal_of_mirror"; });
+  EXPECT_FALSE(DecodeParams(texts, 13).ok());
+  const auto decoded = DecodeParams(texts, 12);
+  ASSERT_TRUE(decoded.ok()) << decoded.status();
+  EXPECT_NE(*decoded, indoors);
+  indoors.automatic.evidence.equal_of_mirror = 1.0;
+  EXPECT_EQ(*decoded, indoors);
+}
+
 TEST(Params, OfSchema1KnewNoStructures) {
   ParamTexts texts = EncodeParams(Params());
   std::erase_if(texts, [](const auto& text) {

@@ -36,6 +36,15 @@ inline absl::StatusOr<TrackedReply> Missed() { return Reply(Outcome::kNotRecogni
 class LookoutTest : public ::testing::Test {
  protected:
   void Begin(const LookoutOptions& options) { lookout.emplace(options); }
+  /// And is found 110 m along the map, after the 10 m that the odometry tells of the first second.
+  void BeginLocalized(const LookoutOptions& options) {
+    Begin(options);
+    (void)Odom(0, At(0));
+    (void)Odom(1, At(10));
+    Cloud(1);
+    ASSERT_TRUE(Next().has_value());
+    (void)Answer(Localized(At(110)));
+  }
 
   /// A cloud of one point whose x is the stamp, in seconds since the start.
   void Cloud(double at_s) { Cloud(at_s, {{static_cast<float>(at_s), 0, 0}}, {}); }

@@ -218,12 +218,7 @@ TEST_F(LookoutTest, PublishesMapToOdomWhileLocalizedAndIsSilentWhenLost) {
 }
 
 TEST_F(LookoutTest, IsSilentFromALeapOfOdometryUntilTheRobotIsFound) {
-  Begin({.mode = Mode::kUntilLocalized, .stays = true, .publishes_tf = true});
-  (void)Odom(0, At(0));
-  (void)Odom(1, At(10));
-  Cloud(1);
-  ASSERT_TRUE(Next().has_value());
-  (void)Answer(Localized(At(110)));
+  BeginLocalized({.mode = Mode::kUntilLocalized, .stays = true, .publishes_tf = true});
   EXPECT_TRUE(Odom(1.1, At(19)).map_odom.has_value()) << "90 m/s";
   EXPECT_FALSE(Odom(1.2, At(0)).map_odom.has_value()) << "odometry began anew";
   EXPECT_EQ(lookout->Diagnose(now_ns).message, "lost again: odometry leapt");
@@ -246,24 +241,14 @@ TEST_F(LookoutTest, IsSilentFromALeapOfOdometryUntilTheRobotIsFound) {
 }
 
 TEST_F(LookoutTest, IsSilentFromOdometryOfAnotherFrameUntilTheRobotIsFound) {
-  Begin({.mode = Mode::kUntilLocalized, .stays = true, .publishes_tf = true});
-  (void)Odom(0, At(0));
-  (void)Odom(1, At(10));
-  Cloud(1);
-  ASSERT_TRUE(Next().has_value());
-  (void)Answer(Localized(At(110)));
+  BeginLocalized({.mode = Mode::kUntilLocalized, .stays = true, .publishes_tf = true});
   const auto other = lookout->TakeOdometry({kStart_ns + 1100 * kMs, "visual", "base_link", At(10)});
   EXPECT_FALSE(other.map_odom.has_value()) << "the map was told to lie in odom";
   EXPECT_EQ(lookout->Diagnose(now_ns).message, "lost again: odometry leapt");
 }
 
 TEST_F(LookoutTest, ForgetsWhereOdometryLiesWhenTheRobotWasCarriedOff) {
-  Begin({.mode = Mode::kAlways, .publishes_tf = true, .interval_s = 0.0});
-  (void)Odom(0, At(0));
-  (void)Odom(1, At(10));
-  Cloud(1);
-  ASSERT_TRUE(Next().has_value());
-  (void)Answer(Localized(At(110)));
+  BeginLocalized({.mode = Mode::kAlways, .publishes_tf = true, .interval_s = 0.0});
   EXPECT_TRUE(Odom(2, At(10)).map_odom.has_value());
   Cloud(50);  // of a time without odometry
   EXPECT_FALSE(Next().has_value());

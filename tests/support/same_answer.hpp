@@ -47,4 +47,10 @@ inline void ExpectSameAnswer(const Answer& actual, const Answer& expected) {
   }
 }
 
+inline void ExpectPoseNear(const Pose& actual, const Pose& expected) {
+  EXPECT_LT((actual.matrix() - expected.matrix()).cwiseAbs().maxCoeff(), 1e-9)
+      << actual.matrix() << "\nexpected\n"
+      << expected.matrix();
+}
+
 }  // namespace scanloc::test
