@@ -64,8 +64,8 @@ void LocateOptions::DeclareQuery(CLI::App& app) {
          "references [auto; where the map has no structures a-pc, or a-cc where it has no pc]")
       ->check(ParsedBy(&ParseMethod));
   app.add_option("--candidates", num_candidates,
-                 "Places taken from the k-d tree [the map's, but at least --top; with auto 100 of "
-                 "each kind of context]")
+                 "Places taken from the k-d tree, with auto half of those verified [the map's, but "
+                 "at least --top; with auto 100]")
       ->check(InRange(1, limits::kMaxCandidates));
   app.add_option("--threshold", threshold,
                  "Distance up to which a place is recognised, in [0, 1]; not for auto [the map's]")

@@ -12,16 +12,6 @@ namespace {
 
 constexpr int kPlaceBits = 24;
 
-// FNV-1a, a value at a time.
-template <typename Values>
-std::uint64_t HashOf(const Values& values) {
-  std::uint64_t hash = 14'695'981'039'346'656'037U;
-  for (const auto value : values) {
-    hash = (hash ^ static_cast<std::uint64_t>(value)) * 1'099'511'628'211U;
-  }
-  return hash ^ hash >> 32U;
-}
-
 }  // namespace
 
 Keys MakeKeys(const Context& context) {
@@ -98,7 +88,7 @@ void ContextTable::AppendKey(const Entry& entry, std::span<const std::int32_t> r
   for (const std::int32_t sum_cm : retrieval_cm) {
     block.cm.push_back(static_cast<std::uint16_t>(sum_cm));
   }
-  keys_.Appended(HashOf(retrieval_cm));
+  keys_.Appended(BlockHash(retrieval_cm));
 }
 
 void ContextTable::AppendFlipOfLast() {

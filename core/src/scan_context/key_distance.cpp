@@ -1,7 +1,6 @@
 #include "scan_context/key_distance.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 #include "scan/simd.hpp"
 
@@ -31,9 +30,8 @@ SCANLOC_SIMD KeySums SumsOf(std::span<const std::int32_t> key_cm, const std::uin
 
 }  // namespace
 
-KeyDistance::KeyDistance(KeyScale scale, std::span<const std::int32_t> key_cm)
-    : scale_(scale),
-      key_cm_(key_cm.begin(), key_cm.end()),
+KeyDistance::KeyDistance(std::span<const std::int32_t> key_cm)
+    : key_cm_(key_cm.begin(), key_cm.end()),
       reversed_cm_(key_cm.rbegin(), key_cm.rend()),
       square_cm2_(AddUpKeys(key_cm, key_cm.data()).square) {}
 
@@ -46,14 +44,7 @@ double KeyDistance::Squared(const ContextTable& table, std::size_t entry) const 
     // A key is as far from a reversed one as the reversed key from that.
     sums = SumsOf(held.is_reversed ? reversed_cm_ : key_cm_, held.cm.data());
   }
-  if (scale_ == KeyScale::kMetres) {
-    return static_cast<double>(square_cm2_ - 2 * sums.product + sums.square) * 1e-4;
-  }
-  // A key of zeros has no direction, and stays what it is.
-  if (square_cm2_ == 0 || sums.square == 0) return square_cm2_ == sums.square ? 0.0 : 1.0;
-  return std::max(0.0, 2.0 - 2.0 * static_cast<double>(sums.product) /
-                                 std::sqrt(static_cast<double>(square_cm2_) *
-                                           static_cast<double>(sums.square)));
+  return static_cast<double>(square_cm2_ - 2 * sums.product + sums.square) * 1e-4;
 }
 
 }  // namespace scanloc

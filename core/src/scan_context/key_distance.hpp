@@ -10,17 +10,16 @@
 
 namespace scanloc {
 
-/// Squared distance of a table's retrieval keys from one, of whole centimetres: the same bits
+/// Squared distance [m²] of a table's retrieval keys from one, of whole centimetres: the same bits
 /// whatever tree they are held in.
 class KeyDistance {
  public:
-  KeyDistance(KeyScale scale, std::span<const std::int32_t> key_cm);
+  explicit KeyDistance(std::span<const std::int32_t> key_cm);
 
   /// Requires keys of that length.
   [[nodiscard]] double Squared(const ContextTable& table, std::size_t entry) const;
 
  private:
-  KeyScale scale_;
   std::vector<std::int32_t> key_cm_;
   std::vector<std::int32_t> reversed_cm_;
   std::int64_t square_cm2_ = 0;

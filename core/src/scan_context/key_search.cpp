@@ -24,13 +24,8 @@ constexpr std::ptrdiff_t kCandidatesAhead = 8;
 }  // namespace
 
 KeySearch::KeySearch(std::span<const Part> parts, std::span<const std::int32_t> key_cm,
-                     const KeyEffort& effort, NearestPlaces& nearest)
-    : effort_(effort),
-      patience_(effort.max_compared == KeyEffort::kAll ? std::max(kLeastPatience, 4 * nearest.k())
-                                                       : 2 * effort.max_compared),
-      nearest_(nearest),
-      thinned_(kInfinity),
-      limit_(kInfinity) {
+                     NearestPlaces& nearest)
+    : patience_(std::max(kLeastPatience, 4 * nearest.k())), nearest_(nearest), limit_(kInfinity) {
   for (const Part& part : parts) {
     const KeyTree& tree = *part.tree;
     const float norms = Add(part, key_cm, 0) + tree.greatest_norm_;
@@ -56,29 +51,26 @@ float KeySearch::Add(const Part& part, std::span<const std::int32_t> key_cm, std
 
 void KeySearch::Run() {
   SetLimit();
-  std::size_t num_scanned = 0;
-  while (!leaves_.empty() && leaves_.front().distance <= limit_ &&
-         num_scanned < effort_.max_scanned) {
+  while (!leaves_.empty() && leaves_.front().distance <= limit_) {
     const std::uint32_t number = leaves_.front().what;
     const auto next = std::upper_bound(
         turned_.begin(), turned_.end(), number,
         [](std::uint32_t leaf, const Turned& turned) { return leaf < turned.first_leaf; });
     const Turned& turned = *std::prev(next);
-    num_scanned += ScanLeaf(turned, turned.part->tree->leaves_[number - turned.first_leaf]);
+    ScanLeaf(turned, turned.part->tree->leaves_[number - turned.first_leaf]);
     std::pop_heap(leaves_.begin(), leaves_.end(), std::greater<>());
     leaves_.pop_back();
   }
-  if (candidates_.size() > effort_.max_compared) Thin();
   Settle();
 }
 
 void KeySearch::SetLimit() {
   constexpr float kSlack = 1.00002F;
   const float reach = static_cast<float>(std::sqrt(nearest_.reach())) * kSlack + slack_;
-  limit_ = std::min(thinned_, reach * reach);
+  limit_ = reach * reach;
 }
 
-std::size_t KeySearch::ScanLeaf(const Turned& turned, const KeyTree::Leaf& leaf) {
+void KeySearch::ScanLeaf(const Turned& turned, const KeyTree::Leaf& leaf) {
   const KeyTree& tree = *turned.part->tree;
   const auto first_entry = static_cast<std::uint32_t>(turned.part->begin) + turned.flip;
   KeyBatches::Sums sums;
@@ -93,22 +85,9 @@ std::size_t KeySearch::ScanLeaf(const Turned& turned, const KeyTree::Leaf& leaf)
       candidates_.push_back({tree.batches_.DistanceOf(sums[lane]), owner + first_entry});
     }
     if (candidates_.size() < patience_) continue;
-    if (candidates_.size() > effort_.max_compared) {
-      Thin();
-    } else {
-      Settle();
-    }
+    Settle();
     limit = tree.batches_.LimitOf(limit_);
   }
-  return leaf.num_batches * KeyBatches::kNumLanes;
-}
-
-void KeySearch::Thin() {
-  const auto last = candidates_.begin() + static_cast<std::ptrdiff_t>(effort_.max_compared - 1);
-  std::nth_element(candidates_.begin(), last, candidates_.end());
-  thinned_ = std::min(thinned_, last->distance);
-  SetLimit();
-  candidates_.resize(effort_.max_compared);
 }
 
 void KeySearch::Settle() {

@@ -23,9 +23,9 @@ class KeySearch {
 
   /// Requires trees of one table; keeps references to the parts and to `nearest`.
   KeySearch(std::span<const Part> parts, std::span<const std::int32_t> key_cm,
-            const KeyEffort& effort, NearestPlaces& nearest);
+            NearestPlaces& nearest);
 
-  /// Adds whatever may be among the nearest, as far as the effort allows.
+  /// Adds whatever may be among the nearest.
   void Run();
 
  private:
@@ -47,20 +47,16 @@ class KeySearch {
   /// Returns the key's length.
   float Add(const Part& part, std::span<const std::int32_t> key_cm, std::uint32_t flip);
   void SetLimit();
-  /// Makes candidates of what may be near; returns how many keys were looked at.
-  std::size_t ScanLeaf(const Turned& turned, const KeyTree::Leaf& leaf);
-  /// Keeps the nearest candidates, as many as may be compared.
-  void Thin();
+  /// Makes candidates of what may be near.
+  void ScanLeaf(const Turned& turned, const KeyTree::Leaf& leaf);
   /// Compares the candidates in full.
   void Settle();
 
-  const KeyEffort effort_;
   const std::size_t patience_;  // so many candidates are looked at together
   NearestPlaces& nearest_;
   std::vector<Turned> turned_;
   std::vector<Ranked> leaves_;  // those not looked at yet, a heap
   float slack_ = 0.0F;          // by which a distance may look greater than it is
-  float thinned_;               // what is farther is not among those that may be compared
   float limit_;                 // what looks farther is of no interest
   std::vector<Ranked> candidates_;
 };

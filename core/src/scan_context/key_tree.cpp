@@ -70,10 +70,10 @@ struct KeyTree::Keys {
   }
 };
 
-KeyTree::KeyTree(const ContextTable& table, KeyScale scale, std::size_t begin, std::size_t end)
+KeyTree::KeyTree(const ContextTable& table, std::size_t begin, std::size_t end)
     : num_held_(std::min(kMaxHeld, (static_cast<std::size_t>(table.num_rows()) * 4 + 4) / 5)),
       has_flips_(table.has_flips()),
-      axes_(table, scale, Sample(begin, end, has_flips_ ? 2 : 1)) {
+      axes_(table, Sample(begin, end, has_flips_ ? 2 : 1)) {
   const std::size_t step = has_flips_ ? 2 : 1;
   batches_ = KeyBatches(TurnedKeys(table, axes_, num_held_, Sample(begin, end, step)), num_held_);
   Keys keys{step, batches_.key_size(), {}};

@@ -32,7 +32,7 @@ class KeyTree {
 
   /// Over a range of entries that is not empty, and does not part an entry from its flip. O(n log
   /// n).
-  KeyTree(const ContextTable& table, KeyScale scale, std::size_t begin, std::size_t end);
+  KeyTree(const ContextTable& table, std::size_t begin, std::size_t end);
 
  private:
   friend class KeySearch;

@@ -35,7 +35,7 @@ ContextSearch::ContextSearch(const Map& map, DescriptorKind kind, const ContextS
     : map_(map),
       kind_(kind),
       table_(kind == DescriptorKind::kPolar ? map.polar : map.cart),
-      index_(table_, KeyScale::kMetres, before == nullptr ? nullptr : &before->index_) {}
+      index_(table_, before == nullptr ? nullptr : &before->index_) {}
 
 absl::StatusOr<Answer> ContextSearch::Locate(const ScanDescriptor& scan, const Query& query,
                                              const SearchControl& control) const {

@@ -17,15 +17,12 @@ namespace scanloc {
 class PrincipalAxes {
  public:
   /// Of the keys of some entries.
-  PrincipalAxes(const ContextTable& table, KeyScale scale, std::span<const std::size_t> entries);
+  PrincipalAxes(const ContextTable& table, std::span<const std::size_t> entries);
 
-  /// The components of a key along the first axes, [m] for KeyScale::kMetres. Returns its length.
+  /// The components of a key along the first axes [m]. Returns its length.
   double Turn(std::span<const std::int32_t> key_cm, std::span<float> components) const;
 
  private:
-  [[nodiscard]] Eigen::VectorXd Scaled(std::span<const std::int32_t> key_cm) const;
-
-  KeyScale scale_;
   Eigen::MatrixXd axes_;  // one a row
 };
 

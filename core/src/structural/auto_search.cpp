@@ -47,15 +47,9 @@ class AutoSearch::Structures : public PlaceStructures {
 };
 
 AutoSearch::AutoSearch(const Map& map, const Eigen::Vector3d& up, const AutoSearch* before)
-    : map_(map), places_(map.places) {
-  if (map.params.polar.enabled) {
-    polar_ = std::make_unique<KeyIndex>(map.polar, KeyScale::kUnit,
-                                        before == nullptr ? nullptr : before->polar_.get());
-  }
-  if (map.params.cart.enabled) {
-    cart_ = std::make_unique<KeyIndex>(map.cart, KeyScale::kUnit,
-                                       before == nullptr ? nullptr : before->cart_.get());
-  }
+    : map_(map),
+      places_(map.places),
+      signatures_(map, before == nullptr ? nullptr : &before->signatures_) {
   Extend(up);
 }
 
@@ -77,8 +71,7 @@ void AutoSearch::Extend(const Eigen::Vector3d& up) {
   levels_m_ = Levels();
   num_known_ = map_.places.size();
   places_.Extend();
-  if (polar_) polar_->Extend();
-  if (cart_) cart_->Extend();
+  signatures_.Extend();
 }
 
 Pose AutoSearch::T_map_level(std::size_t place) const {

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <array>
-#include <memory>
 #include <optional>
 #include <span>
 #include <vector>
@@ -13,10 +12,10 @@
 #include "scanloc/core/map/map.hpp"
 #include "scanloc/core/scan/bearing_grid.hpp"
 #include "scanloc/core/scan/descriptor.hpp"
-#include "scanloc/core/scan_context/key_index.hpp"
 #include "scanloc/core/search_control.hpp"
 #include "scanloc/core/structural/verify.hpp"
 #include "structural/evidence.hpp"
+#include "structural/signature_index.hpp"
 #include "structural/uncertainty.hpp"
 
 namespace scanloc {
@@ -32,12 +31,12 @@ struct Spot {
 };
 
 /// The search behind the method `auto` (docs/algorithm.md, "Beyond the paper"): a shortlist from
-/// both kinds of context by keys of unit norm, then geometric verification.
+/// signatures, then geometric verification.
 /// Any number of threads may search at once.
 class AutoSearch {
  public:
   /// Requires map.params.structure.enabled and a unit vector up in the map frame. Keeps a reference
-  /// to the map. Trees of keys are shared with a search of another map, as KeyIndex does.
+  /// to the map. Signatures are shared with a search of another map where they are equal.
   AutoSearch(const Map& map, const Eigen::Vector3d& up, const AutoSearch* before = nullptr);
 
   /// Takes in the places that were appended to the map; up as it is known now. Amortised O(log² n)
@@ -45,7 +44,7 @@ class AutoSearch {
   void Extend(const Eigen::Vector3d& up);
 
   struct Options {
-    int shortlist = 0;  ///< places of each kind of context; at least ShortlistParams::num_places
+    int shortlist = 0;                 ///< half of the places; at least ShortlistParams::num_places
     std::vector<Pose> predicted = {};  ///< T_map_query to be verified, too
     int num_supported = 1;             ///< spots whose support is looked at
     int num_measured = 1;              ///< spots whose covariance is
@@ -88,15 +87,15 @@ class AutoSearch {
     double left_m = 0.0;  ///< how far farther to the left than from the query they are taken to be
     BearingQuery bearings;
   };
-  /// A place that the keys have found.
+  /// A place that its signature has found.
   struct Listed {
     std::int32_t place = 0;
-    int rank = 0;  ///< the better one of both kinds of key
+    int rank = 0;  ///< by signatures
     double score = 0.0;
     bool is_usual = false;  ///< of rank num_usual or better
   };
-  /// The places that are nearest by each kind of key, the usual ones first, best score first.
-  [[nodiscard]] std::vector<Listed> Retrieve(const ScanDescriptor& query,
+  /// The places whose signatures are most alike, the usual ones first, best score first.
+  [[nodiscard]] std::vector<Listed> Retrieve(const SignatureQuery& query,
                                              std::span<const Aside> asides, int num_usual,
                                              int num_places, const SearchControl& control) const;
   /// Takes so many of those listed out of the list: first those that are apart from all better
@@ -104,7 +103,7 @@ class AutoSearch {
   [[nodiscard]] std::vector<Listed> TakeApart(std::vector<Listed>& listed,
                                               std::size_t num_places) const;
   /// The shortlist: the places that every query looks at, and those that it asks for beyond.
-  [[nodiscard]] std::array<std::vector<Listed>, 2> List(const ScanDescriptor& query,
+  [[nodiscard]] std::array<std::vector<Listed>, 2> List(const SignatureQuery& query,
                                                         std::span<const Aside> asides,
                                                         int shortlist,
                                                         const SearchControl& control) const;
@@ -147,8 +146,7 @@ class AutoSearch {
   double lowest_m_, highest_m_;        // of the places, along up_
   std::vector<double> levels_m_;       // heights along up_ that are probed for places
   std::size_t num_known_ = 0;          // places taken in
-  std::unique_ptr<KeyIndex> polar_;
-  std::unique_ptr<KeyIndex> cart_;
+  SignatureIndex signatures_;
 };
 
 /// Whether one stands where the other does, but on another floor.

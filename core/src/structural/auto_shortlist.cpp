@@ -2,20 +2,20 @@
 #include <array>
 #include <cmath>
 #include <functional>
+#include <tuple>
 #include <utility>
 
-#include "absl/container/flat_hash_map.h"
 #include "scan/simd.hpp"
 #include "scanloc/core/scan/bearing_grid.hpp"
 #include "structural/auto_search.hpp"
 
-// Which places a query may be of, by the keys of both kinds of context, and how it may lie on each,
-// by the directions in which posts stand.
+// Which places a query may be of, by their signatures, and how it may lie on each, by the
+// directions in which posts stand.
 
 namespace scanloc {
 namespace {
 
-constexpr double kAlikeHeading = 0.7;  // cosine of what two places may look apart
+constexpr double kAlikeHeading = 0.7;  // cosine of the angle by which two places may be turned
 /// How much of what agrees whichever way the query is turned does not count.
 constexpr double kOfChance = 0.5;
 
@@ -123,46 +123,37 @@ void KeepBest(std::size_t num_guesses, std::vector<Hypothesis>& guesses) {
 
 }  // namespace
 
-std::vector<AutoSearch::Listed> AutoSearch::Retrieve(const ScanDescriptor& query,
+std::vector<AutoSearch::Listed> AutoSearch::Retrieve(const SignatureQuery& query,
                                                      std::span<const Aside> asides, int num_usual,
                                                      int num_places,
                                                      const SearchControl& control) const {
-  std::vector<Listed> listed;
-  absl::flat_hash_map<std::int32_t, std::size_t> slots;
-  // Where places are excluded, the nearest of the others may be anywhere.
-  const KeyEffort effort =
-      control.excluded == nullptr ? EffortFor(map_.places.size(), num_places) : KeyEffort();
-  const auto add = [&](const KeyIndex* index, const ContextTable& table, const Context& context) {
-    if (index == nullptr) return;
-    const auto found =
-        index->Search(MakeKeys(context).retrieval_cm, num_places, true, control.excluded, effort);
-    for (std::size_t rank = 0; rank < found.size(); ++rank) {
-      const std::int32_t place = table.entry(found[rank].entry).place;
-      const auto [slot, is_new] = slots.try_emplace(place, listed.size());
-      if (is_new) listed.push_back({.place = place, .rank = static_cast<int>(rank)});
-      Listed& here = listed[slot->second];
-      here.rank = std::min(here.rank, static_cast<int>(rank));
-    }
-  };
-  add(polar_.get(), map_.polar, query.polar);
-  add(cart_.get(), map_.cart, query.cart);
-
+  std::vector<std::vector<Listed>> of_spot(asides.size());
+  int rank = 0;
+  for (const auto& [place, spot] :
+       signatures_.MostAlike(query, static_cast<std::size_t>(num_places), control.excluded)) {
+    of_spot[spot].push_back({.place = place, .rank = rank, .is_usual = rank < num_usual});
+    ++rank;
+  }
   const double per_octave = map_.params.automatic.shortlist.agreement_per_octave;
-  VisitAtOnce(map_, std::span(listed), [&](std::span<Listed> block, const BearingBlock& grids) {
-    for (const Aside& aside : asides) {
-      const BlockCounts counts = aside.bearings.Count(grids);
-      const AgreementScores scores(grids, aside.bearings);
-      for (std::size_t i = 0; i < block.size(); ++i) {
-        block[i].score = std::max(block[i].score, scores.Of(i, counts.MostOf(i)));
-      }
-    }
-    for (Listed& here : block) {
-      here.score -= per_octave * std::log2(5.0 + here.rank);
-      here.is_usual = here.rank < num_usual;
-    }
-  });
-  std::stable_sort(listed.begin(), listed.end(), [](const Listed& a, const Listed& b) {
-    return std::pair(!a.is_usual, -a.score) < std::pair(!b.is_usual, -b.score);
+  std::vector<Listed> listed;
+  for (std::size_t spot = 0; spot < asides.size(); ++spot) {
+    const std::size_t first = std::max<std::size_t>(spot, 1) - 1;
+    const std::size_t num_near = std::min(spot + 2, asides.size()) - first;
+    VisitAtOnce(map_, std::span(of_spot[spot]),
+                [&](std::span<Listed> block, const BearingBlock& grids) {
+                  for (const Aside& aside : asides.subspan(first, num_near)) {
+                    const BlockCounts counts = aside.bearings.Count(grids);
+                    const AgreementScores scores(grids, aside.bearings);
+                    for (std::size_t i = 0; i < block.size(); ++i) {
+                      block[i].score = std::max(block[i].score, scores.Of(i, counts.MostOf(i)));
+                    }
+                  }
+                  for (Listed& here : block) here.score -= per_octave * std::log2(5.0 + here.rank);
+                });
+    listed.insert(listed.end(), of_spot[spot].begin(), of_spot[spot].end());
+  }
+  std::sort(listed.begin(), listed.end(), [](const Listed& a, const Listed& b) {
+    return std::tuple(!a.is_usual, -a.score, a.rank) < std::tuple(!b.is_usual, -b.score, b.rank);
   });
   return listed;
 }
@@ -170,11 +161,7 @@ std::vector<AutoSearch::Listed> AutoSearch::Retrieve(const ScanDescriptor& query
 std::vector<AutoSearch::Listed> AutoSearch::TakeApart(std::vector<Listed>& listed,
                                                       std::size_t num_places) const {
   const double apart_m = map_.params.automatic.shortlist.apart_m;
-  struct Stand {
-    Eigen::Vector3d position_m;
-    Eigen::Vector3d ahead;
-  };
-  std::vector<Stand> stands;
+  std::vector<const Pose*> stands;
   std::vector<Listed> taken;
   std::vector<Listed> left;
   for (const Listed& here : listed) {
@@ -182,14 +169,13 @@ std::vector<AutoSearch::Listed> AutoSearch::TakeApart(std::vector<Listed>& liste
       left.push_back(here);
       continue;
     }
-    const Pose pose = T_map_level(static_cast<std::size_t>(here.place));
-    const Stand stand{pose.translation(), pose.linear().col(0)};
+    const Pose& stand = map_.places[static_cast<std::size_t>(here.place)].T_map_place;
     // A place that looks the other way sees other things.
-    const bool is_known = std::any_of(stands.begin(), stands.end(), [&](const Stand& other) {
-      return (stand.position_m - other.position_m).norm() < apart_m &&
-             stand.ahead.dot(other.ahead) > kAlikeHeading;
+    const bool is_known = std::any_of(stands.begin(), stands.end(), [&](const Pose* other) {
+      return (stand.translation() - other->translation()).norm() < apart_m &&
+             stand.linear().cwiseProduct(other->linear()).sum() > 1.0 + 2.0 * kAlikeHeading;
     });
-    if (!is_known) stands.push_back(stand);
+    if (!is_known) stands.push_back(&stand);
     (is_known ? left : taken).push_back(here);
   }
   const auto num_more =
@@ -201,15 +187,12 @@ std::vector<AutoSearch::Listed> AutoSearch::TakeApart(std::vector<Listed>& liste
 }
 
 std::array<std::vector<AutoSearch::Listed>, 2> AutoSearch::List(
-    const ScanDescriptor& query, std::span<const Aside> asides, int shortlist,
+    const SignatureQuery& query, std::span<const Aside> asides, int shortlist,
     const SearchControl& control) const {
   const ShortlistParams& params = map_.params.automatic.shortlist;
-  const double share = params.found_share * static_cast<double>(map_.places.size());
-  const int most = NumToFind(map_.places.size(), params.max_found);
-  const int num_usual =
-      std::max(params.num_places, static_cast<int>(std::min<double>(most, share)));
+  const auto num_usual = static_cast<int>(NumToFind(params, map_.places.size()));
   std::vector<Listed> listed =
-      Retrieve(query, asides, num_usual, std::max(shortlist, num_usual), control);
+      Retrieve(query, asides, num_usual, std::max(2 * shortlist, num_usual), control);
   const auto unusual =
       std::find_if(listed.begin(), listed.end(), [](const Listed& here) { return !here.is_usual; });
   const std::vector<Listed> further(unusual, listed.end());
@@ -259,13 +242,13 @@ std::array<std::vector<Hypothesis>, 2> AutoSearch::Propose(const ScanDescriptor&
                                                            StageTimes& times) const {
   const std::int64_t start_ns = control.Now_ns();
   const ShortlistParams& params = map_.params.automatic.shortlist;
+  const std::vector<BearingGrid> spots = SpotsOf(query.structure.posts, params);
   std::vector<Aside> asides;
   for (int i = -params.num_asides; i <= params.num_asides; ++i) {
-    const double left_m = i * params.aside_m;
-    asides.push_back(
-        {left_m, BearingQuery(BearingGrid(query.structure.posts, params.bearing_ring_m, left_m))});
+    asides.push_back({i * params.aside_m, BearingQuery(spots[asides.size()])});
   }
-  const std::array<std::vector<Listed>, 2> parts = List(query, asides, shortlist, control);
+  const std::array<std::vector<Listed>, 2> parts =
+      List(signatures_.QueryOf(spots, query.polar, query.cart), asides, shortlist, control);
   const std::int64_t retrieved_ns = control.Now_ns();
   std::array<std::vector<Hypothesis>, 2> proposed;
   for (std::size_t part = 0; part < parts.size(); ++part) {

@@ -19,7 +19,7 @@
 namespace scanloc::server {
 namespace {
 
-/// What the method auto takes of each kind of context where nobody says how many.
+/// Half of the places that the method auto verifies where nobody says how many.
 constexpr int kAutoCandidates = 100;
 
 using ServedMaps = std::vector<std::shared_ptr<const ServedMap>>;

@@ -37,9 +37,9 @@ ContextTable TableOf(const std::vector<std::vector<std::int32_t>>& keys, bool wi
 }
 
 void ExpectSameNeighbors(const KeyIndex& a, const KeyIndex& b,
-                         const std::vector<std::int32_t>& query, const KeyEffort& effort) {
-  const auto found = a.Search(query, 50, true, nullptr, effort);
-  const auto expected = b.Search(query, 50, true, nullptr, effort);
+                         const std::vector<std::int32_t>& query) {
+  const auto found = a.Search(query, 50, true);
+  const auto expected = b.Search(query, 50, true);
   ASSERT_EQ(found.size(), expected.size());
   for (std::size_t n = 0; n < found.size(); ++n) {
     EXPECT_EQ(found[n].entry, expected[n].entry);
@@ -53,26 +53,23 @@ TEST(KeyIndex, TakesTreesOfSharedBlocksAndAnswersAsOneMadeAnew) {
     SCOPED_TRACE(with_flips);
     const ContextTable table = TableOf(keys, with_flips);
     ASSERT_GE(table.key_blocks().full().size(), 3U);
-    const KeyIndex before(table, KeyScale::kUnit);
+    const KeyIndex before(table);
     // One left out of the second block, and some more at the end.
     auto other = keys;
     other.erase(other.begin() + static_cast<std::ptrdiff_t>(table.key_blocks().ends()[0]) + 100);
     other.insert(other.end(), keys.begin(), keys.begin() + 3000);
     ContextTable next = TableOf(other, with_flips);
-    const KeyIndex anew(next, KeyScale::kUnit);
+    const KeyIndex anew(next);
     next.ShareKeysWith(table);
-    const KeyIndex after(next, KeyScale::kUnit, &before);
+    const KeyIndex after(next, &before);
     EXPECT_EQ(after.TreeOf(next, 0), before.TreeOf(table, 0));
     EXPECT_EQ(after.TreeOf(next, 2), before.TreeOf(table, 2));
     EXPECT_NE(after.TreeOf(next, 1), nullptr);
     EXPECT_NE(after.TreeOf(next, 1), before.TreeOf(table, 1));
     EXPECT_EQ(before.TreeOf(next, 1), nullptr) << "the block with the change is another one";
-    const KeyIndex of_other_scale(next, KeyScale::kMetres, &before);
-    EXPECT_NE(of_other_scale.TreeOf(next, 0), before.TreeOf(table, 0));
     for (std::size_t q = 0; q < 40; ++q) {
       const std::vector<std::int32_t> query = keys[q * keys.size() / 40];
-      ExpectSameNeighbors(after, anew, query, {.max_scanned = 20'000, .max_compared = 200});
-      ExpectSameNeighbors(after, anew, query, {});
+      ExpectSameNeighbors(after, anew, query);
     }
   }
 }
@@ -112,7 +109,7 @@ TEST(KeyIndex, GrowsFromBlockToBlock) {
   ASSERT_GE(table.key_blocks().full().size(), 2U);
   const KeyIndex at_once(table);
   for (std::size_t q = 0; q < 20; ++q) {
-    ExpectSameNeighbors(grown, at_once, keys[q * keys.size() / 20], {});
+    ExpectSameNeighbors(grown, at_once, keys[q * keys.size() / 20]);
   }
 }
 

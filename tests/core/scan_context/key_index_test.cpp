@@ -81,27 +81,6 @@ TEST(KeyIndex, FindsTheNearestPlacesEachOnce) {
   }
 }
 
-TEST(KeyIndex, OfUnitScaleLooksAtTheShapeOfAKeyOnly) {
-  ContextTable table(kNumRows, 2);
-  Append(table, 0, false, {100, 100, 100, 100, 100});
-  Append(table, 1, false, {500, 400, 300, 200, 100});
-  const std::vector<std::int32_t> fifth_of_place_1 = {100, 80, 60, 40, 20};
-  EXPECT_EQ(KeyIndex(table).Search(fifth_of_place_1, 1, true).front().entry, 0U);
-  const auto found = KeyIndex(table, KeyScale::kUnit).Search(fifth_of_place_1, 1, true);
-  EXPECT_EQ(found.front().entry, 1U);
-  EXPECT_NEAR(found.front().key_distance, 0.0, 1e-6);
-}
-
-TEST(KeyIndex, OfUnitScaleTakesAKeyOfZeros) {
-  ContextTable table(kNumRows, 2);
-  Append(table, 0, false, {0, 0, 0, 0, 0});
-  Append(table, 1, false, {1, 2, 3, 4, 5});
-  const auto found = KeyIndex(table, KeyScale::kUnit).Search(std::vector<std::int32_t>(5), 2, true);
-  ASSERT_EQ(found.size(), 2U);
-  EXPECT_EQ(found[0].entry, 0U);
-  EXPECT_NEAR(found[1].key_distance, 1.0, 1e-6);
-}
-
 TEST(KeyIndex, PassesOverExcludedPlaces) {
   std::mt19937_64 random(5);
   const ContextTable table = RandomTable(random, 50, 1000);
@@ -130,34 +109,32 @@ TEST(KeyIndex, AnswersAnEmptyTableWithNothing) {
 }
 
 TEST(KeyIndex, FindsTheSameHoweverItGrew) {
-  for (const KeyScale scale : {KeyScale::kMetres, KeyScale::kUnit}) {
-    std::mt19937_64 random(3);
-    const int num_places = 2000;
-    const ContextTable all = RandomTable(random, num_places, 5000, 20);
-    ContextTable table(20, 2);
-    KeyIndex grown(table, scale);
-    const auto append_place = [&](std::size_t place) {
-      for (std::size_t i = 3 * place; i < 3 * place + 3; ++i) {
-        table.Append(all.entry(i), all.context(i).cells_cm, all.retrieval_key_cm(i),
-                     all.context(i).aligning_cm);
-      }
-    };
-    for (std::size_t place = 0; place < num_places; ++place) {
-      append_place(place);
-      // Again, so that there are ties between trees.
-      if (place % 7 == 0) append_place(place);
-      if (place % 3 == 0) grown.Extend();
-      if (place % 97 != 0) continue;
-      const KeyIndex made_at_once(table, scale);
-      for (const std::vector<std::int32_t>& query :
-           {RandomKey(random, 5000, 20), all.retrieval_key_cm(place / 7 * 7)}) {
-        const auto expected = made_at_once.Search(query, 10, true);
-        const auto found = grown.Search(query, 10, true);
-        ASSERT_EQ(found.size(), expected.size());
-        for (std::size_t n = 0; n < found.size(); ++n) {
-          EXPECT_EQ(found[n].entry, expected[n].entry);
-          EXPECT_EQ(found[n].key_distance, expected[n].key_distance);
-        }
+  std::mt19937_64 random(3);
+  const int num_places = 2000;
+  const ContextTable all = RandomTable(random, num_places, 5000, 20);
+  ContextTable table(20, 2);
+  KeyIndex grown(table);
+  const auto append_place = [&](std::size_t place) {
+    for (std::size_t i = 3 * place; i < 3 * place + 3; ++i) {
+      table.Append(all.entry(i), all.context(i).cells_cm, all.retrieval_key_cm(i),
+                   all.context(i).aligning_cm);
+    }
+  };
+  for (std::size_t place = 0; place < num_places; ++place) {
+    append_place(place);
+    // Again, so that there are ties between trees.
+    if (place % 7 == 0) append_place(place);
+    if (place % 3 == 0) grown.Extend();
+    if (place % 97 != 0) continue;
+    const KeyIndex made_at_once(table);
+    for (const std::vector<std::int32_t>& query :
+         {RandomKey(random, 5000, 20), all.retrieval_key_cm(place / 7 * 7)}) {
+      const auto expected = made_at_once.Search(query, 10, true);
+      const auto found = grown.Search(query, 10, true);
+      ASSERT_EQ(found.size(), expected.size());
+      for (std::size_t n = 0; n < found.size(); ++n) {
+        EXPECT_EQ(found[n].entry, expected[n].entry);
+        EXPECT_EQ(found[n].key_distance, expected[n].key_distance);
       }
     }
   }
@@ -177,82 +154,21 @@ TEST(KeyIndex, FindsFlipsThatTheTableDoesNotHold) {
   }
   std::vector<bool> excluded(3000);
   for (std::size_t place = 0; place < excluded.size(); place += 3) excluded[place] = true;
-  for (const KeyScale scale : {KeyScale::kMetres, KeyScale::kUnit}) {
-    const KeyIndex of_flips(flips, scale);
-    const KeyIndex of_all(all, scale);
-    for (int q = 0; q < 50; ++q) {
-      const std::vector<std::int32_t> key =
-          q % 2 == 0 ? RandomKey(random, 5000, 20) : all.retrieval_key_cm(random() % all.size());
-      for (const bool augmented : {true, false}) {
-        const auto expected = of_all.Search(key, 10, augmented, q % 3 == 0 ? &excluded : nullptr);
-        const auto found = of_flips.Search(key, 10, augmented, q % 3 == 0 ? &excluded : nullptr);
-        ASSERT_EQ(found.size(), expected.size());
-        for (std::size_t n = 0; n < found.size(); ++n) {
-          EXPECT_EQ(found[n].entry, expected[n].entry);
-          EXPECT_EQ(found[n].key_distance, expected[n].key_distance);
-        }
+  const KeyIndex of_flips(flips);
+  const KeyIndex of_all(all);
+  for (int q = 0; q < 50; ++q) {
+    const std::vector<std::int32_t> key =
+        q % 2 == 0 ? RandomKey(random, 5000, 20) : all.retrieval_key_cm(random() % all.size());
+    for (const bool augmented : {true, false}) {
+      const auto expected = of_all.Search(key, 10, augmented, q % 3 == 0 ? &excluded : nullptr);
+      const auto found = of_flips.Search(key, 10, augmented, q % 3 == 0 ? &excluded : nullptr);
+      ASSERT_EQ(found.size(), expected.size());
+      for (std::size_t n = 0; n < found.size(); ++n) {
+        EXPECT_EQ(found[n].entry, expected[n].entry);
+        EXPECT_EQ(found[n].key_distance, expected[n].key_distance);
       }
     }
   }
-}
-
-TEST(KeyIndex, WithLessEffortFindsMostOfWhatIsNearAndTellsItsDistances) {
-  std::mt19937_64 random(13);
-  ContextTable table(40, 2);
-  // Along a road, keys change little by little, as real ones do.
-  std::vector<std::int32_t> key = RandomKey(random, 5000, 40);
-  for (std::int32_t place = 0; place < 20'000; ++place) {
-    for (std::int32_t& sum_cm : key) {
-      sum_cm = std::clamp<std::int32_t>(sum_cm + static_cast<std::int32_t>(random() % 401) - 200, 0,
-                                        5000);
-    }
-    table.AppendKey({.place = place}, key);
-    table.AppendFlipOfLast();
-  }
-  for (const KeyScale scale : {KeyScale::kMetres, KeyScale::kUnit}) {
-    const KeyIndex index(table, scale);
-    const KeyEffort effort{.max_scanned = 2'000, .max_compared = 150};
-    std::size_t num_found = 0;
-    for (std::size_t entry = 0; entry < table.size(); entry += 777) {
-      const std::vector<std::int32_t> query = table.retrieval_key_cm(entry);
-      std::map<std::size_t, double> nearest;
-      for (const auto& neighbor : index.Search(query, 100, true)) {
-        nearest[neighbor.entry] = neighbor.key_distance;
-      }
-      const auto found = index.Search(query, 100, true, nullptr, effort);
-      ASSERT_EQ(found.size(), 100U);
-      EXPECT_EQ(found.front().key_distance, 0.0);
-      for (const auto& neighbor : found) {
-        const auto same = nearest.find(neighbor.entry);
-        if (same == nearest.end()) continue;
-        ++num_found;
-        EXPECT_EQ(neighbor.key_distance, same->second);
-      }
-      const auto again = index.Search(query, 100, true, nullptr, effort);
-      for (std::size_t i = 0; i < found.size(); ++i) EXPECT_EQ(again[i].entry, found[i].entry);
-    }
-    const std::size_t num_queries = (table.size() + 776) / 777;
-    EXPECT_GT(num_found, 90 * num_queries);
-    EXPECT_LT(num_found, 100 * num_queries) << "nothing was left out: a test of nothing";
-  }
-}
-
-TEST(KeyIndex, IsExactUpToTwentyThousandPlacesAndThenGrowsSlowerThanThey) {
-  EXPECT_EQ(EffortFor(20'000, 700).max_scanned, KeyEffort::kAll);
-  EXPECT_EQ(EffortFor(20'000, 700).max_compared, KeyEffort::kAll);
-  const KeyEffort large = EffortFor(80'000, 700);
-  const KeyEffort larger = EffortFor(320'000, 700);
-  EXPECT_GT(larger.max_scanned, large.max_scanned * 3 / 2);
-  EXPECT_LT(larger.max_scanned, large.max_scanned * 2);
-  EXPECT_EQ(larger.max_compared, large.max_compared);
-  EXPECT_GE(large.max_compared, 700U);
-  EXPECT_GE(EffortFor(1'000'000, 5'000).max_compared, 5'000U);
-}
-
-TEST(KeyIndex, IsAskedForMorePlacesAsTheirEighthRootGrows) {
-  EXPECT_EQ(NumToFind(100, 700), 700);
-  EXPECT_EQ(NumToFind(20'000, 700), 700);
-  EXPECT_EQ(NumToFind(256 * 20'000, 700), 1'400);
 }
 
 TEST(KeyIndex, GivesTiesInOrderOfEntry) {

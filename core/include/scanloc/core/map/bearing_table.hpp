@@ -14,10 +14,7 @@ class BearingTable {
  public:
   void push_back(const BearingGrid& bearings) {
     blocks_.last().push_back(bearings);
-    // FNV-1a, a ring at a time.
-    std::uint64_t hash = 14'695'981'039'346'656'037U;
-    for (const std::uint64_t ring : bearings.rings()) hash = (hash ^ ring) * 1'099'511'628'211U;
-    blocks_.Appended(hash ^ hash >> 32U);
+    blocks_.Appended(BlockHash(bearings.rings()));
   }
 
   [[nodiscard]] std::size_t size() const { return blocks_.size(); }

@@ -14,6 +14,16 @@ inline constexpr std::size_t kMinBlock = std::size_t{1} << 15;
 inline constexpr std::uint64_t kBlockOdds = std::uint64_t{1} << 16;
 inline constexpr std::size_t kMaxBlock = std::size_t{1} << 18;
 
+/// What SharedBlocks is told of an element of whole numbers: FNV-1a, a number at a time.
+template <typename Values>
+std::uint64_t BlockHash(const Values& values) {
+  std::uint64_t hash = 14'695'981'039'346'656'037U;
+  for (const auto value : values) {
+    hash = (hash ^ static_cast<std::uint64_t>(value)) * 1'099'511'628'211U;
+  }
+  return hash ^ hash >> 32U;
+}
+
 /// A sequence that grows at its end, in blocks. A full block never changes, and is held by several
 /// sequences at once where they are equal there, as those of a map and of its next version.
 ///
@@ -41,6 +51,7 @@ class SharedBlocks {
 
   /// The block that is not full: append to it, then tell the hash of what was appended.
   [[nodiscard]] Block& last() { return last_; }
+  [[nodiscard]] const Block& last() const { return last_; }
   /// Elements in it.
   [[nodiscard]] std::size_t num_in_last() const { return num_in_last_; }
   void Appended(std::uint64_t hash) {

@@ -1,0 +1,240 @@
+#include "structural/signature_index.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <utility>
+
+namespace scanloc {
+namespace {
+
+constexpr std::size_t kNumLanes = SignatureRows::kNumLanes;
+/// Places in a run; some runs are a batch of places.
+constexpr std::size_t kRunLength = 8;
+constexpr std::size_t kRunsPerBatch = kNumLanes / kRunLength;
+
+constexpr double kScaleOfQuery = 127.0;
+/// What the cart key says against the others, each of unit length.
+constexpr double kWeightOfCart = 0.5;
+
+/// A place, and what it has of the query.
+struct Scored {
+  std::int16_t score = 0;
+  std::int16_t spot = 0;
+  std::uint32_t place = 0;
+
+  friend bool operator<(const Scored& a, const Scored& b) {
+    return a.score != b.score ? a.score > b.score : a.place < b.place;
+  }
+};
+
+/// Leaves the best k, in any order.
+void KeepBest(std::size_t k, std::vector<Scored>& scored) {
+  if (scored.size() <= k) return;
+  const auto last = scored.begin() + static_cast<std::ptrdiff_t>(k) - 1;
+  std::nth_element(scored.begin(), last, scored.end());
+  scored.resize(k);
+}
+
+/// How many places are worth comparing of so many.
+std::size_t NumToCompare(std::size_t num_places) {
+  const double growth = static_cast<double>(num_places) / SignatureIndex::kMaxExact;
+  return static_cast<std::size_t>(SignatureIndex::kMaxExact * std::cbrt(growth));
+}
+
+/// Those of some places one behind the other that are not excluded, a bit each.
+std::uint32_t LanesOf(std::size_t first_place, std::size_t num_places,
+                      const std::vector<bool>* excluded) {
+  std::uint32_t lanes = (1U << num_places) - 1U;
+  if (excluded == nullptr) return lanes;
+  for (std::size_t lane = 0; lane < num_places; ++lane) {
+    if ((*excluded)[first_place + lane]) lanes &= ~(1U << lane);
+  }
+  return lanes;
+}
+
+std::span<std::int8_t> In(std::vector<std::int8_t>& signature, const SignatureShape::Part& part) {
+  return std::span(signature).subspan(part.begin, part.size);
+}
+
+}  // namespace
+
+std::size_t NumToFind(const ShortlistParams& params, std::size_t num_places) {
+  constexpr double kUsual = 20'000;
+  const auto size = static_cast<double>(num_places);
+  const double most =
+      params.max_found * std::sqrt(std::sqrt(std::sqrt(std::max(1.0, size / kUsual))));
+  return static_cast<std::size_t>(
+      std::max(2.0 * params.num_places, std::min(params.found_share * size, most)));
+}
+
+std::vector<BearingGrid> SpotsOf(std::span<const Post> posts, const ShortlistParams& params) {
+  std::vector<BearingGrid> spots;
+  for (int i = -params.num_asides; i <= params.num_asides; ++i) {
+    spots.emplace_back(posts, params.bearing_ring_m, i * params.aside_m);
+  }
+  return spots;
+}
+
+SignatureIndex::SignatureIndex(const Map& map, const SignatureIndex* before)
+    : map_(map),
+      shape_(map.params.polar.enabled ? map.params.polar.num_rings : 0,
+             map.params.cart.enabled ? map.params.cart.num_rows : 0) {
+  Extend(before);
+}
+
+void SignatureIndex::ReadKey(const ContextTable& table, std::size_t place, std::size_t& next_entry,
+                             std::vector<std::int32_t>& retrieval_cm) {
+  retrieval_cm.assign(static_cast<std::size_t>(table.num_rows()), 0);
+  for (; next_entry < table.size(); ++next_entry) {
+    const ContextTable::Entry entry = table.entry(next_entry);
+    if (entry.place > static_cast<std::int32_t>(place)) return;
+    if (!entry.augmented) table.ReadRetrievalKey(next_entry, retrieval_cm);
+  }
+}
+
+void SignatureIndex::Extend(const SignatureIndex* before) {
+  std::vector<std::int8_t> signature(shape_.size());
+  std::vector<std::int32_t> retrieval_cm;
+  const auto write_key = [&](const ContextTable& table, std::size_t place, std::size_t& next_entry,
+                             const SignatureShape::Part& part) {
+    if (part.size == 0) return;
+    ReadKey(table, place, next_entry, retrieval_cm);
+    WriteKey(retrieval_cm, SignatureRows::kScale, In(signature, part));
+  };
+  for (std::size_t place = blocks_.size(); place < map_.bearings.size(); ++place) {
+    WriteBearings(map_.bearings[place], SignatureRows::kScale, In(signature, shape_.bearings()));
+    write_key(map_.polar, place, next_polar_, shape_.polar());
+    write_key(map_.cart, place, next_cart_, shape_.cart());
+    Append(signature);
+    if (before != nullptr) blocks_.ShareWith(before->blocks_);
+  }
+}
+
+void SignatureIndex::Append(std::span<const std::int8_t> signature) {
+  Block& block = blocks_.last();
+  const std::size_t run = block.num_places / kRunLength;
+  const std::size_t in_run = block.num_places % kRunLength;
+  block.places.Set(block.num_places++, signature);
+  if (in_run == 0) {
+    block.sum.assign(signature.begin(), signature.end());
+    block.runs.Set(run, signature);
+  } else {
+    for (std::size_t i = 0; i < signature.size(); ++i) block.sum[i] += signature[i];
+  }
+  if (in_run + 1 == kRunLength) {
+    std::vector<std::int8_t> common(signature.size());
+    for (const SignatureShape::Part& part : {shape_.bearings(), shape_.polar(), shape_.cart()}) {
+      WriteScaled(std::span(block.sum).subspan(part.begin, part.size), SignatureRows::kScale,
+                  In(common, part));
+    }
+    block.runs.Set(run, common);
+  }
+  blocks_.Appended(BlockHash(signature));
+}
+
+SignatureQuery SignatureIndex::QueryOf(std::span<const BearingGrid> spots, const Context& polar,
+                                       const Context& cart) const {
+  SignatureQuery query;
+  std::vector<std::int8_t> row;
+  for (const BearingGrid& spot : spots) {
+    row.resize(shape_.bearings().size);
+    WriteBearings(spot.Widened(), kScaleOfQuery, row);
+    query.Add(shape_.bearings(), row);
+  }
+  const auto add_key = [&](std::span<const std::int32_t> retrieval_cm, double scale,
+                           const SignatureShape::Part& part) {
+    row.resize(part.size);
+    WriteKey(retrieval_cm, scale, row);
+    query.Add(part, row);
+  };
+  if (shape_.polar().size > 0 && !polar.empty()) {
+    add_key(MakeKeys(polar).retrieval_cm, kScaleOfQuery, shape_.polar());
+  }
+  if (shape_.cart().size > 0 && !cart.empty()) {
+    std::vector<std::int32_t> retrieval_cm = MakeKeys(cart).retrieval_cm;
+    add_key(retrieval_cm, kWeightOfCart * kScaleOfQuery, shape_.cart());
+    // As the reversed vehicle sees it.
+    std::ranges::reverse(retrieval_cm);
+    add_key(retrieval_cm, kWeightOfCart * kScaleOfQuery, shape_.cart());
+  }
+  return query;
+}
+
+template <typename Visitor>
+void SignatureIndex::ForEachBlock(Visitor&& visit) const {
+  std::size_t first_place = 0;
+  const auto visit_next = [&](const Block& block) {
+    visit(block, first_place);
+    first_place += block.num_places;
+  };
+  for (const auto& block : blocks_.full()) visit_next(*block);
+  visit_next(blocks_.last());
+}
+
+std::vector<std::int16_t> SignatureIndex::BestRuns(const SignatureQuery& query) const {
+  std::vector<std::int16_t> best;  // a batch
+  SignatureScores scores;
+  ForEachBlock([&](const Block& block, std::size_t /*first_place*/) {
+    const std::size_t num_runs = (block.num_places + kRunLength - 1) / kRunLength;
+    for (std::size_t run = 0; run < num_runs; ++run) {
+      if (run % kNumLanes == 0) block.runs.Compare(run / kNumLanes, query, 0, scores);
+      const std::int16_t score = scores.score[run % kNumLanes];
+      if (run % kRunsPerBatch == 0) {
+        best.push_back(score);
+      } else {
+        best.back() = std::max(best.back(), score);
+      }
+    }
+  });
+  return best;
+}
+
+std::vector<SignatureIndex::Found> SignatureIndex::MostAlike(
+    const SignatureQuery& query, std::size_t k, const std::vector<bool>* excluded) const {
+  if (k == 0) return {};
+  std::vector<std::int16_t> best_runs;
+  std::int16_t least_run = 0;
+  if (excluded == nullptr && blocks_.size() > kMaxExact) {
+    best_runs = BestRuns(query);
+    std::vector<std::int16_t> ordered = best_runs;
+    const auto last =
+        ordered.begin() + static_cast<std::ptrdiff_t>(NumToCompare(blocks_.size()) / kNumLanes);
+    std::nth_element(ordered.begin(), last, ordered.end(), std::greater<>());
+    least_run = *last;
+  }
+  std::vector<Scored> scored;
+  std::int16_t least = std::numeric_limits<std::int16_t>::min();
+  std::size_t number = 0;  // of a batch
+  SignatureScores scores;
+  ForEachBlock([&](const Block& block, std::size_t first_place) {
+    for (std::size_t batch = 0; batch < block.places.num_batches(); ++batch, ++number) {
+      if (!best_runs.empty() && best_runs[number] < least_run) continue;
+      const std::size_t first = batch * kNumLanes;
+      std::uint32_t lanes =
+          LanesOf(first_place + first, std::min(kNumLanes, block.num_places - first), excluded);
+      if (lanes == 0) continue;
+      lanes &= block.places.Compare(batch, query, least, scores);
+      for (; lanes != 0; lanes &= lanes - 1) {
+        const auto lane = static_cast<std::size_t>(std::countr_zero(lanes));
+        scored.push_back({scores.score[lane], scores.row[lane],
+                          static_cast<std::uint32_t>(first_place + first + lane)});
+      }
+      if (scored.size() < 2 * k) continue;
+      KeepBest(k, scored);
+      least = std::max_element(scored.begin(), scored.end())->score;
+    }
+  });
+  KeepBest(k, scored);
+  std::sort(scored.begin(), scored.end());
+  std::vector<Found> found;
+  found.reserve(scored.size());
+  for (const Scored& place : scored) {
+    found.push_back({static_cast<std::int32_t>(place.place), static_cast<std::size_t>(place.spot)});
+  }
+  return found;
+}
+
+}  // namespace scanloc
