@@ -3,6 +3,7 @@
 #include <set>
 
 #include "absl/strings/ascii.h"
+#include "absl/strings/match.h"
 #include "absl/strings/str_replace.h"
 #include "http_fixture.hpp"
 
@@ -61,6 +62,18 @@ class OpenApiTest : public HttpTest {
                            KittiBytes(test::QueryScan(1, 4))));
   }
 };
+
+TEST(OpenApiDocument, RefersToWhatItHas) {
+  int num_checked = 0;
+  const Json flat = Document().flatten();
+  for (const auto& [where, value] : flat.items()) {
+    if (!absl::EndsWith(where, "/$ref")) continue;
+    const std::string target = value.get<std::string>();
+    EXPECT_TRUE(Document().contains(Json::json_pointer(target.substr(1)))) << where << target;
+    ++num_checked;
+  }
+  EXPECT_GT(num_checked, 20);
+}
 
 TEST_F(OpenApiTest, HasEveryRouteAndNoOther) {
   std::set<std::string> told;
