@@ -8,6 +8,7 @@
 #include <string>
 
 #include "absl/strings/str_format.h"
+#include "scanloc/core/status_macros.hpp"
 #include "scanloc/mapdb/build_map.hpp"
 #include "support/made_road.hpp"
 
@@ -84,7 +85,7 @@ absl::Status WriteQueries(const MadeRoad& road, const Options& options) {
 absl::Status Run(const Options& options) {
   const MadeRoad road(options.seed);
   if (!options.out.empty()) {
-    if (absl::Status status = WriteMap(road, options); !status.ok()) return status;
+    RETURN_IF_ERROR(WriteMap(road, options));
   }
   return options.queries.empty() ? absl::OkStatus() : WriteQueries(road, options);
 }

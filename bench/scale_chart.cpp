@@ -12,6 +12,7 @@
 
 #include "absl/status/statusor.h"
 #include "absl/strings/str_cat.h"
+#include "scanloc/core/status_macros.hpp"
 #include "scanloc/report/chart.hpp"
 #include "scanloc/report/csv.hpp"
 
@@ -25,14 +26,13 @@ absl::Status AppendSeries(const std::string& file, const std::string& column,
   if (!stream) return absl::NotFoundError("cannot read " + file);
   std::stringstream text;
   text << stream.rdbuf();
-  const auto table = report::CsvTable::Parse(text.str());
-  if (!table.ok()) return table.status();
+  ASSIGN_OR_RETURN(const auto table, report::CsvTable::Parse(text.str()));
   for (const std::string& name : {std::string("places"), column}) {
-    if (!table->HasColumn(name)) return absl::InvalidArgumentError(file + " has no " + name);
+    if (!table.HasColumn(name)) return absl::InvalidArgumentError(file + " has no " + name);
   }
-  for (std::size_t row = 0; row < table->num_rows(); ++row) {
-    const auto places = table->Number(row, "places");
-    const auto ms = table->Number(row, column);
+  for (std::size_t row = 0; row < table.num_rows(); ++row) {
+    const auto places = table.Number(row, "places");
+    const auto ms = table.Number(row, column);
     for (const absl::Status& status : {places.status(), ms.status()}) {
       if (!status.ok()) return status;
     }
@@ -64,8 +64,7 @@ absl::StatusOr<std::string> Chart(const std::string& maps, const std::string& ke
        {.name = "the same, exact", .color = report::colors::kVermilion, .dash = 2}}};
   for (std::size_t i = 0; i < std::size(lines); ++i) {
     const auto& [column, series] = lines[i];
-    const absl::Status status = AppendSeries(i < 2 ? maps : keys, column, series, chart.series);
-    if (!status.ok()) return status;
+    RETURN_IF_ERROR(AppendSeries(i < 2 ? maps : keys, column, series, chart.series));
   }
   return report::Draw(chart);
 }

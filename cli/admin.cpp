@@ -7,6 +7,7 @@
 #include "cli/connection_options.hpp"
 #include "cli/output.hpp"
 #include "scanloc/core/printable.hpp"
+#include "scanloc/core/status_macros.hpp"
 
 namespace scanloc::cli {
 namespace {
@@ -30,19 +31,16 @@ class AdminCommand : public Command {
   }
 
   [[nodiscard]] absl::Status Run() override {
-    const absl::StatusOr<client::Client> client = Connect(server_);
-    if (!client.ok()) return client.status();
+    ASSIGN_OR_RETURN(const client::Client client, Connect(server_));
     if (action_ == "unload") {
-      if (absl::Status status = client->UnloadMap(map_); !status.ok()) return status;
+      RETURN_IF_ERROR(client.UnloadMap(map_));
       return WriteText("-", absl::StrCat("map ", Printable(map_), " out of service\n"));
     }
-    const absl::StatusOr<MapSummary> map =
-        action_ == "load" ? client->LoadMap(map_) : client->ReloadMap(map_);
-    if (!map.ok()) return map.status();
-    return WriteText(
-        "-", absl::StrCat("map ", Printable(map->name), " in service: ", map->num_places,
-                          " places, content id ", Printable(map->content_id), ", generation ",
-                          map->generation, "\n"));
+    ASSIGN_OR_RETURN(const MapSummary map,
+                     action_ == "load" ? client.LoadMap(map_) : client.ReloadMap(map_));
+    return WriteText("-", absl::StrCat("map ", Printable(map.name), " in service: ", map.num_places,
+                                       " places, content id ", Printable(map.content_id),
+                                       ", generation ", map.generation, "\n"));
   }
 
  private:

@@ -8,6 +8,7 @@
 #include "cli/drive_plan.hpp"
 #include "cli/interrupt.hpp"
 #include "cli/slam_options.hpp"
+#include "scanloc/core/status_macros.hpp"
 #include "scanloc/mapdb/map_file.hpp"
 #include "scanloc/slam/align_drive.hpp"
 
@@ -34,17 +35,15 @@ class AlignCommand : public Command {
   [[nodiscard]] absl::Status CheckUsage() const override { return slam_.CheckUsage(); }
   [[nodiscard]] absl::Status Run() override {
     CatchInterrupts();
-    absl::StatusOr<Map> map = mapdb::LoadMap(map_);
-    if (!map.ok()) return map.status();
-    const absl::StatusOr<SlamOptions::Drive> drive = slam_.Open();
-    if (!drive.ok()) return drive.status();
+    ASSIGN_OR_RETURN(Map map, mapdb::LoadMap(map_));
+    ASSIGN_OR_RETURN(const SlamOptions::Drive drive, slam_.Open());
     StageProgress progress(slam_.quiet());
     const absl::StatusOr<slam::ClosedDrive> aligned =
-        slam::AlignDrive(std::make_shared<const Map>(*std::move(map)), drive->plan,
-                         LoaderOf(drive->frames, slam_.mount()), slam_.MakeOptions(progress));
+        slam::AlignDrive(std::make_shared<const Map>(std::move(map)), drive.plan,
+                         LoaderOf(drive.frames, slam_.mount()), slam_.MakeOptions(progress));
     progress.Clear();
     if (!aligned.ok()) return aligned.status();
-    return slam_.Tell(absl::StrCat(drive->plan.name, " in ", map_), *drive, *aligned);
+    return slam_.Tell(absl::StrCat(drive.plan.name, " in ", map_), drive, *aligned);
   }
 
  private:

@@ -8,6 +8,7 @@
 #include "cli/command.hpp"
 #include "cli/output.hpp"
 #include "scanloc/core/printable.hpp"
+#include "scanloc/core/status_macros.hpp"
 #include "scanloc/report/json.hpp"
 
 namespace scanloc::cli {
@@ -31,12 +32,11 @@ class BagCommand : public Command {
         "  scanloc bag drive.mcap");
   }
   [[nodiscard]] absl::Status Run() override {
-    const auto bag = dataset::Bag::Open(paths_);
-    if (!bag.ok()) return bag.status();
-    for (const std::string& note : (*bag)->notes()) {
+    ASSIGN_OR_RETURN(const auto bag, dataset::Bag::Open(paths_));
+    for (const std::string& note : bag->notes()) {
       std::cerr << "scanloc: note: " << Printable(note) << '\n';
     }
-    return WriteText("-", json_ ? AsJson(**bag) : AsTable(**bag));
+    return WriteText("-", json_ ? AsJson(*bag) : AsTable(*bag));
   }
 
  private:

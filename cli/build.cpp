@@ -21,6 +21,7 @@
 #include "cli/skip_hint.hpp"
 #include "cli/slam_options.hpp"
 #include "scanloc/core/printable.hpp"
+#include "scanloc/core/status_macros.hpp"
 #include "scanloc/dataset/drive.hpp"
 #include "scanloc/mapdb/build_map.hpp"
 #include "scanloc/mapdb/check_session.hpp"
@@ -132,9 +133,9 @@ void BuildCommand::Declare(CLI::App& app) {
 }
 
 absl::Status BuildCommand::CheckUsage() const {
-  if (absl::Status s = selection_.CheckUsage(); !s.ok()) return s;
-  if (absl::Status s = geo_.CheckUsage(); !s.ok()) return s;
-  if (absl::Status s = poses_.CheckUsageWithPoses(scans_dir_); !s.ok()) return s;
+  RETURN_IF_ERROR(selection_.CheckUsage());
+  RETURN_IF_ERROR(geo_.CheckUsage());
+  RETURN_IF_ERROR(poses_.CheckUsageWithPoses(scans_dir_));
   if (align_ && !append_) {
     return absl::InvalidArgumentError("--align is for --append: it aligns a drive with a map");
   }
@@ -147,12 +148,10 @@ absl::Status BuildCommand::CheckUsage() const {
 }
 
 absl::StatusOr<std::vector<dataset::Frame>> BuildCommand::ChooseFrames() {
-  const absl::StatusOr<dataset::Drive> drive = poses_.OpenDrive(scans_dir_);
-  if (!drive.ok()) return drive.status();
-  absl::StatusOr<std::vector<dataset::Frame>> selected = Select(selection_, drive->frames);
-  if (!selected.ok()) return selected.status();
-  const std::size_t num_selected = selected->size();
-  std::vector<dataset::Frame> frames = Thinned(*std::move(selected), spacing_m_);
+  ASSIGN_OR_RETURN(const dataset::Drive drive, poses_.OpenDrive(scans_dir_));
+  ASSIGN_OR_RETURN(std::vector<dataset::Frame> selected, Select(selection_, drive.frames));
+  const std::size_t num_selected = selected.size();
+  std::vector<dataset::Frame> frames = Thinned(std::move(selected), spacing_m_);
   num_too_near_ = num_selected - frames.size();
   return frames;
 }
@@ -165,21 +164,16 @@ absl::StatusOr<mapdb::BuildOptions> BuildCommand::MakeBuildOptions(
       .num_threads = num_threads_,
       .commit_interval = commit_interval_,
       .skip_unreadable = skip_bad_scans_};
-  absl::StatusOr<Params> params = params_.Make();
-  if (!params.ok()) return params.status();
-  options.params = *std::move(params);
-  if (absl::Status s = mapdb::FixParams({.resume = resume_, .learn_scale = params_.learns_scale()},
-                                        plan, load_scan, options);
-      !s.ok()) {
-    return s;
-  }
+  ASSIGN_OR_RETURN(options.params, params_.Make());
+  RETURN_IF_ERROR(mapdb::FixParams({.resume = resume_, .learn_scale = params_.learns_scale()}, plan,
+                                   load_scan, options));
   return options;
 }
 
 absl::StatusOr<std::string> BuildCommand::Align(const mapdb::ScanLoader& load_scan,
                                                 mapdb::SessionPlan& plan) const {
   if (resume_) {
-    if (absl::Status s = mapdb::RecoverMap(map_).status(); !s.ok()) return s;
+    RETURN_IF_ERROR(mapdb::RecoverMap(map_).status());
   }
   StageProgress progress(quiet_);
   // What a build that was stopped had written of the session is left out, so that it goes on with
@@ -249,26 +243,21 @@ absl::Status BuildCommand::CheckConsistency(const mapdb::BuildOptions& options,
 absl::Status BuildCommand::Run() {
   const auto start = std::chrono::steady_clock::now();
   CatchInterrupts();
-  if (absl::Status s = geo_.Read(); !s.ok()) return s;
-  const absl::StatusOr<std::vector<dataset::Frame>> frames = ChooseFrames();
-  if (!frames.ok()) return frames.status();
+  RETURN_IF_ERROR(geo_.Read());
+  ASSIGN_OR_RETURN(const std::vector<dataset::Frame> frames, ChooseFrames());
 
   mapdb::SessionPlan plan =
-      PlanOf(session_.empty() ? DefaultSessionName(poses_.Place(scans_dir_)) : session_, *frames,
+      PlanOf(session_.empty() ? DefaultSessionName(poses_.Place(scans_dir_)) : session_, frames,
              poses_.mount());
-  const mapdb::ScanLoader load_scan = LoaderOf(*frames, poses_.mount());
+  const mapdb::ScanLoader load_scan = LoaderOf(frames, poses_.mount());
   std::string aligned;
   if (align_) {
-    absl::StatusOr<std::string> told = Align(load_scan, plan);
-    if (!told.ok()) return told.status();
-    aligned = *std::move(told);
+    ASSIGN_OR_RETURN(aligned, Align(load_scan, plan));
   }
-  const absl::StatusOr<mapdb::BuildOptions> options = MakeBuildOptions(plan, load_scan);
-  if (!options.ok()) return options.status();
-  if (absl::Status s = CheckConsistency(*options, plan, load_scan); !s.ok()) return s;
+  ASSIGN_OR_RETURN(const mapdb::BuildOptions options, MakeBuildOptions(plan, load_scan));
+  RETURN_IF_ERROR(CheckConsistency(options, plan, load_scan));
   ReadCounts counts;
-  const absl::StatusOr<mapdb::BuildSummary> summary = Build(*options, plan, *frames, &counts);
-  if (!summary.ok()) return summary.status();
+  ASSIGN_OR_RETURN(const mapdb::BuildSummary summary, Build(options, plan, frames, &counts));
 
   const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
   std::string text = absl::StrFormat(
@@ -281,19 +270,19 @@ absl::Status BuildCommand::Run() {
       "  points      %d used, %d that are not finite left out\n"
       "  scale       %g\n"
       "  content id  %s\n",
-      Printable(map_), elapsed.count(), Printable(plan.name), summary->num_places,
-      summary->num_places_in_map, num_too_near_, spacing_m_, summary->num_empty,
-      summary->num_unreadable, summary->num_points,
-      summary->num_points_not_finite + counts.num_not_finite.load(),
-      options->params.automatic.scale, summary->content_id);
+      Printable(map_), elapsed.count(), Printable(plan.name), summary.num_places,
+      summary.num_places_in_map, num_too_near_, spacing_m_, summary.num_empty,
+      summary.num_unreadable, summary.num_points,
+      summary.num_points_not_finite + counts.num_not_finite.load(), options.params.automatic.scale,
+      summary.content_id);
   text += aligned;
   if (counts.num_masked > 0) {
     absl::StrAppend(&text, "  not seen    ", counts.num_masked.load(),
                     " points, as --min-range-m and --self-box say\n");
   }
-  if (summary->num_unreadable > 0) {
+  if (summary.num_unreadable > 0) {
     absl::StrAppend(
-        &text, "  the first that could not be read: ", Printable(summary->first_unreadable), "\n");
+        &text, "  the first that could not be read: ", Printable(summary.first_unreadable), "\n");
   }
   const absl::StatusOr<std::string> on_earth = geo_.Apply(map_);
   if (!on_earth.ok()) {

@@ -7,6 +7,7 @@
 #include "absl/strings/str_format.h"
 #include "cli/interrupt.hpp"
 #include "cli/progress.hpp"
+#include "scanloc/core/status_macros.hpp"
 #include "scanloc/mapdb/calibrate_map.hpp"
 #include "scanloc/mapdb/map_file.hpp"
 
@@ -28,9 +29,8 @@ std::string UpText(const Eigen::Vector3d& up) {
 }  // namespace
 
 absl::StatusOr<std::string> CalibrateAndTell(const std::string& path, int num_threads, bool quiet) {
-  const absl::StatusOr<mapdb::FileInfo> info = mapdb::ReadInfo(path);
-  if (!info.ok()) return info.status();
-  if (!info->params.structure.enabled) {
+  ASSIGN_OR_RETURN(const mapdb::FileInfo info, mapdb::ReadInfo(path));
+  if (!info.params.structure.enabled) {
     return "  confidence  none: the map holds no structures (--no-keep-scans)\n";
   }
   Progress progress("calibration trials", quiet);
@@ -54,9 +54,7 @@ absl::StatusOr<std::string> CalibrateAndTell(const std::string& path, int num_th
 
 mapdb::Finish Calibrating(int num_threads, bool quiet, std::string* text) {
   return [num_threads, quiet, text](const std::string& path) {
-    absl::StatusOr<std::string> told = CalibrateAndTell(path, num_threads, quiet);
-    if (!told.ok()) return told.status();
-    *text = *std::move(told);
+    ASSIGN_OR_RETURN(*text, CalibrateAndTell(path, num_threads, quiet));
     return absl::OkStatus();
   };
 }

@@ -17,6 +17,7 @@
 #include "cli/output.hpp"
 #include "scanloc/catalogue/store.hpp"
 #include "scanloc/core/printable.hpp"
+#include "scanloc/core/status_macros.hpp"
 #include "scanloc/geo/geo_frame.hpp"
 #include "scanloc/mapdb/map_file.hpp"
 
@@ -99,71 +100,61 @@ class PublishCommand : public Command {
   }
 
   [[nodiscard]] absl::Status Run() override {
-    const absl::StatusOr<Version> version = Look();
-    if (!version.ok()) return version.status();
-    if (absl::Status status = Validate(*version); !status.ok()) return status;
-    const absl::StatusOr<std::unique_ptr<Catalogue>> opened = catalogue::OpenCatalogue(catalogue_);
-    if (!opened.ok()) return opened.status();
-    const absl::StatusOr<std::unique_ptr<catalogue::Store>> store = catalogue::OpenStore(store_);
-    if (!store.ok()) return store.status();
+    ASSIGN_OR_RETURN(const Version version, Look());
+    RETURN_IF_ERROR(Validate(version));
+    ASSIGN_OR_RETURN(const std::unique_ptr<Catalogue> opened, catalogue::OpenCatalogue(catalogue_));
+    ASSIGN_OR_RETURN(const std::unique_ptr<catalogue::Store> store, catalogue::OpenStore(store_));
     // First the file, then the word that it is there: what is interrupted leaves nothing in force.
-    absl::Status status = (*store)->Put(version->FileName(), map_);
-    if (status.ok()) status = (*opened)->Publish(*version);
+    absl::Status status = store->Put(version.FileName(), map_);
+    if (status.ok()) status = opened->Publish(version);
     if (!status.ok()) return status;
     return WriteText("-", absl::StrFormat("published %s as region %s\n"
                                           "  content id  %s\n"
                                           "  file        %s\n",
-                                          Printable(map_), Printable(region_), version->content_id,
-                                          version->FileName()));
+                                          Printable(map_), Printable(region_), version.content_id,
+                                          version.FileName()));
   }
 
  private:
   [[nodiscard]] absl::StatusOr<Version> Look() const {
-    const absl::StatusOr<mapdb::FileInfo> info = mapdb::ReadInfo(map_);
-    if (!info.ok()) return info.status();
-    if (!info->complete) {
+    ASSIGN_OR_RETURN(const mapdb::FileInfo info, mapdb::ReadInfo(map_));
+    if (!info.complete) {
       return absl::FailedPreconditionError(
           absl::StrCat("map '", map_, "' is incomplete; finish its build with --resume first"));
     }
-    const absl::StatusOr<std::vector<std::string>> problems = mapdb::FindProblems(map_);
-    if (!problems.ok()) return problems.status();
-    if (!problems->empty()) {
-      return absl::DataLossError(absl::StrCat("map '", map_, "' is damaged: ", problems->front(),
+    ASSIGN_OR_RETURN(const std::vector<std::string> problems, mapdb::FindProblems(map_));
+    if (!problems.empty()) {
+      return absl::DataLossError(absl::StrCat("map '", map_, "' is damaged: ", problems.front(),
                                               "; scanloc verify tells more"));
     }
-    absl::StatusOr<std::string> sha256 = catalogue::Sha256OfFile(map_);
-    if (!sha256.ok()) return sha256.status();
+    ASSIGN_OR_RETURN(std::string sha256, catalogue::Sha256OfFile(map_));
     Version version{.region = region_,
-                    .content_id = info->content_id,
-                    .sha256 = *std::move(sha256),
-                    .num_bytes = info->file_bytes,
-                    .num_places = info->num_places,
+                    .content_id = info.content_id,
+                    .sha256 = std::move(sha256),
+                    .num_bytes = info.file_bytes,
+                    .num_places = info.num_places,
                     .area = {},
                     .published_by = by_.empty() ? LoginName() : by_};
-    absl::StatusOr<Area> area = AreaOf(*info);
-    if (!area.ok()) return area.status();
-    version.area = *std::move(area);
+    ASSIGN_OR_RETURN(version.area, AreaOf(info));
     return version;
   }
 
   /// As given, else round the places.
   [[nodiscard]] absl::StatusOr<Area> AreaOf(const mapdb::FileInfo& info) const {
     if (!area_.empty()) return GivenArea(info.geo_origin.has_value());
-    const absl::StatusOr<std::vector<mapdb::PlaceRecord>> places = mapdb::ReadPlaces(map_);
-    if (!places.ok()) return places.status();
-    if (places->empty()) return Area();
+    ASSIGN_OR_RETURN(const std::vector<mapdb::PlaceRecord> places, mapdb::ReadPlaces(map_));
+    if (places.empty()) return Area();
     std::vector<Corner> corners;
-    for (const mapdb::PlaceRecord& record : *places) {
+    for (const mapdb::PlaceRecord& record : places) {
       const Eigen::Vector3d at = record.place.T_map_place.translation();
       corners.push_back({at.x(), at.y()});
     }
     Area area{.corners = catalogue::ConvexHull(std::move(corners)), .is_on_earth = false};
     if (!info.geo_origin) return area;
-    const absl::StatusOr<geo::GeoFrame> frame = geo::GeoFrame::Create(*info.geo_origin);
-    if (!frame.ok()) return frame.status();
+    ASSIGN_OR_RETURN(const geo::GeoFrame frame, geo::GeoFrame::Create(*info.geo_origin));
     area.is_on_earth = true;
     for (Corner& corner : area.corners) {
-      const geo::GeoPosition at = frame->ToGeo(Eigen::Vector3d(corner.x, corner.y, 0.0));
+      const geo::GeoPosition at = frame.ToGeo(Eigen::Vector3d(corner.x, corner.y, 0.0));
       corner = {at.longitude_deg, at.latitude_deg};
     }
     return area;
@@ -215,15 +206,13 @@ class RollbackCommand : public Command {
         ->excludes(to);
   }
   [[nodiscard]] absl::Status Run() override {
-    const absl::StatusOr<std::unique_ptr<Catalogue>> opened = catalogue::OpenCatalogue(catalogue_);
-    if (!opened.ok()) return opened.status();
+    ASSIGN_OR_RETURN(const std::unique_ptr<Catalogue> opened, catalogue::OpenCatalogue(catalogue_));
     if (withdraw_) {
-      if (absl::Status status = (*opened)->Withdraw(region_); !status.ok()) return status;
+      RETURN_IF_ERROR(opened->Withdraw(region_));
       return WriteText("-", absl::StrCat("region ", Printable(region_), " is withdrawn\n"));
     }
-    const absl::StatusOr<Version> now = (*opened)->Rollback(region_, content_id_);
-    if (!now.ok()) return now.status();
-    return WriteText("-", LineOf(*now, true));
+    ASSIGN_OR_RETURN(const Version now, opened->Rollback(region_, content_id_));
+    return WriteText("-", LineOf(now, true));
   }
 
  private:
@@ -241,18 +230,16 @@ class CatalogueCommand : public Command {
     app.add_flag("--json", json_, "Print JSON");
   }
   [[nodiscard]] absl::Status Run() override {
-    const absl::StatusOr<std::unique_ptr<Catalogue>> opened = catalogue::OpenCatalogue(catalogue_);
-    if (!opened.ok()) return opened.status();
-    const absl::StatusOr<std::vector<Version>> live = (*opened)->Live();
+    ASSIGN_OR_RETURN(const std::unique_ptr<Catalogue> opened, catalogue::OpenCatalogue(catalogue_));
+    const absl::StatusOr<std::vector<Version>> live = opened->Live();
     if (!live.ok()) return live.status();
-    const absl::StatusOr<std::vector<Version>> told =
-        region_.empty() ? live : (*opened)->History(region_);
-    if (!told.ok()) return told.status();
+    ASSIGN_OR_RETURN(const std::vector<Version> told,
+                     region_.empty() ? live : opened->History(region_));
     // Of versions that are alike in all, the one published last.
     std::vector<Version> left = *live;
     nlohmann::json json = nlohmann::json::array();
     std::string text;
-    for (const Version& version : *told) {
+    for (const Version& version : told) {
       const auto found = std::ranges::find(left, version);
       const bool is_live = found != left.end();
       if (is_live) left.erase(found);

@@ -8,6 +8,7 @@
 #include "cli/interrupt.hpp"
 #include "cli/progress.hpp"
 #include "cli/slam_options.hpp"
+#include "scanloc/core/status_macros.hpp"
 #include "scanloc/mapdb/check_session.hpp"
 #include "scanloc/mapdb/map_file.hpp"
 
@@ -63,7 +64,7 @@ void ComparedDrive::Declare(CLI::App& app) {
 }
 
 absl::Status ComparedDrive::CheckUsage() const {
-  if (absl::Status s = selection_.CheckUsage(); !s.ok()) return s;
+  RETURN_IF_ERROR(selection_.CheckUsage());
   return poses_.CheckUsageWithPoses(scans_dir_);
 }
 
@@ -76,45 +77,38 @@ absl::Status ComparedDrive::PutIntoFrame(const std::string& map, const slam::Dri
 
 absl::StatusOr<DetectedChanges> ComparedDrive::CompareWithDrive(const std::string& map) const {
   CatchInterrupts();
-  const absl::StatusOr<mapdb::FileInfo> info = mapdb::ReadInfo(map);
-  if (!info.ok()) return info.status();
-  absl::StatusOr<std::vector<slam::Observation>> places = slam::ObserveMap(map);
-  if (!places.ok()) return places.status();
-  const absl::StatusOr<dataset::Drive> drive = poses_.OpenDrive(scans_dir_);
-  if (!drive.ok()) return drive.status();
-  absl::StatusOr<std::vector<dataset::Frame>> frames = Select(selection_, drive->frames);
-  if (!frames.ok()) return frames.status();
+  ASSIGN_OR_RETURN(const mapdb::FileInfo info, mapdb::ReadInfo(map));
+  ASSIGN_OR_RETURN(std::vector<slam::Observation> places, slam::ObserveMap(map));
+  ASSIGN_OR_RETURN(const dataset::Drive drive, poses_.OpenDrive(scans_dir_));
+  ASSIGN_OR_RETURN(std::vector<dataset::Frame> frames, Select(selection_, drive.frames));
 
-  DetectedChanges changes{.before_name = map, .before = *std::move(places)};
-  changes.frames = *std::move(frames);
+  DetectedChanges changes{.before_name = map, .before = std::move(places)};
+  changes.frames = std::move(frames);
   changes.after_name = session_.empty() ? DefaultSessionName(poses_.Place(scans_dir_)) : session_;
   changes.plan = PlanOf(changes.after_name, changes.frames, mount());
   const mapdb::ScanLoader load_scan = LoaderOf(changes.frames, mount());
   StageProgress progress(quiet_);
   const slam::DriveOptions options = TellingOptions(num_threads_, progress);
-  absl::Status status = PutIntoFrame(map, options, load_scan, changes.plan);
-  if (!status.ok()) return status;
+  RETURN_IF_ERROR(PutIntoFrame(map, options, load_scan, changes.plan));
   absl::StatusOr<std::vector<slam::Observation>> seen =
-      slam::ObserveDrive(info->params, changes.plan, load_scan, options, changes.scans);
+      slam::ObserveDrive(info.params, changes.plan, load_scan, options, changes.scans);
   progress.Clear();
   if (!seen.ok()) return seen.status();
   changes.after = *std::move(seen);
-  if (auto s = CompareBothWays(info->params.automatic, num_threads_, changes); !s.ok()) return s;
+  RETURN_IF_ERROR(CompareBothWays(info.params.automatic, num_threads_, changes));
   return changes;
 }
 
 absl::StatusOr<DetectedChanges> ComparedDrive::CompareWithMap(const std::string& map,
                                                               const std::string& other) const {
-  const absl::StatusOr<mapdb::FileInfo> info = mapdb::ReadInfo(map);
-  if (!info.ok()) return info.status();
+  ASSIGN_OR_RETURN(const mapdb::FileInfo info, mapdb::ReadInfo(map));
   DetectedChanges changes{.before_name = map, .after_name = other};
   for (const bool is_before : {true, false}) {
-    absl::StatusOr<std::vector<slam::Observation>> places =
-        slam::ObserveMap(is_before ? map : other);
-    if (!places.ok()) return places.status();
-    (is_before ? changes.before : changes.after) = *std::move(places);
+    ASSIGN_OR_RETURN(std::vector<slam::Observation> places,
+                     slam::ObserveMap(is_before ? map : other));
+    (is_before ? changes.before : changes.after) = std::move(places);
   }
-  if (auto s = CompareBothWays(info->params.automatic, num_threads_, changes); !s.ok()) return s;
+  RETURN_IF_ERROR(CompareBothWays(info.params.automatic, num_threads_, changes));
   return changes;
 }
 

@@ -6,6 +6,7 @@
 #include <iomanip>
 
 #include "cli/command.hpp"
+#include "scanloc/core/status_macros.hpp"
 
 namespace scanloc::cli {
 
@@ -50,9 +51,8 @@ absl::StatusOr<client::ClientOptions> ClientOptionsOf(const Connection& connecti
 }
 
 absl::StatusOr<client::Client> Connect(const Connection& connection) {
-  const auto options = ClientOptionsOf(connection);
-  if (!options.ok()) return options.status();
-  return client::Client::Connect(*options);
+  ASSIGN_OR_RETURN(const auto options, ClientOptionsOf(connection));
+  return client::Client::Connect(options);
 }
 
 }  // namespace scanloc::cli

@@ -6,6 +6,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "scanloc/core/printable.hpp"
+#include "scanloc/core/status_macros.hpp"
 #include "scanloc/dataset/drive.hpp"
 #include "scanloc/dataset/matrix_file.hpp"
 #include "scanloc/eval/vector_baseline.hpp"
@@ -24,9 +25,8 @@ absl::StatusOr<Rows> RowsOf(const std::vector<std::string>& folders,
   std::map<std::string, std::size_t> row_of_path;
   Rows rows;
   for (const std::string& folder : folders) {
-    const absl::StatusOr<std::vector<dataset::ScanFile>> listed = dataset::ListScans(folder);
-    if (!listed.ok()) return listed.status();
-    for (const dataset::ScanFile& scan : *listed) row_of_path.emplace(scan.path, rows.num_rows++);
+    ASSIGN_OR_RETURN(const std::vector<dataset::ScanFile> listed, dataset::ListScans(folder));
+    for (const dataset::ScanFile& scan : listed) row_of_path.emplace(scan.path, rows.num_rows++);
   }
   for (const dataset::ScanFile& scan : scans) {
     const auto found = row_of_path.find(scan.path);
@@ -41,16 +41,15 @@ absl::StatusOr<Rows> RowsOf(const std::vector<std::string>& folders,
 
 absl::StatusOr<std::vector<Eigen::VectorXf>> ReadRows(const std::string& file, const Rows& rows,
                                                       const std::string& needed) {
-  const absl::StatusOr<dataset::RowMatrix> matrix = dataset::ReadMatrix(file);
-  if (!matrix.ok()) return matrix.status();
-  if (static_cast<std::size_t>(matrix->rows()) != rows.num_rows) {
+  ASSIGN_OR_RETURN(const dataset::RowMatrix matrix, dataset::ReadMatrix(file));
+  if (static_cast<std::size_t>(matrix.rows()) != rows.num_rows) {
     return absl::InvalidArgumentError(
-        absl::StrCat(file, " has ", matrix->rows(), " rows; ", needed));
+        absl::StrCat(file, " has ", matrix.rows(), " rows; ", needed));
   }
   std::vector<Eigen::VectorXf> vectors;
   vectors.reserve(rows.row_of.size());
   for (const std::size_t row : rows.row_of) {
-    vectors.emplace_back(matrix->row(static_cast<Eigen::Index>(row)).transpose());
+    vectors.emplace_back(matrix.row(static_cast<Eigen::Index>(row)).transpose());
   }
   return vectors;
 }
@@ -66,11 +65,10 @@ absl::StatusOr<std::vector<Eigen::VectorXf>> ReadPlaceRows(const std::string& fi
     return ReadRows(file, by_place,
                     absl::StrCat(needed, "; with --map-scans also one a scan of that folder"));
   }
-  const absl::StatusOr<Rows> by_scan = RowsOf(folders, scans.places);
-  if (!by_scan.ok()) return by_scan.status();
-  absl::StrAppend(&needed, ", or ", by_scan->num_rows, ", one a scan that it was made of");
-  absl::StatusOr<std::vector<Eigen::VectorXf>> vectors = ReadRows(file, *by_scan, needed);
-  if (vectors.ok() || by_scan->num_rows == scans.num_places) return vectors;
+  ASSIGN_OR_RETURN(const Rows by_scan, RowsOf(folders, scans.places));
+  absl::StrAppend(&needed, ", or ", by_scan.num_rows, ", one a scan that it was made of");
+  absl::StatusOr<std::vector<Eigen::VectorXf>> vectors = ReadRows(file, by_scan, needed);
+  if (vectors.ok() || by_scan.num_rows == scans.num_places) return vectors;
   return ReadRows(file, by_place, needed);
 }
 
@@ -119,8 +117,7 @@ absl::Status DescriptorOptions::AddTo(const Scans& scans, eval::EvalOptions* opt
       of_places_.empty()
           ? query_folders
           : std::vector{scans.map_scans_dir.empty() ? scans.scans_dir : scans.map_scans_dir};
-  const absl::StatusOr<Rows> query_rows = RowsOf(query_folders, scans.queries);
-  if (!query_rows.ok()) return query_rows.status();
+  ASSIGN_OR_RETURN(const Rows query_rows, RowsOf(query_folders, scans.queries));
   for (std::size_t i = 0; i < of_queries_.size(); ++i) {
     const std::string& file = of_queries_[i];
     const std::string name = Printable(std::filesystem::path(file).stem().string());
@@ -129,22 +126,21 @@ absl::Status DescriptorOptions::AddTo(const Scans& scans, eval::EvalOptions* opt
       return absl::InvalidArgumentError(
           absl::StrCat(file, ": a method is named \"", name, "\" already; rename the file"));
     }
-    absl::StatusOr<std::vector<Eigen::VectorXf>> of_queries = ReadRows(
-        file, *query_rows,
-        absl::StrCat(query_rows->num_rows, " are needed, one a scan of --scans and --negatives"));
-    if (!of_queries.ok()) return of_queries.status();
+    ASSIGN_OR_RETURN(std::vector<Eigen::VectorXf> of_queries,
+                     ReadRows(file, query_rows,
+                              absl::StrCat(query_rows.num_rows,
+                                           " are needed, one a scan of --scans and --negatives")));
     const std::string& map_file = of_places_.empty() ? file : of_places_[i];
-    absl::StatusOr<std::vector<Eigen::VectorXf>> of_places =
-        ReadPlaceRows(map_file, place_folders, scans);
-    if (!of_places.ok()) return of_places.status();
-    if (!of_places->empty() && of_places->front().size() != of_queries->front().size()) {
+    ASSIGN_OR_RETURN(std::vector<Eigen::VectorXf> of_places,
+                     ReadPlaceRows(map_file, place_folders, scans));
+    if (!of_places.empty() && of_places.front().size() != of_queries.front().size()) {
       return absl::InvalidArgumentError(
-          absl::StrCat(file, " has ", of_queries->front().size(), " columns and ", map_file, " ",
-                       of_places->front().size(), "; descriptors are of one length"));
+          absl::StrCat(file, " has ", of_queries.front().size(), " columns and ", map_file, " ",
+                       of_places.front().size(), "; descriptors are of one length"));
     }
     options->baselines.push_back(std::make_shared<eval::ComputedDescriptors>(
         name, distance_ == "cosine" ? eval::VectorDistance::kCosine : eval::VectorDistance::kL2,
-        *std::move(of_queries), *std::move(of_places)));
+        std::move(of_queries), std::move(of_places)));
     options->methods.push_back(
         {.name = name, .method = {}, .num_candidates = {}, .is_baseline = true, .baseline = name});
   }

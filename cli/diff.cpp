@@ -4,6 +4,7 @@
 #include "cli/change_detection.hpp"
 #include "cli/command.hpp"
 #include "cli/output.hpp"
+#include "scanloc/core/status_macros.hpp"
 #include "scanloc/report/change_report.hpp"
 
 namespace scanloc::cli {
@@ -34,17 +35,15 @@ class DiffCommand : public Command {
     return absl::InvalidArgumentError("compare with another map or with a drive, not with both");
   }
   [[nodiscard]] absl::Status Run() override {
-    const absl::StatusOr<DetectedChanges> changes =
-        other_.empty() ? drive_.CompareWithDrive(map_) : drive_.CompareWithMap(map_, other_);
-    if (!changes.ok()) return changes.status();
-    const report::ChangeReport report = changes->Report();
+    ASSIGN_OR_RETURN(const DetectedChanges changes, other_.empty()
+                                                        ? drive_.CompareWithDrive(map_)
+                                                        : drive_.CompareWithMap(map_, other_));
+    const report::ChangeReport report = changes.Report();
     if (!geojson_.empty()) {
-      absl::Status status = WriteText(geojson_, report::ToText(report::ChangesAsGeoJson(report)));
-      if (!status.ok()) return status;
+      RETURN_IF_ERROR(WriteText(geojson_, report::ToText(report::ChangesAsGeoJson(report))));
     }
     if (!picture_.empty()) {
-      absl::Status status = WriteText(picture_, report::DrawChanges(report));
-      if (!status.ok()) return status;
+      RETURN_IF_ERROR(WriteText(picture_, report::DrawChanges(report)));
     }
     return WriteText(
         "-", json_ ? report::ToText(report::ChangesAsJson(report)) : report::ChangesAsText(report));

@@ -11,6 +11,7 @@
 #include "absl/strings/str_cat.h"
 #include "cli/command.hpp"
 #include "scanloc/core/printable.hpp"
+#include "scanloc/core/status_macros.hpp"
 
 namespace scanloc::cli {
 
@@ -112,7 +113,7 @@ absl::Status PoseOptions::CheckUsage(const std::string& scans_dir) const {
 }
 
 absl::Status PoseOptions::CheckUsageWithPoses(const std::string& scans_dir) const {
-  if (absl::Status status = CheckUsage(scans_dir); !status.ok()) return status;
+  RETURN_IF_ERROR(CheckUsage(scans_dir));
   if (poses_file().empty() != has_bag()) {
     return absl::InvalidArgumentError(has_bag() ? "the poses of a bag are its own; leave out "
                                                   "--poses, see --poses-from"
@@ -162,19 +163,16 @@ absl::StatusOr<dataset::Drive> PoseOptions::OpenDrive(const std::string& scans_d
   dataset::DriveOptions options = drive_;
   options.scans_dir = scans_dir;
   options.T_body_sensor = T_body_sensor();
-  const absl::StatusOr<dataset::PoseFormat> format = dataset::ParsePoseFormat(format_);
-  if (!format.ok()) return format.status();
-  options.format = *format;
+  ASSIGN_OR_RETURN(options.format, dataset::ParsePoseFormat(format_));
   absl::StatusOr<dataset::Drive> drive = dataset::OpenDrive(options);
   if (drive.ok()) WriteNotes(drive->notes);
   return drive;
 }
 
 absl::StatusOr<dataset::Trajectory> PoseOptions::ReadTrajectory() const {
-  const absl::StatusOr<dataset::PoseFormat> format = dataset::ParsePoseFormat(format_);
-  if (!format.ok()) return format.status();
+  ASSIGN_OR_RETURN(const dataset::PoseFormat format, dataset::ParsePoseFormat(format_));
   absl::StatusOr<dataset::Trajectory> trajectory =
-      dataset::ReadTrajectory(drive_.poses_file, *format, drive_.calib_file);
+      dataset::ReadTrajectory(drive_.poses_file, format, drive_.calib_file);
   if (trajectory.ok()) WriteNotes(trajectory->notes);
   return trajectory;
 }

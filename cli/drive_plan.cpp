@@ -4,6 +4,7 @@
 
 #include "cli/interrupt.hpp"
 #include "scanloc/core/map/spacing.hpp"
+#include "scanloc/core/status_macros.hpp"
 
 namespace scanloc::cli {
 
@@ -31,9 +32,8 @@ mapdb::SessionPlan PlanOf(const std::string& name, const std::vector<dataset::Fr
 mapdb::ScanLoader LoaderOf(const std::vector<dataset::Frame>& frames, const SensorMount& mount) {
   return [&frames, mount](std::size_t i) -> absl::StatusOr<PointCloud> {
     if (Interrupted()) return absl::CancelledError("interrupted before anything was written");
-    absl::StatusOr<SeenScan> seen = ReadSeenScan(frames[i].file(), mount);
-    if (!seen.ok()) return seen.status();
-    return std::move(seen->scan.points);
+    ASSIGN_OR_RETURN(SeenScan seen, ReadSeenScan(frames[i].file(), mount));
+    return std::move(seen.scan.points);
   };
 }
 

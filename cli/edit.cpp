@@ -17,6 +17,7 @@
 #include "scanloc/core/localizer.hpp"
 #include "scanloc/core/printable.hpp"
 #include "scanloc/core/scan/pose_difference.hpp"
+#include "scanloc/core/status_macros.hpp"
 #include "scanloc/mapdb/map_file.hpp"
 
 namespace scanloc::cli {
@@ -51,10 +52,9 @@ class ThinningCost {
   [[nodiscard]] absl::StatusOr<std::string> Measure(const std::string& in,
                                                     const std::string& out) const {
     if (asked_.empty()) return "  recall      thinning left out no place\n";
-    absl::StatusOr<Map> map = mapdb::LoadMap(out);
-    if (!map.ok()) return map.status();
-    const auto localizer = Localizer::Create(std::make_shared<const Map>(*std::move(map)));
-    if (!localizer.ok()) return localizer.status();
+    ASSIGN_OR_RETURN(Map map, mapdb::LoadMap(out));
+    ASSIGN_OR_RETURN(const auto localizer,
+                     Localizer::Create(std::make_shared<const Map>(std::move(map))));
     std::size_t next = 0;
     std::size_t num_right = 0;
     std::size_t num_false = 0;
@@ -62,10 +62,9 @@ class ThinningCost {
         in, [&](std::size_t place, const PlaceDescriptor& descriptor) -> absl::Status {
           if (next == asked_.size() || asked_[next].place != place) return absl::OkStatus();
           const Pose& truth = asked_[next++].T_map_place;
-          const absl::StatusOr<Answer> answer = (*localizer)->Localize(QueryOf(descriptor));
-          if (!answer.ok()) return answer.status();
-          if (answer->outcome != Outcome::kLocalized) return absl::OkStatus();
-          const Pose& told = answer->candidates.front().T_map_query;
+          ASSIGN_OR_RETURN(const Answer answer, localizer->Localize(QueryOf(descriptor)));
+          if (answer.outcome != Outcome::kLocalized) return absl::OkStatus();
+          const Pose& told = answer.candidates.front().T_map_query;
           (MissOf(DifferenceOf(told, truth)).any() ? num_false : num_right) += 1;
           return absl::OkStatus();
         });
@@ -104,7 +103,7 @@ class EditCommand : public Command {
         "  scanloc edit town.scanloc new.scanloc --geo-fixes drive1.mcap");
   }
   [[nodiscard]] absl::Status CheckUsage() const override {
-    if (absl::Status status = geo_.CheckUsage(); !status.ok()) return status;
+    RETURN_IF_ERROR(geo_.CheckUsage());
     return geo_.given() ? absl::OkStatus() : edits_.CheckUsage();
   }
   [[nodiscard]] absl::Status Run() override;
@@ -129,25 +128,22 @@ absl::StatusOr<std::string> EditCommand::CostOfThinning(const std::vector<mapdb:
     if (!std::holds_alternative<mapdb::Thin>(edit)) without.push_back(edit);
   }
   if (without.size() == edits.size()) return std::string();
-  const absl::StatusOr<mapdb::FileInfo> info = mapdb::ReadInfo(in_);
-  if (!info.ok()) return info.status();
-  if (!info->params.structure.enabled) return std::string();
-  const absl::StatusOr<std::vector<mapdb::PlaceRecord>> records = mapdb::ReadPlaces(in_);
-  if (!records.ok()) return records.status();
+  ASSIGN_OR_RETURN(const mapdb::FileInfo info, mapdb::ReadInfo(in_));
+  if (!info.params.structure.enabled) return std::string();
+  ASSIGN_OR_RETURN(const std::vector<mapdb::PlaceRecord> records, mapdb::ReadPlaces(in_));
   std::vector<mapdb::EditedPlace> places;
-  for (std::size_t i = 0; i < records->size(); ++i) {
-    const Place& place = (*records)[i].place;
-    places.push_back({i, info->sessions[static_cast<std::size_t>(place.session)].name,
+  for (std::size_t i = 0; i < records.size(); ++i) {
+    const Place& place = records[i].place;
+    places.push_back({i, info.sessions[static_cast<std::size_t>(place.session)].name,
                       place.stamp_ns, place.T_map_place});
   }
-  const absl::StatusOr<mapdb::EditPlan> all = mapdb::PlanEdits(std::move(places), without);
-  if (!all.ok()) return all.status();
-  return ThinningCost(*all, summary.plan).Measure(in_, out_);
+  ASSIGN_OR_RETURN(const mapdb::EditPlan all, mapdb::PlanEdits(std::move(places), without));
+  return ThinningCost(all, summary.plan).Measure(in_, out_);
 }
 
 absl::Status EditCommand::Run() {
   CatchInterrupts();
-  if (absl::Status status = geo_.Read(); !status.ok()) return status;
+  RETURN_IF_ERROR(geo_.Read());
   std::vector<mapdb::Edit> edits;
   std::string command = "edit";
   const std::vector<EditOptions::Given> given = edits_.Take();
@@ -158,26 +154,22 @@ absl::Status EditCommand::Run() {
   std::string on_earth;
   std::string calibration;
   const auto finish = [&](const std::string& path) -> absl::Status {
-    absl::StatusOr<std::string> told = geo_.Apply(path);
-    if (!told.ok()) return told.status();
-    on_earth = *std::move(told);
+    ASSIGN_OR_RETURN(on_earth, geo_.Apply(path));
     return Calibrating(num_threads_, quiet_, &calibration)(path);
   };
-  const absl::StatusOr<mapdb::EditSummary> summary =
-      mapdb::EditMap(in_, out_, edits, MadeNow(command), finish);
-  if (!summary.ok()) return summary.status();
+  ASSIGN_OR_RETURN(const mapdb::EditSummary summary,
+                   mapdb::EditMap(in_, out_, edits, MadeNow(command), finish));
   std::string text = absl::StrFormat("edited %s into %s\n", Printable(in_), Printable(out_));
-  std::size_t num_before = summary->num_places_before;
+  std::size_t num_before = summary.num_places_before;
   for (std::size_t i = 0; i < given.size(); ++i) {
-    const std::size_t num_left = summary->plan.num_left[i];
+    const std::size_t num_left = summary.plan.num_left[i];
     absl::StrAppendFormat(&text, "  %s: %d places left out, %d left\n", Printable(given[i].text),
                           num_before - num_left, num_left);
     num_before = num_left;
   }
-  absl::StrAppend(&text, "  content id  ", summary->content_id, "\n");
-  const absl::StatusOr<std::string> cost = CostOfThinning(edits, *summary);
-  if (!cost.ok()) return cost.status();
-  return WriteText("-", text + on_earth + calibration + *cost);
+  absl::StrAppend(&text, "  content id  ", summary.content_id, "\n");
+  ASSIGN_OR_RETURN(const std::string cost, CostOfThinning(edits, summary));
+  return WriteText("-", text + on_earth + calibration + cost);
 }
 
 }  // namespace

@@ -9,6 +9,7 @@
 #include "absl/strings/str_cat.h"
 #include "cli/command.hpp"
 #include "scanloc/core/scan/sensor_mount.hpp"
+#include "scanloc/core/status_macros.hpp"
 
 namespace scanloc::cli {
 namespace {
@@ -22,12 +23,11 @@ constexpr double kNsPerS = 1e9;
 constexpr double kMaxStamp_s = 9e9;
 
 absl::StatusOr<Region> BoxRegion(const std::string& text) {
-  const auto n = ParseNumbers(text, 4, "X0,Y0,X1,Y1");
-  if (!n.ok()) return n.status();
-  const double x0 = std::min((*n)[0], (*n)[2]);
-  const double x1 = std::max((*n)[0], (*n)[2]);
-  const double y0 = std::min((*n)[1], (*n)[3]);
-  const double y1 = std::max((*n)[1], (*n)[3]);
+  ASSIGN_OR_RETURN(const auto n, ParseNumbers(text, 4, "X0,Y0,X1,Y1"));
+  const double x0 = std::min(n[0], n[2]);
+  const double x1 = std::max(n[0], n[2]);
+  const double y0 = std::min(n[1], n[3]);
+  const double y1 = std::max(n[1], n[3]);
   return Region{.polygon = {{x0, y0}, {x1, y0}, {x1, y1}, {x0, y1}}};
 }
 
@@ -37,36 +37,31 @@ absl::StatusOr<Region> PolygonRegion(const std::string& text) {
     return absl::InvalidArgumentError(
         absl::StrCat("\"", text, "\" is not X,Y,X,Y,X,Y,...: at least 3 corners"));
   }
-  const auto n = ParseNumbers(text, num_commas + 1, "X,Y,X,Y,...");
-  if (!n.ok()) return n.status();
+  ASSIGN_OR_RETURN(const auto n, ParseNumbers(text, num_commas + 1, "X,Y,X,Y,..."));
   Region region;
-  for (std::size_t i = 0; i < n->size(); i += 2) region.polygon.emplace_back((*n)[i], (*n)[i + 1]);
+  for (std::size_t i = 0; i < n.size(); i += 2) region.polygon.emplace_back(n[i], n[i + 1]);
   return region;
 }
 
 absl::StatusOr<Region> TimeRegion(const std::string& text) {
-  const auto n = ParseNumbers(text, 2, "FROM,TO");
-  if (!n.ok()) return n.status();
-  for (const double seconds : *n) {
+  ASSIGN_OR_RETURN(const auto n, ParseNumbers(text, 2, "FROM,TO"));
+  for (const double seconds : n) {
     if (!(std::abs(seconds) <= kMaxStamp_s)) {
       return absl::InvalidArgumentError(absl::StrCat("\"", text, "\" is out of range [s]"));
     }
   }
-  return Region{.stamps_ns =
-                    std::pair{std::llround((*n)[0] * kNsPerS), std::llround((*n)[1] * kNsPerS)}};
+  return Region{.stamps_ns = std::pair{std::llround(n[0] * kNsPerS), std::llround(n[1] * kNsPerS)}};
 }
 
 absl::StatusOr<Region> FloorRegion(const std::string& text) {
-  const auto n = ParseNumbers(text, 2, "Z0,Z1");
-  if (!n.ok()) return n.status();
-  return Region{.heights_m = std::pair{(*n)[0], (*n)[1]}};
+  ASSIGN_OR_RETURN(const auto n, ParseNumbers(text, 2, "Z0,Z1"));
+  return Region{.heights_m = std::pair{n[0], n[1]}};
 }
 
 template <typename Kind, absl::StatusOr<Region> (*kParse)(const std::string&)>
 StatusOrEdit InRegion(const std::string& text) {
-  absl::StatusOr<Region> region = kParse(text);
-  if (!region.ok()) return region.status();
-  return Kind{*std::move(region)};
+  ASSIGN_OR_RETURN(Region region, kParse(text));
+  return Kind{std::move(region)};
 }
 
 template <typename Kind>
@@ -91,13 +86,11 @@ StatusOrEdit ParseThinned(const std::string& text) {
 }
 
 StatusOrEdit Moved(const std::string& text) {
-  const auto n = ParseNumbers(text, 6, "X,Y,Z,ROLL,PITCH,YAW");
-  if (!n.ok()) return n.status();
+  ASSIGN_OR_RETURN(const auto n, ParseNumbers(text, 6, "X,Y,Z,ROLL,PITCH,YAW"));
   // Angles as of a mount; the offset may be as far as a map frame.
-  absl::StatusOr<Pose> pose = MountPose(Eigen::Vector3d::Zero(), {(*n)[3], (*n)[4], (*n)[5]});
-  if (!pose.ok()) return pose.status();
-  pose->translation() << (*n)[0], (*n)[1], (*n)[2];
-  return mapdb::Transform{*pose};
+  ASSIGN_OR_RETURN(Pose pose, MountPose(Eigen::Vector3d::Zero(), {n[3], n[4], n[5]}));
+  pose.translation() << n[0], n[1], n[2];
+  return mapdb::Transform{pose};
 }
 
 }  // namespace

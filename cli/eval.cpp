@@ -18,6 +18,7 @@
 #include "cli/progress.hpp"
 #include "cli/provenance.hpp"
 #include "scanloc/core/printable.hpp"
+#include "scanloc/core/status_macros.hpp"
 #include "scanloc/dataset/drive.hpp"
 #include "scanloc/dataset/scan_reader.hpp"
 #include "scanloc/eval/baseline.hpp"
@@ -32,9 +33,8 @@ namespace {
 /// The files must stay.
 eval::ReadScan ReaderOf(const std::vector<dataset::ScanFile>& files, const SensorMount& mount) {
   return [&files, mount](std::size_t number) -> absl::StatusOr<PointCloud> {
-    absl::StatusOr<SeenScan> seen = ReadSeenScan(files[number], mount);
-    if (!seen.ok()) return seen.status();
-    return std::move(seen->scan.points);
+    ASSIGN_OR_RETURN(SeenScan seen, ReadSeenScan(files[number], mount));
+    return std::move(seen.scan.points);
   };
 }
 
@@ -146,23 +146,21 @@ void EvalCommand::Declare(CLI::App& app) {
 }
 
 absl::Status EvalCommand::CheckUsage() const {
-  if (absl::Status s = truth_.CheckUsageWithPoses(scans_dir_); !s.ok()) return s;
+  RETURN_IF_ERROR(truth_.CheckUsageWithPoses(scans_dir_));
   if (map_scans_dir_.empty() != map_poses_.poses_file().empty()) {
     return absl::InvalidArgumentError("--map-scans and --map-poses go together");
   }
-  if (auto s = descriptors_.CheckUsage(truth_.has_bag(), in_session_, tilt_deg_); !s.ok()) return s;
-  if (absl::Status s = intensities_.CheckUsage(methods_, in_session_, tilt_deg_); !s.ok()) return s;
+  RETURN_IF_ERROR(descriptors_.CheckUsage(truth_.has_bag(), in_session_, tilt_deg_));
+  RETURN_IF_ERROR(intensities_.CheckUsage(methods_, in_session_, tilt_deg_));
   return selection_.CheckUsage();
 }
 
 absl::StatusOr<std::vector<eval::EvalQuery>> EvalCommand::CollectQueries(
     std::vector<dataset::ScanFile>* files) const {
-  const absl::StatusOr<dataset::Drive> drive = truth_.OpenDrive(scans_dir_);
-  if (!drive.ok()) return drive.status();
-  absl::StatusOr<std::vector<dataset::Frame>> frames = Select(selection_, drive->frames);
-  if (!frames.ok()) return frames.status();
+  ASSIGN_OR_RETURN(const dataset::Drive drive, truth_.OpenDrive(scans_dir_));
+  ASSIGN_OR_RETURN(std::vector<dataset::Frame> frames, Select(selection_, drive.frames));
   std::vector<eval::EvalQuery> queries;
-  for (const dataset::Frame& frame : Thinned(*std::move(frames), query_spacing_m_)) {
+  for (const dataset::Frame& frame : Thinned(std::move(frames), query_spacing_m_)) {
     eval::EvalQuery query{.name = frame.name,
                           .T_map_true = TurnedOfSensor(truth_.mount(), frame.T_map_sensor),
                           .stamp_ns = frame.stamp_ns};
@@ -173,9 +171,8 @@ absl::StatusOr<std::vector<eval::EvalQuery>> EvalCommand::CollectQueries(
     files->push_back(frame.file());
   }
   for (const std::string& folder : negatives_) {
-    const absl::StatusOr<std::vector<dataset::ScanFile>> scans = dataset::ListScans(folder);
-    if (!scans.ok()) return scans.status();
-    for (const dataset::ScanFile& scan : *scans) {
+    ASSIGN_OR_RETURN(const std::vector<dataset::ScanFile> scans, dataset::ListScans(folder));
+    for (const dataset::ScanFile& scan : scans) {
       queries.push_back({.name = absl::StrCat(folder, "/", scan.name)});
       files->push_back(scan);
     }
@@ -188,11 +185,10 @@ absl::StatusOr<std::vector<eval::EvalMethod>> EvalCommand::ChooseMethods(
   std::vector<eval::EvalMethod> chosen;
   const std::vector<std::string> all = {"auto", "a-pc", "a-cc", "pc", "cc"};
   for (const std::string& name : methods_.empty() ? all : methods_) {
-    absl::StatusOr<eval::EvalMethod> method = eval::ParseEvalMethod(name);
-    if (!method.ok()) return method.status();
-    const absl::Status served = CheckServes(params, *method);
+    ASSIGN_OR_RETURN(eval::EvalMethod method, eval::ParseEvalMethod(name));
+    const absl::Status served = CheckServes(params, method);
     if (served.ok()) {
-      chosen.push_back(*std::move(method));
+      chosen.push_back(std::move(method));
     } else if (!methods_.empty()) {
       return served;
     }
@@ -203,15 +199,15 @@ absl::StatusOr<std::vector<eval::EvalMethod>> EvalCommand::ChooseMethods(
 absl::StatusOr<std::vector<dataset::ScanFile>> EvalCommand::FindPlaceScans(const Map& map) const {
   std::vector<dataset::ScanFile> scans;
   if (map_scans_dir_.empty() && !in_session_) return scans;
-  const absl::StatusOr<dataset::Drive> drive =
-      map_scans_dir_.empty() ? truth_.OpenDrive(scans_dir_) : map_poses_.OpenDrive(map_scans_dir_);
-  if (!drive.ok()) return drive.status();
+  ASSIGN_OR_RETURN(const dataset::Drive drive, map_scans_dir_.empty()
+                                                   ? truth_.OpenDrive(scans_dir_)
+                                                   : map_poses_.OpenDrive(map_scans_dir_));
   for (const Place& place : map.places) {
     const auto distance_m = [&](const dataset::Frame& frame) {
       return (frame.T_map_sensor.translation() - place.T_map_place.translation()).norm();
     };
     const auto nearest = std::ranges::min_element(
-        drive->frames, [&](const auto& a, const auto& b) { return distance_m(a) < distance_m(b); });
+        drive.frames, [&](const auto& a, const auto& b) { return distance_m(a) < distance_m(b); });
     if (distance_m(*nearest) > kSamePlace_m) {
       return absl::InvalidArgumentError(absl::StrCat(
           "no scan was taken where the map has place ", scans.size(), "; the nearest is ",
@@ -224,10 +220,8 @@ absl::StatusOr<std::vector<dataset::ScanFile>> EvalCommand::FindPlaceScans(const
 
 absl::Status EvalCommand::Run() {
   std::vector<dataset::ScanFile> files;
-  absl::StatusOr<std::vector<eval::EvalQuery>> queries = CollectQueries(&files);
-  if (!queries.ok()) return queries.status();
-  absl::StatusOr<Map> loaded = mapdb::LoadMap(map_);
-  if (!loaded.ok()) return loaded.status();
+  ASSIGN_OR_RETURN(std::vector<eval::EvalQuery> queries, CollectQueries(&files));
+  ASSIGN_OR_RETURN(Map loaded, mapdb::LoadMap(map_));
   eval::EvalOptions options{.methods = {},
                             .within_m = within_m_,
                             .tilt_deg = tilt_deg_,
@@ -235,34 +229,30 @@ absl::Status EvalCommand::Run() {
                             .time_places = times_,
                             .read_query = ReaderOf(files, truth_.mount())};
   if (in_session_) {
-    if (absl::Status status = CheckSession(*loaded, *queries); !status.ok()) return status;
+    RETURN_IF_ERROR(CheckSession(loaded, queries));
   }
-  absl::StatusOr<std::vector<dataset::ScanFile>> place_scans = FindPlaceScans(*loaded);
-  if (!place_scans.ok()) return place_scans.status();
+  ASSIGN_OR_RETURN(std::vector<dataset::ScanFile> place_scans, FindPlaceScans(loaded));
   const SensorMount place_mount = map_scans_dir_.empty() ? truth_.mount() : SensorMount();
-  if (!place_scans->empty()) options.read_place = ReaderOf(*place_scans, place_mount);
-  absl::StatusOr<std::vector<eval::EvalMethod>> methods = ChooseMethods(loaded->params);
-  if (!methods.ok()) return methods.status();
-  options.methods = *std::move(methods);
-  const DescriptorOptions::Scans scans{scans_dir_,     negatives_,   files,
-                                       map_scans_dir_, *place_scans, loaded->places.size()};
-  if (absl::Status status = descriptors_.AddTo(scans, &options); !status.ok()) return status;
-  const IntensityOptions::Scans seen{*queries,     files,       truth_.mount(),
-                                     *place_scans, place_mount, *loaded};
-  if (absl::Status s = intensities_.AddTo(seen, quiet_, &options); !s.ok()) return s;
-  const absl::StatusOr<std::shared_ptr<const Localizer>> localizer =
-      Localizer::Create(std::make_shared<const Map>(*std::move(loaded)));
-  if (!localizer.ok()) return localizer.status();
-  const Map& map = (*localizer)->map();
-  eval::FindRevisits(map, within_m_.front(), &*queries);
-  if (!in_session_) WarnOfOwnDrive(*queries);
-  if (times_) options.num_timed = queries->size();
+  if (!place_scans.empty()) options.read_place = ReaderOf(place_scans, place_mount);
+  ASSIGN_OR_RETURN(options.methods, ChooseMethods(loaded.params));
+  const DescriptorOptions::Scans scans{scans_dir_,     negatives_,  files,
+                                       map_scans_dir_, place_scans, loaded.places.size()};
+  RETURN_IF_ERROR(descriptors_.AddTo(scans, &options));
+  const IntensityOptions::Scans seen{queries,     files,       truth_.mount(),
+                                     place_scans, place_mount, loaded};
+  RETURN_IF_ERROR(intensities_.AddTo(seen, quiet_, &options));
+  ASSIGN_OR_RETURN(const std::shared_ptr<const Localizer> localizer,
+                   Localizer::Create(std::make_shared<const Map>(std::move(loaded))));
+  const Map& map = localizer->map();
+  eval::FindRevisits(map, within_m_.front(), &queries);
+  if (!in_session_) WarnOfOwnDrive(queries);
+  if (times_) options.num_timed = queries.size();
 
   absl::StatusOr<std::vector<eval::MethodResult>> results = std::vector<eval::MethodResult>();
   {
     Progress progress("scans looked up", quiet_);
-    const std::size_t num_queries = queries->size();
-    results = eval::Evaluate(**localizer, *queries, options,
+    const std::size_t num_queries = queries.size();
+    results = eval::Evaluate(*localizer, queries, options,
                              [&](std::size_t num_done) { progress.Update(num_done, num_queries); });
   }
   if (!results.ok()) return results.status();
@@ -270,7 +260,7 @@ absl::Status EvalCommand::Run() {
                             .content_id = map.content_id,
                             .mount = truth_.mount(),
                             .within_m = within_m_.front(),
-                            .queries = *std::move(queries),
+                            .queries = std::move(queries),
                             .results = *std::move(results)};
   for (const Place& place : map.places) {
     report.places.push_back(
@@ -286,8 +276,8 @@ absl::Status EvalCommand::Run() {
       written.emplace_back(std::move(file.name), std::move(file.text));
     }
     report.made = {};
-    if (absl::Status status = WriteReport(report_dir_, written); !status.ok()) return status;
-    if (absl::Status status = MakePdfs(report_dir_, written); !status.ok()) return status;
+    RETURN_IF_ERROR(WriteReport(report_dir_, written));
+    RETURN_IF_ERROR(MakePdfs(report_dir_, written));
   }
   return WriteText("-", json_ ? report::EvalAsJson(report) : report::EvalAsTable(report, times_));
 }

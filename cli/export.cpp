@@ -5,6 +5,7 @@
 
 #include "cli/command.hpp"
 #include "cli/output.hpp"
+#include "scanloc/core/status_macros.hpp"
 #include "scanloc/geo/geo_frame.hpp"
 #include "scanloc/mapdb/map_file.hpp"
 #include "scanloc/report/place_export.hpp"
@@ -34,30 +35,25 @@ class ExportCommand : public Command {
         "  scanloc export town.scanloc --format kml --out places.kml");
   }
   [[nodiscard]] absl::Status Run() override {
-    const absl::StatusOr<mapdb::FileInfo> info = mapdb::ReadInfo(map_);
-    if (!info.ok()) return info.status();
-    const absl::StatusOr<std::vector<mapdb::PlaceRecord>> records = mapdb::ReadPlaces(map_);
-    if (!records.ok()) return records.status();
+    ASSIGN_OR_RETURN(const mapdb::FileInfo info, mapdb::ReadInfo(map_));
+    ASSIGN_OR_RETURN(const std::vector<mapdb::PlaceRecord> records, mapdb::ReadPlaces(map_));
     std::optional<geo::GeoFrame> frame;
-    if (info->geo_origin) {
-      absl::StatusOr<geo::GeoFrame> created = geo::GeoFrame::Create(*info->geo_origin);
-      if (!created.ok()) return created.status();
-      frame = *std::move(created);
+    if (info.geo_origin) {
+      ASSIGN_OR_RETURN(frame, geo::GeoFrame::Create(*info.geo_origin));
     }
     std::vector<report::ExportedPlace> places;
-    for (const mapdb::PlaceRecord& record : *records) {
+    for (const mapdb::PlaceRecord& record : records) {
       const Place& place = record.place;
       places.push_back({.index = places.size(),
-                        .session = info->sessions[static_cast<std::size_t>(place.session)].name,
+                        .session = info.sessions[static_cast<std::size_t>(place.session)].name,
                         .scan = record.scan,
                         .stamp_ns = place.stamp_ns,
                         .num_voxels = record.num_voxels,
                         .T_map_place = place.T_map_place});
       if (frame) places.back().position = frame->ToGeo(place.T_map_place.translation());
     }
-    const absl::StatusOr<std::string> text = report::ExportPlaces(places, format_, grid_);
-    if (!text.ok()) return text.status();
-    return WriteText(out_, *text);
+    ASSIGN_OR_RETURN(const std::string text, report::ExportPlaces(places, format_, grid_));
+    return WriteText(out_, text);
   }
 
  private:

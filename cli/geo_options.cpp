@@ -4,6 +4,7 @@
 
 #include "absl/strings/str_format.h"
 #include "cli/command.hpp"
+#include "scanloc/core/status_macros.hpp"
 #include "scanloc/geo/fit_origin.hpp"
 #include "scanloc/mapdb/geo_origin.hpp"
 #include "scanloc/mapdb/map_file.hpp"
@@ -17,16 +18,15 @@ absl::StatusOr<GeoOrigin> ParseOrigin(const std::string& text) {
   if (!n.ok()) return n.status();
   GeoOrigin origin{(*n)[0], (*n)[1], (*n)[2]};
   if (n->size() == 4) origin.heading_deg = (*n)[3];
-  if (absl::Status status = Validate(origin); !status.ok()) return status;
+  RETURN_IF_ERROR(Validate(origin));
   return origin;
 }
 
 absl::StatusOr<geo::FittedOrigin> Fit(const std::string& map,
                                       const std::vector<dataset::GnssFix>& fixes) {
-  const absl::StatusOr<std::vector<mapdb::PlaceRecord>> records = mapdb::ReadPlaces(map);
-  if (!records.ok()) return records.status();
+  ASSIGN_OR_RETURN(const std::vector<mapdb::PlaceRecord> records, mapdb::ReadPlaces(map));
   std::vector<geo::Fix> pairs;
-  for (const mapdb::PlaceRecord& record : *records) {
+  for (const mapdb::PlaceRecord& record : records) {
     const auto fix = dataset::FixAt(fixes, record.place.stamp_ns);
     if (!fix) continue;
     pairs.push_back({record.place.T_map_place.translation(),
@@ -71,17 +71,16 @@ absl::Status GeoOptions::Read() {
 
 absl::StatusOr<std::string> GeoOptions::Apply(const std::string& map) const {
   if (origin_) {
-    if (absl::Status status = mapdb::SetGeoOrigin(map, *origin_); !status.ok()) return status;
+    RETURN_IF_ERROR(mapdb::SetGeoOrigin(map, *origin_));
     return absl::StrFormat("  on earth    %s\n", GeoOriginAsText(*origin_));
   }
   if (fixes_path_.empty()) return std::string();
-  const absl::StatusOr<geo::FittedOrigin> fitted = Fit(map, fixes_);
-  if (!fitted.ok()) return fitted.status();
-  if (absl::Status status = mapdb::SetGeoOrigin(map, fitted->origin); !status.ok()) return status;
+  ASSIGN_OR_RETURN(const geo::FittedOrigin fitted, Fit(map, fixes_));
+  RETURN_IF_ERROR(mapdb::SetGeoOrigin(map, fitted.origin));
   return absl::StrFormat(
       "  on earth    %s\n"
       "              by %d fixes, %.2f m off in the plane (rms), %.2f m at most\n",
-      GeoOriginAsText(fitted->origin), fitted->num_used, fitted->rms_m, fitted->max_m);
+      GeoOriginAsText(fitted.origin), fitted.num_used, fitted.rms_m, fitted.max_m);
 }
 
 std::string GeoOriginAsText(const GeoOrigin& origin) {

@@ -6,6 +6,7 @@
 #include "cli/command.hpp"
 #include "cli/connection_options.hpp"
 #include "cli/output.hpp"
+#include "scanloc/core/status_macros.hpp"
 
 namespace scanloc::cli {
 namespace {
@@ -27,11 +28,9 @@ class HealthCommand : public Command {
   }
 
   [[nodiscard]] absl::Status Run() override {
-    const absl::StatusOr<client::Client> client = Connect(server_);
-    if (!client.ok()) return client.status();
-    const absl::StatusOr<bool> is_serving = client->IsServing(map_);
-    if (!is_serving.ok()) return is_serving.status();
-    if (*is_serving) return WriteText("-", "serving\n");
+    ASSIGN_OR_RETURN(const client::Client client, Connect(server_));
+    ASSIGN_OR_RETURN(const bool is_serving, client.IsServing(map_));
+    if (is_serving) return WriteText("-", "serving\n");
     return absl::UnavailableError(
         absl::StrCat("not serving ", map_.empty() ? "its maps" : map_,
                      ": it is starting or stopping, or the map does not load"));

@@ -13,6 +13,7 @@
 #include "cli/output.hpp"
 #include "cli/server_info.hpp"
 #include "scanloc/core/printable.hpp"
+#include "scanloc/core/status_macros.hpp"
 #include "scanloc/mapdb/map_file.hpp"
 #include "scanloc/mapdb/use_file.hpp"
 #include "scanloc/report/answer_json.hpp"
@@ -130,10 +131,9 @@ std::string InfoAsText(const std::string& path, const mapdb::FileInfo& info) {
 }
 
 absl::StatusOr<std::string> TellHealthOf(const std::string& map, bool as_json) {
-  const absl::StatusOr<mapdb::FileInfo> info = mapdb::ReadInfo(map);
-  if (!info.ok()) return info.status();
+  ASSIGN_OR_RETURN(const mapdb::FileInfo info, mapdb::ReadInfo(map));
   const std::string file = mapdb::UseFileOf(map);
-  absl::StatusOr<MapUse> use = mapdb::ReadUse(file, info->num_places);
+  absl::StatusOr<MapUse> use = mapdb::ReadUse(file, info.num_places);
   if (absl::IsNotFound(use.status())) {
     return absl::NotFoundError(absl::StrCat(
         "no server has counted yet how '", map, "' fares: there is no '", file,
@@ -141,16 +141,15 @@ absl::StatusOr<std::string> TellHealthOf(const std::string& map, bool as_json) {
         "--server and --map"));
   }
   if (!use.ok()) return use.status();
-  if (use->content_id != info->content_id) {
+  if (use->content_id != info.content_id) {
     return absl::FailedPreconditionError(absl::StrCat(
         "'", file, "' is of a map with content id ", use->content_id, ", and this one has ",
-        info->content_id, ": a server that serves it sets that aside and counts anew"));
+        info.content_id, ": a server that serves it sets that aside and counts anew"));
   }
   if (as_json) return report::ToText(report::MapUseToJson(*use));
-  const absl::StatusOr<std::vector<mapdb::PlaceRecord>> records = mapdb::ReadPlaces(map);
-  if (!records.ok()) return records.status();
+  ASSIGN_OR_RETURN(const std::vector<mapdb::PlaceRecord> records, mapdb::ReadPlaces(map));
   std::vector<Place> places;
-  for (const mapdb::PlaceRecord& record : *records) places.push_back(record.place);
+  for (const mapdb::PlaceRecord& record : records) places.push_back(record.place);
   return report::MapUseAsText(*use, places);
 }
 
@@ -192,9 +191,8 @@ class InfoCommand : public Command {
       const auto text = TellOfServer(server_, name_, json_);
       return text.ok() ? WriteText("-", *text) : text.status();
     }
-    const absl::StatusOr<mapdb::FileInfo> info = mapdb::ReadInfo(map_);
-    if (!info.ok()) return info.status();
-    return WriteText("-", json_ ? InfoAsJson(*info) : InfoAsText(map_, *info));
+    ASSIGN_OR_RETURN(const mapdb::FileInfo info, mapdb::ReadInfo(map_));
+    return WriteText("-", json_ ? InfoAsJson(info) : InfoAsText(map_, info));
   }
 
  private:

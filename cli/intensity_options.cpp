@@ -11,6 +11,7 @@
 #include "cli/mount_options.hpp"
 #include "cli/output.hpp"
 #include "cli/progress.hpp"
+#include "scanloc/core/status_macros.hpp"
 #include "scanloc/jobs/jobs.hpp"
 
 namespace scanloc::cli {
@@ -25,9 +26,8 @@ bool IsOf(const std::string& method, const std::string& value) {
 absl::StatusOr<Images> ListAll(const std::vector<std::string>& folders) {
   Images all;
   for (const std::string& folder : folders) {
-    const absl::StatusOr<Images> images = dataset::ListRadar(folder);
-    if (!images.ok()) return images.status();
-    all.insert(all.end(), images->begin(), images->end());
+    ASSIGN_OR_RETURN(const Images images, dataset::ListRadar(folder));
+    all.insert(all.end(), images.begin(), images.end());
   }
   std::ranges::sort(all, [](const auto& a, const auto& b) { return a.stamp_ns < b.stamp_ns; });
   return all;
@@ -66,12 +66,11 @@ absl::Status EncodeAll(const Baselines& baselines, const Read& read, std::size_t
     of_places[i].resize(num_places);
   }
   const auto job = [&](std::size_t number, std::size_t /*worker*/) {
-    const absl::StatusOr<dataset::Scan> scan = read(number);
-    if (!scan.ok()) return scan.status();
+    ASSIGN_OR_RETURN(const dataset::Scan scan, read(number));
     const bool of_place = number >= num_queries;
     for (std::size_t i = 0; i < baselines.size(); ++i) {
       (of_place ? of_places[i][number - num_queries] : of_queries[i][number]) =
-          baselines[i]->Encode(scan->points, scan->intensities, of_place);
+          baselines[i]->Encode(scan.points, scan.intensities, of_place);
     }
     return absl::OkStatus();
   };
@@ -146,8 +145,7 @@ absl::Status IntensityOptions::CheckUsage(const std::vector<std::string>& method
 absl::StatusOr<std::vector<std::string>> IntensityOptions::FindImages(const Scans& scans) const {
   const absl::StatusOr<Images> of_queries = ListAll(radar_);
   if (!of_queries.ok()) return of_queries.status();
-  const absl::StatusOr<Images> of_places = map_radar_.empty() ? of_queries : ListAll(map_radar_);
-  if (!of_places.ok()) return of_places.status();
+  ASSIGN_OR_RETURN(const Images of_places, map_radar_.empty() ? of_queries : ListAll(map_radar_));
   std::vector<std::string> paths;
   const auto add = [&](const Images& images, std::int64_t stamp_ns, const std::string& what) {
     const absl::StatusOr<std::string> path = NearestImage(images, stamp_ns, what);
@@ -159,11 +157,11 @@ absl::StatusOr<std::vector<std::string>> IntensityOptions::FindImages(const Scan
     const std::int64_t stamp_ns = query.stamp_ns != 0
                                       ? query.stamp_ns
                                       : dataset::StampOfName(scans.query_files[i].name).value_or(0);
-    if (absl::Status s = add(*of_queries, stamp_ns, query.name); !s.ok()) return s;
+    RETURN_IF_ERROR(add(*of_queries, stamp_ns, query.name));
   }
   for (std::size_t i = 0; i < scans.map.places.size(); ++i) {
     const std::int64_t stamp_ns = scans.map.places[i].stamp_ns;
-    if (absl::Status s = add(*of_places, stamp_ns, absl::StrCat("place ", i)); !s.ok()) return s;
+    RETURN_IF_ERROR(add(of_places, stamp_ns, absl::StrCat("place ", i)));
   }
   return paths;
 }
@@ -193,15 +191,12 @@ absl::Status IntensityOptions::AddTo(const Scans& scans, bool quiet,
                  : ReadSeenIntensities(scans.place_files[number - num_queries], scans.place_mount);
     };
     Progress progress("intensities read", quiet);
-    absl::Status status =
-        EncodeAll(of_scans, read, num_queries, num_places, num_threads, &progress);
-    if (!status.ok()) return status;
+    RETURN_IF_ERROR(EncodeAll(of_scans, read, num_queries, num_places, num_threads, &progress));
   }
   if (of_images.empty()) return absl::OkStatus();
-  const absl::StatusOr<std::vector<std::string>> images = FindImages(scans);
-  if (!images.ok()) return images.status();
+  ASSIGN_OR_RETURN(const std::vector<std::string> images, FindImages(scans));
   const Read read = [&](std::size_t number) {
-    return dataset::ReadRadar((*images)[number], layout(), *resolution_m());
+    return dataset::ReadRadar(images[number], layout(), *resolution_m());
   };
   Progress progress("radar images read", quiet);
   return EncodeAll(of_images, read, num_queries, num_places, num_threads, &progress);

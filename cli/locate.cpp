@@ -21,6 +21,7 @@
 #include "scanloc/client/offline_client.hpp"
 #include "scanloc/core/method.hpp"
 #include "scanloc/core/printable.hpp"
+#include "scanloc/core/status_macros.hpp"
 #include "scanloc/dataset/drive.hpp"
 #include "scanloc/dataset/scan_reader.hpp"
 #include "scanloc/report/query_result.hpp"
@@ -87,21 +88,17 @@ absl::Status LocateCommand::LeadToMaps(const client::LocalizationClient& client)
 absl::StatusOr<LocateCommand::Answerer> LocateCommand::OpenAnswerer() const {
   Answerer answerer;
   if (options_.server.address.empty()) {
-    auto offline = client::OfflineClient::Open(options_.map, options_.map);
-    if (!offline.ok()) return offline.status();
-    answerer.client = *std::move(offline);
+    ASSIGN_OR_RETURN(answerer.client, client::OfflineClient::Open(options_.map, options_.map));
   } else {
-    absl::StatusOr<client::Client> online = Connect(options_.server);
-    if (!online.ok()) return online.status();
-    answerer.client = std::make_shared<const client::Client>(*std::move(online));
-    if (absl::Status status = LeadToMaps(*answerer.client); !status.ok()) return status;
+    ASSIGN_OR_RETURN(client::Client online, Connect(options_.server));
+    answerer.client = std::make_shared<const client::Client>(std::move(online));
+    RETURN_IF_ERROR(LeadToMaps(*answerer.client));
   }
   absl::StatusOr<MapInfo> info = answerer.client->GetMapInfo(options_.map_name);
   if (absl::IsNotFound(info.status()) && options_.map_name.empty() && !options_.sequence) {
-    const absl::StatusOr<std::vector<MapSummary>> maps = answerer.client->ListMaps();
-    if (!maps.ok()) return maps.status();
-    const auto serving = std::ranges::find(*maps, MapState::kServing, &MapSummary::state);
-    answerer.has_several_maps = serving != maps->end();
+    ASSIGN_OR_RETURN(const std::vector<MapSummary> maps, answerer.client->ListMaps());
+    const auto serving = std::ranges::find(maps, MapState::kServing, &MapSummary::state);
+    answerer.has_several_maps = serving != maps.end();
     if (answerer.has_several_maps) info = answerer.client->GetMapInfo(serving->name);
   }
   if (!info.ok()) return info.status();
@@ -121,18 +118,16 @@ absl::StatusOr<std::vector<dataset::ScanFile>> LocateCommand::ChooseScans() cons
     return std::vector<dataset::ScanFile>{
         {.path = options_.scan, .name = std::filesystem::path(options_.scan).filename().string()}};
   }
-  const absl::StatusOr<std::vector<dataset::ScanFile>> scans =
-      options_.truth.ListScans(options_.scans_dir);
-  if (!scans.ok()) return scans.status();
-  return Select(options_.selection, *scans);
+  ASSIGN_OR_RETURN(const std::vector<dataset::ScanFile> scans,
+                   options_.truth.ListScans(options_.scans_dir));
+  return Select(options_.selection, scans);
 }
 
 absl::StatusOr<std::map<std::string, Pose>> LocateCommand::ReadTruth() const {
   std::map<std::string, Pose> truth;
   if (!options_.has_truth()) return truth;
-  const absl::StatusOr<dataset::Drive> drive = options_.truth.OpenDrive(options_.scans_dir);
-  if (!drive.ok()) return drive.status();
-  for (const dataset::Frame& frame : drive->frames) {
+  ASSIGN_OR_RETURN(const dataset::Drive drive, options_.truth.OpenDrive(options_.scans_dir));
+  for (const dataset::Frame& frame : drive.frames) {
     truth[frame.name] = BaseOfSensor(options_.truth.mount(), frame.T_map_sensor);
   }
   return truth;
@@ -142,13 +137,12 @@ absl::StatusOr<std::map<std::string, Pose>> LocateCommand::ReadOdometry() const 
   std::map<std::string, Pose> odometry;
   const bool of_bag = options_.sequence && options_.truth.has_bag_poses();
   if (options_.odometry.empty() && !of_bag) return odometry;
-  const absl::StatusOr<dataset::Drive> drive =
-      of_bag ? options_.truth.OpenDrive("")
-             : dataset::OpenDrive({.scans_dir = options_.scans_dir,
-                                   .poses_file = options_.odometry,
-                                   .T_body_sensor = options_.truth.T_body_sensor()});
-  if (!drive.ok()) return drive.status();
-  for (const dataset::Frame& frame : drive->frames) {
+  ASSIGN_OR_RETURN(const dataset::Drive drive,
+                   of_bag ? options_.truth.OpenDrive("")
+                          : dataset::OpenDrive({.scans_dir = options_.scans_dir,
+                                                .poses_file = options_.odometry,
+                                                .T_body_sensor = options_.truth.T_body_sensor()}));
+  for (const dataset::Frame& frame : drive.frames) {
     odometry[frame.name] = BaseOfSensor(options_.truth.mount(), frame.T_map_sensor);
   }
   return odometry;
@@ -163,15 +157,13 @@ absl::StatusOr<std::vector<report::QueryResult>> LocateCommand::AskAll(
                                        .budget = budget()};
   std::optional<client::RobotStream> robot;
   if (options_.sequence) {
-    absl::StatusOr<client::RobotStream> opened =
-        answerer.client->OpenStream({.map = options_.map_name,
-                                     .query = request.query,
-                                     .mount = request.mount,
-                                     .max_step_m = options_.max_step_m,
-                                     .send_descriptor = options_.send == "descriptor",
-                                     .budget = request.budget});
-    if (!opened.ok()) return opened.status();
-    robot = *std::move(opened);
+    ASSIGN_OR_RETURN(robot,
+                     answerer.client->OpenStream({.map = options_.map_name,
+                                                  .query = request.query,
+                                                  .mount = request.mount,
+                                                  .max_step_m = options_.max_step_m,
+                                                  .send_descriptor = options_.send == "descriptor",
+                                                  .budget = request.budget}));
   }
   std::optional<Pose> T_odometry_last;
   Progress progress("scans located", options_.quiet);
@@ -200,15 +192,13 @@ absl::StatusOr<std::vector<report::QueryResult>> LocateCommand::AskAll(
       } else {
         T_odometry_last.reset();
       }
-      absl::StatusOr<TrackedReply> told = robot->Locate(scan->points, T_last_scan);
-      if (!told.ok()) return told.status();
-      result.answer = std::move(told->reply.answer);
-      result.num_scans = told->num_scans;
-      result.is_relocated = told->is_relocated;
+      ASSIGN_OR_RETURN(TrackedReply told, robot->Locate(scan->points, T_last_scan));
+      result.answer = std::move(told.reply.answer);
+      result.num_scans = told.num_scans;
+      result.is_relocated = told.is_relocated;
     } else {
-      absl::StatusOr<LocalizeReply> reply = Ask(answerer, scan->points, request);
-      if (!reply.ok()) return reply.status();
-      result.answer = std::move(reply->answer);
+      ASSIGN_OR_RETURN(LocalizeReply reply, Ask(answerer, scan->points, request));
+      result.answer = std::move(reply.answer);
     }
     result.ask_ns = NsSince(ask_start);
     results.push_back(std::move(result));
@@ -219,18 +209,16 @@ absl::StatusOr<std::vector<report::QueryResult>> LocateCommand::AskAll(
 
 absl::StatusOr<std::vector<report::QueryResult>> LocateCommand::ReplayAll(
     const Answerer& answerer) const {
-  const absl::StatusOr<std::vector<std::string>> files = ListCapturedQueries(options_.replay);
-  if (!files.ok()) return files.status();
+  ASSIGN_OR_RETURN(const std::vector<std::string> files, ListCapturedQueries(options_.replay));
   const Query given = options_.MakeQuery(answerer.params);
   Progress progress("queries replayed", options_.quiet);
   std::vector<report::QueryResult> results;
-  for (const std::string& file : *files) {
+  for (const std::string& file : files) {
     const Clock::time_point read_start = Clock::now();
-    const absl::StatusOr<ReplayedQuery> replayed = ReadCapturedQuery(file);
-    if (!replayed.ok()) return replayed.status();
-    report::QueryResult result{.query = replayed->name};
+    ASSIGN_OR_RETURN(const ReplayedQuery replayed, ReadCapturedQuery(file));
+    report::QueryResult result{.query = replayed.name};
     result.read_ns = NsSince(read_start);
-    const CapturedQuery& captured = replayed->query;
+    const CapturedQuery& captured = replayed.query;
     client::RequestOptions request{.map = options_.map_name,
                                    .query = captured.query,
                                    .mount = captured.mount,
@@ -243,14 +231,14 @@ absl::StatusOr<std::vector<report::QueryResult>> LocateCommand::ReplayAll(
     if (!given.prior.is_open()) query.prior = given.prior;
     query.max_answers = std::max(query.max_answers, options_.top);
     const Clock::time_point ask_start = Clock::now();
-    absl::StatusOr<LocalizeReply> reply =
-        captured.descriptor ? answerer.client->LocalizeDescriptor(*captured.descriptor, request)
-                            : Ask(answerer, captured.scan, request);
-    if (!reply.ok()) return reply.status();
+    ASSIGN_OR_RETURN(LocalizeReply reply,
+                     captured.descriptor
+                         ? answerer.client->LocalizeDescriptor(*captured.descriptor, request)
+                         : Ask(answerer, captured.scan, request));
     result.ask_ns = NsSince(ask_start);
-    result.answer = std::move(reply->answer);
+    result.answer = std::move(reply.answer);
     results.push_back(std::move(result));
-    if (files->size() > 1) progress.Update(results.size(), files->size());
+    if (files.size() > 1) progress.Update(results.size(), files.size());
   }
   return results;
 }
@@ -280,7 +268,7 @@ absl::Status LocateCommand::Print(const std::vector<report::QueryResult>& result
                                         : report::ResultsAsCsv(results, format));
   }
   if (!options_.csv.empty()) {
-    if (auto s = WriteText(options_.csv, report::ResultsAsCsv(results, format)); !s.ok()) return s;
+    RETURN_IF_ERROR(WriteText(options_.csv, report::ResultsAsCsv(results, format)));
     return WriteText("-", summary);
   }
   return WriteText("-", report::ResultsAsTable(results, format) + summary);
@@ -288,32 +276,25 @@ absl::Status LocateCommand::Print(const std::vector<report::QueryResult>& result
 
 absl::Status LocateCommand::Run() {
   if (!options_.replay.empty()) {
-    const absl::StatusOr<Answerer> answerer = OpenAnswerer();
-    if (!answerer.ok()) return answerer.status();
-    const absl::StatusOr<std::vector<report::QueryResult>> results = ReplayAll(*answerer);
-    if (!results.ok()) return results.status();
-    return Print(*results, *answerer);
+    ASSIGN_OR_RETURN(const Answerer answerer, OpenAnswerer());
+    ASSIGN_OR_RETURN(const std::vector<report::QueryResult> results, ReplayAll(answerer));
+    return Print(results, answerer);
   }
-  const absl::StatusOr<std::vector<dataset::ScanFile>> scans = ChooseScans();
-  if (!scans.ok()) return scans.status();
-  const absl::StatusOr<std::map<std::string, Pose>> truth = ReadTruth();
-  if (!truth.ok()) return truth.status();
-  const absl::StatusOr<Answerer> answerer = OpenAnswerer();
-  if (!answerer.ok()) return answerer.status();
+  ASSIGN_OR_RETURN(const std::vector<dataset::ScanFile> scans, ChooseScans());
+  ASSIGN_OR_RETURN(const auto truth, ReadTruth());
+  ASSIGN_OR_RETURN(const Answerer answerer, OpenAnswerer());
 
-  const absl::StatusOr<std::map<std::string, Pose>> odometry = ReadOdometry();
-  if (!odometry.ok()) return odometry.status();
-  absl::StatusOr<std::vector<report::QueryResult>> results = AskAll(*scans, *odometry, *answerer);
-  if (!results.ok()) return results.status();
-  for (report::QueryResult& result : *results) {
-    const auto found = truth->find(result.query);
-    if (found != truth->end()) result.T_map_true = found->second;
+  ASSIGN_OR_RETURN(const auto odometry, ReadOdometry());
+  ASSIGN_OR_RETURN(std::vector<report::QueryResult> results, AskAll(scans, odometry, answerer));
+  for (report::QueryResult& result : results) {
+    const auto found = truth.find(result.query);
+    if (found != truth.end()) result.T_map_true = found->second;
   }
   if (num_skipped_ > 0) {
     std::fprintf(stderr, "skipped %zu of %zu scans that could not be read, the first: %s\n",
-                 num_skipped_, scans->size(), Printable(first_skipped_).c_str());
+                 num_skipped_, scans.size(), Printable(first_skipped_).c_str());
   }
-  return Print(*results, *answerer);
+  return Print(results, answerer);
 }
 
 }  // namespace

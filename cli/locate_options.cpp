@@ -5,6 +5,7 @@
 #include "cli/progress.hpp"
 #include "scanloc/core/limits.hpp"
 #include "scanloc/core/method.hpp"
+#include "scanloc/core/status_macros.hpp"
 
 namespace scanloc::cli {
 
@@ -87,9 +88,8 @@ void LocateOptions::DeclarePrior(CLI::App& app) {
   AddParsedOption(
       app, "--prior",
       [this](const std::string& text) -> absl::Status {
-        const auto n = ParseNumbers(text, 3, "X,Y,RADIUS");
-        if (!n.ok()) return n.status();
-        prior.disc = {.x_m = (*n)[0], .y_m = (*n)[1], .radius_m = (*n)[2]};
+        ASSIGN_OR_RETURN(const auto n, ParseNumbers(text, 3, "X,Y,RADIUS"));
+        prior.disc = {.x_m = n[0], .y_m = n[1], .radius_m = n[2]};
         return Validate(prior);
       },
       "Within this radius of a point of the map, along its x and y [m]")
@@ -97,9 +97,8 @@ void LocateOptions::DeclarePrior(CLI::App& app) {
   AddParsedOption(
       app, "--prior-geo",
       [this](const std::string& text) -> absl::Status {
-        const auto n = ParseNumbers(text, 3, "LAT,LON,RADIUS");
-        if (!n.ok()) return n.status();
-        prior.on_earth = {.latitude_deg = (*n)[0], .longitude_deg = (*n)[1], .radius_m = (*n)[2]};
+        ASSIGN_OR_RETURN(const auto n, ParseNumbers(text, 3, "LAT,LON,RADIUS"));
+        prior.on_earth = {.latitude_deg = n[0], .longitude_deg = n[1], .radius_m = n[2]};
         return Validate(prior);
       },
       "Within this radius [m] of a point on earth, of a map, or of all at a server, that know "
@@ -109,9 +108,8 @@ void LocateOptions::DeclarePrior(CLI::App& app) {
   AddParsedOption(
       app, "--prior-heights",
       [this](const std::string& text) -> absl::Status {
-        const auto n = ParseNumbers(text, 2, "Z0,Z1");
-        if (!n.ok()) return n.status();
-        prior.heights = {.min_m = (*n)[0], .max_m = (*n)[1]};
+        ASSIGN_OR_RETURN(const auto n, ParseNumbers(text, 2, "Z0,Z1"));
+        prior.heights = {.min_m = n[0], .max_m = n[1]};
         return Validate(prior);
       },
       "With the sensor between these heights along the map's z: one floor, say [m]")
@@ -176,7 +174,7 @@ absl::Status LocateOptions::CheckUsage() const {
     return wrong("give one of --scan FILE, --scans DIR, --bag FILE and --replay PATH");
   }
   if (truth.has_bag()) {
-    if (absl::Status s = truth.CheckUsage(scans_dir); !s.ok()) return s;
+    RETURN_IF_ERROR(truth.CheckUsage(scans_dir));
   }
   if (!truth.poses_file().empty() && scans_dir.empty()) {
     return wrong("--truth needs --scans: its rows are paired with the scans of the folder");

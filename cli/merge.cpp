@@ -12,6 +12,7 @@
 #include "cli/output.hpp"
 #include "cli/provenance.hpp"
 #include "scanloc/core/printable.hpp"
+#include "scanloc/core/status_macros.hpp"
 #include "scanloc/mapdb/check_session.hpp"
 #include "scanloc/mapdb/map_file.hpp"
 #include "scanloc/mapdb/merge_maps.hpp"
@@ -44,18 +45,16 @@ class MergeCommand : public Command {
     const absl::StatusOr<std::string> content_id = mapdb::MergeMaps(
         out_, inputs_, rename_sessions_,
         MadeNow(absl::StrCat("merge ", absl::StrJoin(inputs_, " "))), [&](const std::string& path) {
-          absl::Status status = CheckFrames(path);
-          if (!status.ok()) return status;
+          RETURN_IF_ERROR(CheckFrames(path));
           return Calibrating(num_threads_, quiet_, &calibration)(path);
         });
     if (!content_id.ok()) return content_id.status();
-    const absl::StatusOr<mapdb::FileInfo> info = mapdb::ReadInfo(out_);
-    if (!info.ok()) return info.status();
+    ASSIGN_OR_RETURN(const mapdb::FileInfo info, mapdb::ReadInfo(out_));
     return WriteText("-", absl::StrFormat("merged %d maps into %s\n"
                                           "  places      %d in %d sessions\n"
                                           "  content id  %s\n%s",
-                                          inputs_.size(), Printable(out_), info->num_places,
-                                          info->sessions.size(), *content_id, calibration));
+                                          inputs_.size(), Printable(out_), info.num_places,
+                                          info.sessions.size(), *content_id, calibration));
   }
 
  private:
@@ -63,9 +62,8 @@ class MergeCommand : public Command {
     if (accept_inconsistent_) return absl::OkStatus();
     std::vector<std::int64_t> num_places;
     for (const std::string& input : inputs_) {
-      const absl::StatusOr<mapdb::FileInfo> info = mapdb::ReadInfo(input);
-      if (!info.ok()) return info.status();
-      num_places.push_back(info->num_places);
+      ASSIGN_OR_RETURN(const mapdb::FileInfo info, mapdb::ReadInfo(input));
+      num_places.push_back(info.num_places);
     }
     absl::Status status = mapdb::CheckParts(merged, num_places);
     if (!absl::IsInvalidArgument(status)) return status;

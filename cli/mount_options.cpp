@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "cli/command.hpp"
+#include "scanloc/core/status_macros.hpp"
 
 namespace scanloc::cli {
 CLI::Option* MountOptions::Declare(CLI::App& app) {
@@ -25,28 +26,23 @@ CLI::Option* MountOptions::Declare(CLI::App& app) {
 }
 
 absl::Status MountOptions::TakeBase(const std::string& text) {
-  const auto numbers = ParseNumbers(text, 6, "x,y,z,roll,pitch,yaw");
-  if (!numbers.ok()) return numbers.status();
-  const std::vector<double>& n = *numbers;
-  const absl::StatusOr<Pose> pose = MountPose({n[0], n[1], n[2]}, {n[3], n[4], n[5]});
-  if (!pose.ok()) return pose.status();
-  mount_.T_base_sensor = *pose;
+  ASSIGN_OR_RETURN(const auto numbers, ParseNumbers(text, 6, "x,y,z,roll,pitch,yaw"));
+  const std::vector<double>& n = numbers;
+  ASSIGN_OR_RETURN(mount_.T_base_sensor, MountPose({n[0], n[1], n[2]}, {n[3], n[4], n[5]}));
   has_base_ = true;
   return absl::OkStatus();
 }
 
 absl::Status MountOptions::TakeSelfBox(const std::string& text) {
-  const auto numbers = ParseNumbers(text, 6, "X0,Y0,Z0,X1,Y1,Z1");
-  if (!numbers.ok()) return numbers.status();
-  const std::vector<double>& n = *numbers;
+  ASSIGN_OR_RETURN(const auto numbers, ParseNumbers(text, 6, "X0,Y0,Z0,X1,Y1,Z1"));
+  const std::vector<double>& n = numbers;
   mount_.self_box = Box{{n[0], n[1], n[2]}, {n[3], n[4], n[5]}};
   return Validate(mount_);
 }
 
 absl::StatusOr<SeenScan> ReadSeenScan(const dataset::ScanFile& file, const SensorMount& mount) {
-  absl::StatusOr<dataset::Scan> scan = dataset::ReadScan(file);
-  if (!scan.ok()) return scan.status();
-  SeenScan seen{.scan = *std::move(scan)};
+  ASSIGN_OR_RETURN(dataset::Scan scan, dataset::ReadScan(file));
+  SeenScan seen{.scan = std::move(scan)};
   PointCloud buffer;
   const std::size_t num_given = seen.scan.points.size();
   const PointView left = Seen(mount, seen.scan.points, buffer);

@@ -6,6 +6,7 @@
 #include "cli/interrupt.hpp"
 #include "cli/param_options.hpp"
 #include "cli/slam_options.hpp"
+#include "scanloc/core/status_macros.hpp"
 #include "scanloc/mapdb/learn_scale.hpp"
 
 namespace scanloc::cli {
@@ -27,27 +28,24 @@ class OptimizeCommand : public Command {
         "  scanloc optimize --scans 00 --poses lo.txt --truth 00.txt --out 00.txt --out 00.g2o");
   }
   [[nodiscard]] absl::Status CheckUsage() const override {
-    if (absl::Status s = slam_.CheckUsage(); !s.ok()) return s;
+    RETURN_IF_ERROR(slam_.CheckUsage());
     return params_.Make().status();
   }
   [[nodiscard]] absl::Status Run() override {
     CatchInterrupts();
-    const absl::StatusOr<SlamOptions::Drive> drive = slam_.Open();
-    if (!drive.ok()) return drive.status();
-    const mapdb::ScanLoader load_scan = LoaderOf(drive->frames, slam_.mount());
-    absl::StatusOr<Params> params = params_.Make();
-    if (!params.ok()) return params.status();
-    if (params_.learns_scale() && params->structure.enabled) {
-      const absl::StatusOr<double> scale = mapdb::LearnScale(*params, drive->plan, load_scan);
-      if (!scale.ok()) return scale.status();
-      params->automatic = AutoParamsAtScale(*scale);
+    ASSIGN_OR_RETURN(const SlamOptions::Drive drive, slam_.Open());
+    const mapdb::ScanLoader load_scan = LoaderOf(drive.frames, slam_.mount());
+    ASSIGN_OR_RETURN(Params params, params_.Make());
+    if (params_.learns_scale() && params.structure.enabled) {
+      ASSIGN_OR_RETURN(const double scale, mapdb::LearnScale(params, drive.plan, load_scan));
+      params.automatic = AutoParamsAtScale(scale);
     }
     StageProgress progress(slam_.quiet());
     const absl::StatusOr<slam::ClosedDrive> closed =
-        slam::CloseLoops(*params, drive->plan, load_scan, slam_.MakeOptions(progress));
+        slam::CloseLoops(params, drive.plan, load_scan, slam_.MakeOptions(progress));
     progress.Clear();
     if (!closed.ok()) return closed.status();
-    return slam_.Tell(absl::StrCat("loops of ", drive->plan.name), *drive, *closed);
+    return slam_.Tell(absl::StrCat("loops of ", drive.plan.name), drive, *closed);
   }
 
  private:

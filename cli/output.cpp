@@ -11,6 +11,7 @@
 #include <system_error>
 
 #include "absl/strings/str_cat.h"
+#include "scanloc/core/status_macros.hpp"
 
 namespace scanloc::cli {
 namespace {
@@ -131,10 +132,9 @@ absl::Status TextOutput::Close() {
 }
 
 absl::Status WriteText(const std::string& path, std::string_view text) {
-  absl::StatusOr<TextOutput> output = TextOutput::Open(path);
-  if (!output.ok()) return output.status();
-  output->Append(text);
-  return output->Close();
+  ASSIGN_OR_RETURN(TextOutput output, TextOutput::Open(path));
+  output.Append(text);
+  return output.Close();
 }
 
 absl::Status WriteReport(const std::string& folder,
@@ -148,8 +148,7 @@ absl::Status WriteReport(const std::string& folder,
   for (const auto& [name, text] : files) {
     const std::filesystem::path path = std::filesystem::path(folder) / name;
     std::filesystem::create_directories(path.parent_path(), error);  // or WriteText says what
-    absl::Status status = WriteText(path, text);
-    if (!status.ok()) return status;
+    RETURN_IF_ERROR(WriteText(path, text));
   }
   return absl::OkStatus();
 }

@@ -7,6 +7,7 @@
 #include "absl/strings/str_split.h"
 #include "absl/strings/string_view.h"
 #include "cli/command.hpp"
+#include "scanloc/core/status_macros.hpp"
 
 namespace scanloc::cli {
 namespace {
@@ -117,10 +118,10 @@ bool ParamOptions::given() const {
 
 absl::StatusOr<Params> ParamOptions::Make() const {
   Params params = params_;
-  if (absl::Status s = ParseDescriptors(descriptors_, &params); !s.ok()) return s;
-  if (absl::Status s = ParseRootShifts(root_shifts_m_, &params); !s.ok()) return s;
+  RETURN_IF_ERROR(ParseDescriptors(descriptors_, &params));
+  RETURN_IF_ERROR(ParseRootShifts(root_shifts_m_, &params));
   if (!learns_scale()) {
-    if (absl::Status s = ParseScale(scale_, &params); !s.ok()) return s;
+    RETURN_IF_ERROR(ParseScale(scale_, &params));
   }
   params.cart.shift_mode =
       cart_shift_mode_ == "bounded" ? ShiftMode::kBounded : ShiftMode::kCircular;
@@ -128,7 +129,7 @@ absl::StatusOr<Params> ParamOptions::Make() const {
     params.polar.root_shifts_m.clear();
     params.cart.double_flip = false;
   }
-  if (absl::Status s = Validate(params); !s.ok()) return s;
+  RETURN_IF_ERROR(Validate(params));
   return params;
 }
 

@@ -12,6 +12,7 @@
 #include "cli/drive_options.hpp"
 #include "cli/output.hpp"
 #include "scanloc/core/answer.hpp"
+#include "scanloc/core/status_macros.hpp"
 #include "scanloc/mapdb/map_file.hpp"
 #include "scanloc/report/answers_csv.hpp"
 #include "scanloc/report/map_picture.hpp"
@@ -76,10 +77,9 @@ absl::Status PlotCommand::AddTruth(std::vector<report::CsvAnswer>* answers) cons
       std::ranges::all_of(*answers, [](const report::CsvAnswer& a) { return a.truth.has_value(); });
   if (truth_.poses_file().empty() || all_told) return absl::OkStatus();
   if (!scans_dir_.empty()) {
-    const absl::StatusOr<dataset::Drive> drive = truth_.OpenDrive(scans_dir_);
-    if (!drive.ok()) return drive.status();
+    ASSIGN_OR_RETURN(const dataset::Drive drive, truth_.OpenDrive(scans_dir_));
     std::map<std::string, Eigen::Vector2d> by_name;
-    for (const dataset::Frame& frame : drive->frames) {
+    for (const dataset::Frame& frame : drive.frames) {
       by_name[frame.name] = frame.T_map_sensor.translation().head<2>();
     }
     for (report::CsvAnswer& answer : *answers) {
@@ -88,16 +88,15 @@ absl::Status PlotCommand::AddTruth(std::vector<report::CsvAnswer>* answers) cons
     }
     return absl::OkStatus();
   }
-  const absl::StatusOr<dataset::Trajectory> trajectory = truth_.ReadTrajectory();
-  if (!trajectory.ok()) return trajectory.status();
-  if (trajectory->T_map_sensor.size() != answers->size()) {
+  ASSIGN_OR_RETURN(const dataset::Trajectory trajectory, truth_.ReadTrajectory());
+  if (trajectory.T_map_sensor.size() != answers->size()) {
     return absl::InvalidArgumentError(absl::StrCat(
-        truth_.poses_file(), " has ", trajectory->T_map_sensor.size(), " poses, but ", answers_,
+        truth_.poses_file(), " has ", trajectory.T_map_sensor.size(), " poses, but ", answers_,
         " has ", answers->size(),
         " queries; name the folder of the scans with --scans, so that they are paired by name"));
   }
   for (std::size_t i = 0; i < answers->size(); ++i) {
-    (*answers)[i].truth = trajectory->T_map_sensor[i].translation().head<2>();
+    (*answers)[i].truth = trajectory.T_map_sensor[i].translation().head<2>();
   }
   return absl::OkStatus();
 }
@@ -139,20 +138,17 @@ std::string PlotCommand::Title(const std::vector<report::PicturedQuery>& queries
 }
 
 absl::Status PlotCommand::Run() {
-  const absl::StatusOr<std::vector<mapdb::PlaceRecord>> records = mapdb::ReadPlaces(map_);
-  if (!records.ok()) return records.status();
+  ASSIGN_OR_RETURN(const std::vector<mapdb::PlaceRecord> records, mapdb::ReadPlaces(map_));
   std::vector<report::PicturedPlace> places;
-  for (const mapdb::PlaceRecord& record : *records) {
+  for (const mapdb::PlaceRecord& record : records) {
     places.push_back({record.place.T_map_place.translation().head<2>(),
                       static_cast<std::size_t>(record.place.session)});
   }
   if (answers_.empty()) return WriteText(out_, report::DrawMapPicture(Title({}), places, {}));
-  absl::StatusOr<std::vector<report::CsvAnswer>> answers = report::ReadAnswersCsv(answers_);
-  if (!answers.ok()) return answers.status();
-  if (absl::Status s = AddTruth(&*answers); !s.ok()) return s;
-  const absl::StatusOr<std::vector<report::PicturedQuery>> queries = Judge(*answers, places);
-  if (!queries.ok()) return queries.status();
-  return WriteText(out_, report::DrawMapPicture(Title(*queries), places, *queries));
+  ASSIGN_OR_RETURN(std::vector<report::CsvAnswer> answers, report::ReadAnswersCsv(answers_));
+  RETURN_IF_ERROR(AddTruth(&answers));
+  ASSIGN_OR_RETURN(const std::vector<report::PicturedQuery> queries, Judge(answers, places));
+  return WriteText(out_, report::DrawMapPicture(Title(queries), places, queries));
 }
 
 }  // namespace

@@ -20,6 +20,7 @@
 #include "scanloc/core/localizer.hpp"
 #include "scanloc/core/printable.hpp"
 #include "scanloc/core/scan/pose_difference.hpp"
+#include "scanloc/core/status_macros.hpp"
 #include "scanloc/mapdb/edit_map.hpp"
 #include "scanloc/mapdb/map_file.hpp"
 
@@ -85,8 +86,7 @@ class RefreshCommand : public Command {
 
 absl::Status RefreshCommand::BuildFresh(const DetectedChanges& changes,
                                         const std::string& path) const {
-  const absl::StatusOr<mapdb::FileInfo> info = mapdb::ReadInfo(map_);
-  if (!info.ok()) return info.status();
+  ASSIGN_OR_RETURN(const mapdb::FileInfo info, mapdb::ReadInfo(map_));
   mapdb::SessionPlan plan{.name = changes.plan.name, .scans = {}};
   std::vector<std::size_t> numbers;
   for (std::size_t k = 0; k < changes.after.size(); ++k) {
@@ -95,20 +95,17 @@ absl::Status RefreshCommand::BuildFresh(const DetectedChanges& changes,
     plan.scans.push_back(changes.plan.scans[changes.scans[k]]);
   }
   const mapdb::ScanLoader load_scan = LoaderOf(changes.frames, drive_.mount());
-  return mapdb::BuildMap(
-             {.path = path, .params = info->params, .num_threads = drive_.num_threads()}, plan,
-             [&](std::size_t i) { return load_scan(numbers[i]); })
+  return mapdb::BuildMap({.path = path, .params = info.params, .num_threads = drive_.num_threads()},
+                         plan, [&](std::size_t i) { return load_scan(numbers[i]); })
       .status();
 }
 
 absl::StatusOr<std::string> RefreshCommand::Recall(const std::string& path,
                                                    const DetectedChanges& changes) const {
-  absl::StatusOr<Map> map = mapdb::LoadMap(path);
-  if (!map.ok()) return map.status();
-  absl::StatusOr<Describer> describer = Describer::Create(map->params);
-  if (!describer.ok()) return describer.status();
-  const auto localizer = Localizer::Create(std::make_shared<const Map>(*std::move(map)));
-  if (!localizer.ok()) return localizer.status();
+  ASSIGN_OR_RETURN(Map map, mapdb::LoadMap(path));
+  ASSIGN_OR_RETURN(Describer describer, Describer::Create(map.params));
+  ASSIGN_OR_RETURN(const auto localizer,
+                   Localizer::Create(std::make_shared<const Map>(std::move(map))));
   const mapdb::ScanLoader load_scan = LoaderOf(changes.frames, drive_.mount());
   const std::size_t num_asked = std::min(changes.frames.size(), kMaxScansAsked);
   std::size_t num_right = 0;
@@ -118,11 +115,10 @@ absl::StatusOr<std::string> RefreshCommand::Recall(const std::string& path,
     const absl::StatusOr<PointCloud> scan = load_scan(i);
     if (absl::IsCancelled(scan.status())) return scan.status();
     if (!scan.ok()) continue;
-    const absl::StatusOr<Answer> answer = (*localizer)->Localize(describer->Describe(*scan));
-    if (!answer.ok()) return answer.status();
-    if (answer->outcome != Outcome::kLocalized) continue;
+    ASSIGN_OR_RETURN(const Answer answer, localizer->Localize(describer.Describe(*scan)));
+    if (answer.outcome != Outcome::kLocalized) continue;
     const PoseDifference difference =
-        DifferenceOf(answer->candidates.front().T_map_query, changes.plan.scans[i].T_map_place);
+        DifferenceOf(answer.candidates.front().T_map_query, changes.plan.scans[i].T_map_place);
     (MissOf(difference).any() ? num_false : num_right) += 1;
   }
   return absl::StrFormat("%d of %d scans of the drive are found, %d elsewhere", num_right,
@@ -134,40 +130,38 @@ absl::Status RefreshCommand::Run() {
     return absl::AlreadyExistsError(
         absl::StrCat("there is a file '", out_, "' already; remove it or choose another name"));
   }
-  const absl::StatusOr<DetectedChanges> changes = drive_.CompareWithDrive(map_);
-  if (!changes.ok()) return changes.status();
+  ASSIGN_OR_RETURN(const DetectedChanges changes, drive_.CompareWithDrive(map_));
   std::vector<bool> replaced;
-  for (const slam::Comparison& comparison : changes->of_before) {
+  for (const slam::Comparison& comparison : changes.of_before) {
     replaced.push_back(comparison.change == slam::Change::kChanged);
   }
   const auto is_changed = [](const slam::Comparison& c) {
     return c.change == slam::Change::kChanged;
   };
-  const auto num_in = std::ranges::count_if(changes->of_after, is_changed);
+  const auto num_in = std::ranges::count_if(changes.of_after, is_changed);
   const auto num_out = std::ranges::count(replaced, true);
   if (num_in == 0 || num_out == 0) {
     return WriteText("-", absl::StrFormat("%s sees nothing else than %s: no map was made\n",
-                                          Printable(changes->after_name), Printable(map_)));
+                                          Printable(changes.after_name), Printable(map_)));
   }
-  const absl::StatusOr<std::string> before = Recall(map_, *changes);
-  if (!before.ok()) return before.status();
+  ASSIGN_OR_RETURN(const std::string before, Recall(map_, changes));
   const FreshMap fresh(out_);
-  if (absl::Status status = BuildFresh(*changes, fresh.path()); !status.ok()) return status;
+  RETURN_IF_ERROR(BuildFresh(changes, fresh.path()));
   std::string calibration;
-  const absl::StatusOr<std::string> content_id = mapdb::ReplacePlaces(
-      map_, replaced, fresh.path(), out_, MadeNow(absl::StrCat("refresh by ", changes->after_name)),
-      Calibrating(drive_.num_threads(), drive_.quiet(), &calibration));
-  if (!content_id.ok()) return content_id.status();
-  const absl::StatusOr<std::string> after = Recall(out_, *changes);
-  if (!after.ok()) return after.status();
-  return WriteText("-", absl::StrFormat("refreshed %s into %s\n"
-                                        "  replaced    %d of %d places, by %d scans of %s\n"
-                                        "  content id  %s\n%s"
-                                        "  before      %s\n"
-                                        "  after       %s\n",
-                                        Printable(map_), Printable(out_), num_out, replaced.size(),
-                                        num_in, Printable(changes->after_name), *content_id,
-                                        calibration, *before, *after));
+  ASSIGN_OR_RETURN(
+      const std::string content_id,
+      mapdb::ReplacePlaces(map_, replaced, fresh.path(), out_,
+                           MadeNow(absl::StrCat("refresh by ", changes.after_name)),
+                           Calibrating(drive_.num_threads(), drive_.quiet(), &calibration)));
+  ASSIGN_OR_RETURN(const std::string after, Recall(out_, changes));
+  return WriteText(
+      "-", absl::StrFormat("refreshed %s into %s\n"
+                           "  replaced    %d of %d places, by %d scans of %s\n"
+                           "  content id  %s\n%s"
+                           "  before      %s\n"
+                           "  after       %s\n",
+                           Printable(map_), Printable(out_), num_out, replaced.size(), num_in,
+                           Printable(changes.after_name), content_id, calibration, before, after));
 }
 
 }  // namespace

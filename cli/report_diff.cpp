@@ -10,6 +10,7 @@
 #include "cli/command.hpp"
 #include "cli/output.hpp"
 #include "scanloc/core/printable.hpp"
+#include "scanloc/core/status_macros.hpp"
 #include "scanloc/report/csv.hpp"
 
 namespace scanloc::cli {
@@ -101,17 +102,15 @@ class ReportDiffCommand : public Command {
         "  scanloc report-diff report-before report-after");
   }
   [[nodiscard]] absl::Status Run() override {
-    const auto before = ReadReport(before_);
-    if (!before.ok()) return before.status();
-    const auto after = ReadReport(after_);
-    if (!after.ok()) return after.status();
+    ASSIGN_OR_RETURN(const auto before, ReadReport(before_));
+    ASSIGN_OR_RETURN(const auto after, ReadReport(after_));
     std::string text =
         absl::StrFormat("%-14s %8s %15s %15s\n", "method", "queries", "found", "false");
     std::string better, worse;
     bool has_any = false;
-    for (const auto& [method, queries] : *before) {
-      const auto found = after->find(method);
-      if (found == after->end()) continue;
+    for (const auto& [method, queries] : before) {
+      const auto found = after.find(method);
+      if (found == after.end()) continue;
       has_any = true;
       const Counts counts = Compare(method, queries, found->second);
       absl::StrAppendFormat(&text, "%-14s %8d %6d -> %5d %6d -> %5d\n", Printable(method),

@@ -7,6 +7,7 @@
 #include "cli/geo_options.hpp"
 #include "cli/map_text.hpp"
 #include "scanloc/core/printable.hpp"
+#include "scanloc/core/status_macros.hpp"
 #include "scanloc/proto/map_state.hpp"
 #include "scanloc/report/answer_json.hpp"
 #include "scanloc/report/map_use_text.hpp"
@@ -82,34 +83,28 @@ std::string InfoAsText(const MapInfo& info) {
 
 absl::StatusOr<std::string> TellOfServer(const Connection& server, const std::string& name,
                                          bool as_json) {
-  const auto client = Connect(server);
-  if (!client.ok()) return client.status();
+  ASSIGN_OR_RETURN(const auto client, Connect(server));
   if (name.empty()) {
-    const auto maps = client->ListMaps();
-    if (!maps.ok()) return maps.status();
-    return as_json ? report::ToText(ListToJson(*maps)) : ListAsText(*maps);
+    ASSIGN_OR_RETURN(const auto maps, client.ListMaps());
+    return as_json ? report::ToText(ListToJson(maps)) : ListAsText(maps);
   }
-  const auto info = client->GetMapInfo(name);
-  if (!info.ok()) return info.status();
-  return as_json ? report::ToText(InfoToJson(*info)) : InfoAsText(*info);
+  ASSIGN_OR_RETURN(const auto info, client.GetMapInfo(name));
+  return as_json ? report::ToText(InfoToJson(info)) : InfoAsText(info);
 }
 
 absl::StatusOr<std::string> TellHealthOnServer(const Connection& server, const std::string& name,
                                                bool as_json) {
-  const auto client = Connect(server);
-  if (!client.ok()) return client.status();
-  const auto use = client->GetMapUse(name);
-  if (!use.ok()) return use.status();
-  if (as_json) return report::ToText(report::MapUseToJson(*use));
+  ASSIGN_OR_RETURN(const auto client, Connect(server));
+  ASSIGN_OR_RETURN(const auto use, client.GetMapUse(name));
+  if (as_json) return report::ToText(report::MapUseToJson(use));
   std::vector<Place> places;
   std::string token;
   do {
-    const auto page = client->ListPlaces(name, token);
-    if (!page.ok()) return page.status();
-    places.insert(places.end(), page->places.begin(), page->places.end());
-    token = page->next_page_token;
+    ASSIGN_OR_RETURN(const auto page, client.ListPlaces(name, token));
+    places.insert(places.end(), page.places.begin(), page.places.end());
+    token = page.next_page_token;
   } while (!token.empty());
-  return report::MapUseAsText(*use, places);
+  return report::MapUseAsText(use, places);
 }
 
 }  // namespace scanloc::cli

@@ -13,6 +13,7 @@
 #include "cli/interrupt.hpp"
 #include "cli/output.hpp"
 #include "scanloc/core/printable.hpp"
+#include "scanloc/core/status_macros.hpp"
 #include "scanloc/mapdb/map_file.hpp"
 #include "scanloc/report/trajectory_text.hpp"
 #include "scanloc/slam/align_drive.hpp"
@@ -99,20 +100,16 @@ void SlamOptions::Declare(CLI::App& app) {
 }
 
 absl::Status SlamOptions::CheckUsage() const {
-  if (absl::Status s = selection_.CheckUsage(); !s.ok()) return s;
+  RETURN_IF_ERROR(selection_.CheckUsage());
   return poses_.CheckUsageWithPoses(scans_dir_);
 }
 
 absl::StatusOr<SlamOptions::Drive> SlamOptions::Open() const {
-  const absl::StatusOr<dataset::Drive> opened = poses_.OpenDrive(scans_dir_);
-  if (!opened.ok()) return opened.status();
-  absl::StatusOr<std::vector<dataset::Frame>> frames = Select(selection_, opened->frames);
-  if (!frames.ok()) return frames.status();
-  Drive drive{.frames = *std::move(frames)};
+  ASSIGN_OR_RETURN(const dataset::Drive opened, poses_.OpenDrive(scans_dir_));
+  ASSIGN_OR_RETURN(std::vector<dataset::Frame> frames, Select(selection_, opened.frames));
+  Drive drive{.frames = std::move(frames)};
   drive.plan = PlanOf(DefaultSessionName(poses_.Place(scans_dir_)), drive.frames, mount());
-  absl::StatusOr<std::vector<Pose>> truth = ReadTruth(drive.frames);
-  if (!truth.ok()) return truth.status();
-  drive.truth = *std::move(truth);
+  ASSIGN_OR_RETURN(drive.truth, ReadTruth(drive.frames));
   return drive;
 }
 
@@ -121,17 +118,15 @@ absl::StatusOr<std::vector<Pose>> SlamOptions::ReadTruth(
   std::vector<Pose> truth;
   if (truth_.poses_file().empty()) return truth;
   if (poses_.has_bag()) {
-    const absl::StatusOr<dataset::Trajectory> trajectory = truth_.ReadTrajectory();
-    if (!trajectory.ok()) return trajectory.status();
-    if (trajectory->T_map_sensor.size() == frames.size()) return trajectory->T_map_sensor;
+    ASSIGN_OR_RETURN(const dataset::Trajectory trajectory, truth_.ReadTrajectory());
+    if (trajectory.T_map_sensor.size() == frames.size()) return trajectory.T_map_sensor;
     return absl::InvalidArgumentError(
-        absl::StrCat(truth_.poses_file(), " has ", trajectory->T_map_sensor.size(), " poses, but ",
+        absl::StrCat(truth_.poses_file(), " has ", trajectory.T_map_sensor.size(), " poses, but ",
                      frames.size(), " scans were taken from the bag; give one a scan"));
   }
-  const absl::StatusOr<dataset::Drive> drive = truth_.OpenDrive(scans_dir_);
-  if (!drive.ok()) return drive.status();
+  ASSIGN_OR_RETURN(const dataset::Drive drive, truth_.OpenDrive(scans_dir_));
   std::map<std::string, Pose> by_name;
-  for (const dataset::Frame& frame : drive->frames) by_name[frame.name] = frame.T_map_sensor;
+  for (const dataset::Frame& frame : drive.frames) by_name[frame.name] = frame.T_map_sensor;
   for (const dataset::Frame& frame : frames) {
     const auto found = by_name.find(frame.name);
     if (found == by_name.end()) {
@@ -157,13 +152,12 @@ absl::StatusOr<slam::ClosedDrive> AlignPlan(const std::string& map,
                                             const mapdb::ScanLoader& load_scan,
                                             const slam::DriveOptions& options,
                                             mapdb::SessionPlan& plan, const std::string& left_out) {
-  absl::StatusOr<Map> loaded = mapdb::LoadMap(map);
-  if (!loaded.ok()) return loaded.status();
-  absl::StatusOr<slam::ClosedDrive> drive = slam::AlignDrive(
-      std::make_shared<const Map>(*std::move(loaded)), plan, load_scan, options, left_out);
-  if (!drive.ok()) return drive.status();
+  ASSIGN_OR_RETURN(Map loaded, mapdb::LoadMap(map));
+  ASSIGN_OR_RETURN(slam::ClosedDrive drive,
+                   slam::AlignDrive(std::make_shared<const Map>(std::move(loaded)), plan, load_scan,
+                                    options, left_out));
   for (std::size_t i = 0; i < plan.scans.size(); ++i) {
-    plan.scans[i].T_map_place = drive->T_map_scan[i];
+    plan.scans[i].T_map_place = drive.T_map_scan[i];
   }
   return drive;
 }
@@ -198,7 +192,7 @@ absl::Status SlamOptions::WritePoses(const report::DriveReport& report, const Dr
     } else {
       text = report::GraphAsG2o(closed.T_map_scan, EdgesOf(drive.plan, closed));
     }
-    if (absl::Status status = WriteText(path, text); !status.ok()) return status;
+    RETURN_IF_ERROR(WriteText(path, text));
   }
   return absl::OkStatus();
 }
@@ -229,13 +223,12 @@ absl::Status SlamOptions::Tell(const std::string& title, const Drive& drive,
     report.errors_before = *errors_before;
     report.errors_after = *errors_after;
   }
-  if (absl::Status status = WritePoses(report, drive, closed); !status.ok()) return status;
+  RETURN_IF_ERROR(WritePoses(report, drive, closed));
   const std::string json = report::ToText(report::DriveAsJson(report));
   if (!report_dir_.empty()) {
-    absl::Status status = WriteReport(report_dir_, {{"results.json", json},
-                                                    {"loops.csv", report::LoopsAsCsv(report)},
-                                                    {"report.html", report::DriveAsHtml(report)}});
-    if (!status.ok()) return status;
+    RETURN_IF_ERROR(WriteReport(report_dir_, {{"results.json", json},
+                                              {"loops.csv", report::LoopsAsCsv(report)},
+                                              {"report.html", report::DriveAsHtml(report)}}));
   }
   if (json_) return WriteText("-", json);
   return WriteText("-", absl::StrCat(report::DriveAsText(report), "  written       ",

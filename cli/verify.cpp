@@ -7,6 +7,7 @@
 #include "cli/half_built.hpp"
 #include "cli/output.hpp"
 #include "scanloc/core/printable.hpp"
+#include "scanloc/core/status_macros.hpp"
 #include "scanloc/mapdb/map_file.hpp"
 
 namespace scanloc::cli {
@@ -29,33 +30,30 @@ class VerifyCommand : public Command {
   }
   [[nodiscard]] absl::Status Run() override {
     if (recover_) {
-      if (absl::Status s = Recover(); !s.ok()) return s;
+      RETURN_IF_ERROR(Recover());
     }
-    const absl::StatusOr<std::vector<std::string>> problems = mapdb::FindProblems(map_);
-    if (!problems.ok()) return problems.status();
-    if (problems->empty()) return TellSound();
+    ASSIGN_OR_RETURN(const std::vector<std::string> problems, mapdb::FindProblems(map_));
+    if (problems.empty()) return TellSound();
     std::string text;
-    for (const std::string& problem : *problems) absl::StrAppend(&text, Printable(problem), "\n");
-    if (absl::Status s = WriteText("-", text); !s.ok()) return s;
+    for (const std::string& problem : problems) absl::StrAppend(&text, Printable(problem), "\n");
+    RETURN_IF_ERROR(WriteText("-", text));
     return absl::DataLossError(absl::StrCat(
-        map_, " is damaged: ", problems->size(), problems->size() == 1 ? " problem" : " problems",
-        problems->size() == mapdb::kMaxProblems ? " or more" : "",
+        map_, " is damaged: ", problems.size(), problems.size() == 1 ? " problem" : " problems",
+        problems.size() == mapdb::kMaxProblems ? " or more" : "",
         ", listed on standard output; take a copy of the map or build it again"));
   }
 
  private:
   [[nodiscard]] absl::Status TellSound() const {
-    const absl::StatusOr<mapdb::FileInfo> info = mapdb::ReadInfo(map_);
-    if (!info.ok()) return info.status();
-    return WriteText(
-        "-", absl::StrCat(Printable(map_), " is sound",
-                          info->complete ? "" : absl::StrCat("; ", HalfBuilt(*info)), "\n"));
+    ASSIGN_OR_RETURN(const mapdb::FileInfo info, mapdb::ReadInfo(map_));
+    return WriteText("-",
+                     absl::StrCat(Printable(map_), " is sound",
+                                  info.complete ? "" : absl::StrCat("; ", HalfBuilt(info)), "\n"));
   }
 
   [[nodiscard]] absl::Status Recover() const {
-    const absl::StatusOr<mapdb::Recovery> recovery = mapdb::RecoverMap(map_);
-    if (!recovery.ok()) return recovery.status();
-    switch (*recovery) {
+    ASSIGN_OR_RETURN(const mapdb::Recovery recovery, mapdb::RecoverMap(map_));
+    switch (recovery) {
       case mapdb::Recovery::kNothingToDo:
         return absl::OkStatus();
       case mapdb::Recovery::kRolledBack:

@@ -10,6 +10,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "scanloc/core/limits.hpp"
+#include "scanloc/core/status_macros.hpp"
 
 namespace scanloc::catalogue {
 namespace {
@@ -179,7 +180,7 @@ absl::StatusOr<Area> AreaFromGeoJson(const std::string& text) {
       return BadGeoJson("has a ring that is not closed, or of fewer than four positions");
     }
     area.corners.pop_back();
-    if (absl::Status status = Validate(area); !status.ok()) return status;
+    RETURN_IF_ERROR(Validate(area));
     return area;
   } catch (const nlohmann::json::exception& error) {
     return BadGeoJson(absl::StrCat("cannot be read: ", error.what()));

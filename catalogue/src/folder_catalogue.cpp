@@ -14,6 +14,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "scanloc/core/status_macros.hpp"
 #include "text_file.hpp"
 #include "version_json.hpp"
 
@@ -61,7 +62,7 @@ class FolderCatalogue : public Catalogue {
       : path_(absl::StrCat(folder, "/catalogue.json")), lock_path_(absl::StrCat(folder, "/lock")) {}
 
   absl::Status Publish(const Version& version) override {
-    if (absl::Status status = Validate(version); !status.ok()) return status;
+    RETURN_IF_ERROR(Validate(version));
     return Change([&](Content& content) {
       content.versions.push_back(version);
       content.versions.back().published_ms =
@@ -105,19 +106,16 @@ class FolderCatalogue : public Catalogue {
   }
 
   absl::StatusOr<std::vector<Version>> Live() override {
-    const absl::StatusOr<Content> content = Read();
-    if (!content.ok()) return content.status();
+    ASSIGN_OR_RETURN(const Content content, Read());
     std::vector<Version> live;
-    for (const auto& [region, number] : content->live) live.push_back(content->versions[number]);
+    for (const auto& [region, number] : content.live) live.push_back(content.versions[number]);
     return live;
   }
 
   absl::StatusOr<std::vector<Version>> History(const std::string& region) override {
-    absl::StatusOr<Content> content = Read();
-    if (!content.ok()) return content.status();
+    ASSIGN_OR_RETURN(Content content, Read());
     std::vector<Version> history;
-    for (auto version = content->versions.rbegin(); version != content->versions.rend();
-         ++version) {
+    for (auto version = content.versions.rbegin(); version != content.versions.rend(); ++version) {
       if (version->region == region) history.push_back(*version);
     }
     return history;
@@ -137,9 +135,8 @@ class FolderCatalogue : public Catalogue {
 
  private:
   absl::StatusOr<Content> Read() const {
-    const absl::StatusOr<std::string> text = ReadTextFile(path_);
-    if (!text.ok()) return text.status();
-    return text->empty() ? Content() : Parse(*text, path_);
+    ASSIGN_OR_RETURN(const std::string text, ReadTextFile(path_));
+    return text.empty() ? Content() : Parse(text, path_);
   }
 
   template <typename Edit>

@@ -15,6 +15,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
 #include "absl/strings/strip.h"
+#include "scanloc/core/status_macros.hpp"
 
 namespace scanloc::catalogue {
 namespace {
@@ -89,9 +90,7 @@ class HttpStore : public Store {
     if (file == nullptr || error) return absl::NotFoundError(absl::StrCat("cannot read ", path));
     std::string sha256;
     if (!place_.signature.empty()) {
-      absl::StatusOr<std::string> of_file = Sha256OfFile(path);
-      if (!of_file.ok()) return of_file.status();
-      sha256 = *std::move(of_file);
+      ASSIGN_OR_RETURN(sha256, Sha256OfFile(path));
     }
     const auto [curl, headers] = Begin(name, sha256);
     if (curl == nullptr) return absl::ResourceExhaustedError("out of memory");
@@ -123,7 +122,7 @@ class HttpStore : public Store {
     if (code == CURLE_ABORTED_BY_CALLBACK) {
       return absl::CancelledError("the transfer was stopped");
     }
-    if (absl::Status status = StatusOf(code, curl.get(), "get", name); !status.ok()) return status;
+    RETURN_IF_ERROR(StatusOf(code, curl.get(), "get", name));
     const bool is_durable =
         std::fflush(download.file.get()) == 0 && fsync(fileno(download.file.get())) == 0;
     return is_durable ? absl::OkStatus() : WriteError(path, errno);

@@ -11,6 +11,7 @@
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_join.h"
 #include "absl/strings/str_split.h"
+#include "scanloc/core/status_macros.hpp"
 
 namespace scanloc::catalogue {
 namespace {
@@ -96,20 +97,18 @@ class PostgresCatalogue : public Catalogue {
   explicit PostgresCatalogue(std::string url) : url_(std::move(url)) {}
 
   absl::Status Publish(const Version& version) override {
-    if (absl::Status status = Validate(version); !status.ok()) return status;
+    RETURN_IF_ERROR(Validate(version));
     return Transaction([&]() -> absl::Status {
-      if (absl::Status status = Run(kLockRegion, {version.region}).status(); !status.ok()) {
-        return status;
-      }
+      RETURN_IF_ERROR(Run(kLockRegion, {version.region}).status());
       if (version.area.is_on_earth) {
-        if (absl::Status status = AddOnEarth(); !status.ok()) return status;
+        RETURN_IF_ERROR(AddOnEarth());
       }
-      const auto inserted = Run(version.area.is_on_earth ? kInsertOnEarth : kInsertVersion,
-                                {version.region, version.content_id, version.sha256,
-                                 absl::StrCat(version.num_bytes), absl::StrCat(version.num_places),
-                                 PolygonText(version.area.corners), version.published_by});
-      if (!inserted.ok()) return inserted.status();
-      return PutInForce(version.region, PQgetvalue(inserted->get(), 0, 0));
+      ASSIGN_OR_RETURN(const auto inserted,
+                       Run(version.area.is_on_earth ? kInsertOnEarth : kInsertVersion,
+                           {version.region, version.content_id, version.sha256,
+                            absl::StrCat(version.num_bytes), absl::StrCat(version.num_places),
+                            PolygonText(version.area.corners), version.published_by}));
+      return PutInForce(version.region, PQgetvalue(inserted.get(), 0, 0));
     });
   }
 
@@ -117,22 +116,21 @@ class PostgresCatalogue : public Catalogue {
                                    const std::string& content_id) override {
     Version now;
     const absl::Status status = Transaction([&]() -> absl::Status {
-      if (absl::Status locked = Run(kLockRegion, {region}).status(); !locked.ok()) return locked;
-      const auto found =
-          content_id.empty() ? Run(kFindBefore, {region}) : Run(kFindContent, {region, content_id});
-      if (!found.ok()) return found.status();
-      if (PQntuples(found->get()) == 0) {
+      RETURN_IF_ERROR(Run(kLockRegion, {region}).status());
+      ASSIGN_OR_RETURN(const auto found, content_id.empty()
+                                             ? Run(kFindBefore, {region})
+                                             : Run(kFindContent, {region, content_id}));
+      if (PQntuples(found.get()) == 0) {
         return absl::NotFoundError(
             absl::StrCat("region ", region, " has no version ",
                          content_id.empty() ? "before the one in force" : content_id,
                          "; scanloc catalogue tells which it has"));
       }
-      const std::string id = PQgetvalue(found->get(), 0, 0);
-      if (absl::Status put = PutInForce(region, id); !put.ok()) return put;
-      absl::StatusOr<std::vector<Version>> versions =
-          Select(absl::StrCat(kColumns, " WHERE v.id = $1"), {id});
-      if (!versions.ok()) return versions.status();
-      now = versions->front();
+      const std::string id = PQgetvalue(found.get(), 0, 0);
+      RETURN_IF_ERROR(PutInForce(region, id));
+      ASSIGN_OR_RETURN(std::vector<Version> versions,
+                       Select(absl::StrCat(kColumns, " WHERE v.id = $1"), {id}));
+      now = versions.front();
       return absl::OkStatus();
     });
     if (!status.ok()) return status;
@@ -141,9 +139,8 @@ class PostgresCatalogue : public Catalogue {
 
   absl::Status Withdraw(const std::string& region) override {
     return Transaction([&]() -> absl::Status {
-      const auto withdrawn = Run(kWithdraw, {region});
-      if (!withdrawn.ok()) return withdrawn.status();
-      if (PQntuples(withdrawn->get()) == 0) {
+      ASSIGN_OR_RETURN(const auto withdrawn, Run(kWithdraw, {region}));
+      if (PQntuples(withdrawn.get()) == 0) {
         return absl::NotFoundError(absl::StrCat("no map of region ", region, " is in force"));
       }
       return Run(kNotify, {region}).status();
@@ -160,9 +157,9 @@ class PostgresCatalogue : public Catalogue {
   }
 
   absl::Status AwaitChange(std::chrono::milliseconds longest) override {
-    if (absl::Status status = Connect(); !status.ok()) return status;
+    RETURN_IF_ERROR(Connect());
     if (!is_listening_) {
-      if (absl::Status status = Run(kListen, {}).status(); !status.ok()) return status;
+      RETURN_IF_ERROR(Run(kListen, {}).status());
       is_listening_ = true;
       return absl::OkStatus();  // something may have changed before
     }
@@ -210,12 +207,11 @@ class PostgresCatalogue : public Catalogue {
   }
 
   absl::Status MakeTables() {
-    const auto exists = Run("SELECT to_regclass('scanloc_live')", {});
-    if (!exists.ok()) return exists.status();
-    if (PQgetisnull(exists->get(), 0, 0) == 0) return absl::OkStatus();
+    ASSIGN_OR_RETURN(const auto exists, Run("SELECT to_regclass('scanloc_live')", {}));
+    if (PQgetisnull(exists.get(), 0, 0) == 0) return absl::OkStatus();
     return TransactionOn([&]() -> absl::Status {
       for (const char* sql : kMakeTables) {
-        if (absl::Status status = Run(sql, {}).status(); !status.ok()) return status;
+        RETURN_IF_ERROR(Run(sql, {}).status());
       }
       return absl::OkStatus();
     });
@@ -237,7 +233,7 @@ class PostgresCatalogue : public Catalogue {
   /// On a connection that is there.
   template <typename Act>
   absl::Status TransactionOn(Act&& act) {
-    if (absl::Status status = Run("BEGIN", {}).status(); !status.ok()) return status;
+    RETURN_IF_ERROR(Run("BEGIN", {}).status());
     absl::Status status = act();
     if (connection_ == nullptr) return status;
     const absl::Status ended = Run(status.ok() ? "COMMIT" : "ROLLBACK", {}).status();
@@ -246,7 +242,7 @@ class PostgresCatalogue : public Catalogue {
   }
   template <typename Act>
   absl::Status Transaction(Act&& act) {
-    if (absl::Status status = Connect(); !status.ok()) return status;
+    RETURN_IF_ERROR(Connect());
     return TransactionOn(std::forward<Act>(act));
   }
 
@@ -262,12 +258,11 @@ class PostgresCatalogue : public Catalogue {
   }
 
   absl::StatusOr<std::vector<Version>> Select(const std::string& sql, const Texts& parameters) {
-    if (absl::Status status = Connect(); !status.ok()) return status;
-    const auto rows = Run(sql, parameters);
-    if (!rows.ok()) return rows.status();
+    RETURN_IF_ERROR(Connect());
+    ASSIGN_OR_RETURN(const auto rows, Run(sql, parameters));
     std::vector<Version> versions;
-    for (int row = 0; row < PQntuples(rows->get()); ++row) {
-      const auto text = [&](int column) { return PQgetvalue(rows->get(), row, column); };
+    for (int row = 0; row < PQntuples(rows.get()); ++row) {
+      const auto text = [&](int column) { return PQgetvalue(rows.get(), row, column); };
       Version version{.region = text(0),
                       .content_id = text(1),
                       .sha256 = text(2),

@@ -5,6 +5,7 @@
 #include "absl/strings/str_cat.h"
 #include "scanloc/catalogue/catalogue.hpp"
 #include "scanloc/core/limits.hpp"
+#include "scanloc/core/status_macros.hpp"
 
 namespace scanloc::catalogue {
 namespace {
@@ -51,7 +52,7 @@ absl::Status Validate(const Version& version) {
   if (version.num_bytes <= 0 || version.num_places < 0) {
     return Bad("the size", absl::StrCat(version.num_bytes), "that of a map file");
   }
-  if (absl::Status status = Validate(version.area); !status.ok()) return status;
+  RETURN_IF_ERROR(Validate(version.area));
   if (version.published_by.size() > limits::kMaxNameBytes) {
     return Bad("the publisher", version.published_by, "at most 255 bytes");
   }

@@ -4,6 +4,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "scanloc/catalogue/version_file.hpp"
+#include "scanloc/core/status_macros.hpp"
 #include "text_file.hpp"
 
 namespace scanloc::catalogue {
@@ -70,16 +71,14 @@ absl::Status WriteVersions(const std::string& path, const std::vector<Version>& 
 }
 
 absl::StatusOr<std::vector<Version>> ReadVersions(const std::string& path) {
-  const absl::StatusOr<std::string> text = ReadTextFile(path);
-  if (!text.ok()) return text.status();
+  ASSIGN_OR_RETURN(const std::string text, ReadTextFile(path));
   std::vector<Version> versions;
-  if (text->empty()) return versions;
-  const nlohmann::json json = nlohmann::json::parse(*text, nullptr, false);
+  if (text.empty()) return versions;
+  const nlohmann::json json = nlohmann::json::parse(text, nullptr, false);
   if (!json.is_array()) return absl::DataLossError(absl::StrCat("'", path, "' holds no versions"));
   for (const nlohmann::json& entry : json) {
-    absl::StatusOr<Version> version = FromJson(entry);
-    if (!version.ok()) return version.status();
-    versions.push_back(*std::move(version));
+    ASSIGN_OR_RETURN(Version version, FromJson(entry));
+    versions.push_back(std::move(version));
   }
   return versions;
 }

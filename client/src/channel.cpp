@@ -8,6 +8,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "scanloc/core/limits.hpp"
+#include "scanloc/core/status_macros.hpp"
 
 namespace scanloc::client {
 namespace {
@@ -50,14 +51,13 @@ gpr_timespec ToGpr(Clock::time_point time) {
 }
 
 absl::StatusOr<std::shared_ptr<grpc::Channel>> MakeChannel(const ClientOptions& options) {
-  const auto credentials = MakeCredentials(options);
-  if (!credentials.ok()) return credentials.status();
+  ASSIGN_OR_RETURN(const auto credentials, MakeCredentials(options));
   grpc::ChannelArguments arguments;
   arguments.SetMaxReceiveMessageSize(limits::kMaxMessageBytes);
   if (!options.tls_server_name.empty()) {
     arguments.SetSslTargetNameOverride(options.tls_server_name);
   }
-  return grpc::CreateCustomChannel(options.address, *credentials, arguments);
+  return grpc::CreateCustomChannel(options.address, credentials, arguments);
 }
 
 bool AwaitReady(grpc::Channel& channel, Clock::time_point deadline) {

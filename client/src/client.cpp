@@ -5,16 +5,16 @@
 #include "client_options.hpp"
 #include "client_state.hpp"
 #include "grpc/health/v1/health.grpc.pb.h"
+#include "scanloc/core/status_macros.hpp"
 
 namespace scanloc::client {
 
 using std::chrono::milliseconds;
 
 absl::StatusOr<Client> Client::Connect(const ClientOptions& options) {
-  if (auto status = Validate(options); !status.ok()) return status;
-  auto channel = MakeChannel(options);
-  if (!channel.ok()) return channel.status();
-  auto state = std::make_shared<State>(options, *std::move(channel));
+  RETURN_IF_ERROR(Validate(options));
+  ASSIGN_OR_RETURN(auto channel, MakeChannel(options));
+  auto state = std::make_shared<State>(options, std::move(channel));
   if (options.connect_timeout.count() > 0 &&
       !AwaitReady(*state->channel, Clock::now() + options.connect_timeout)) {
     return state->WithAddress(
@@ -29,10 +29,9 @@ Client& Client::operator=(Client&&) noexcept = default;
 Client::~Client() = default;
 
 absl::StatusOr<std::vector<MapSummary>> Client::ListMaps() const {
-  const auto response =
-      state_->Call(&v1::Localization::Stub::ListMaps, v1::ListMapsRequest(), state_->UsualTerms());
-  if (!response.ok()) return response.status();
-  auto maps = proto::FromProto(*response);
+  ASSIGN_OR_RETURN(const auto response, state_->Call(&v1::Localization::Stub::ListMaps,
+                                                     v1::ListMapsRequest(), state_->UsualTerms()));
+  auto maps = proto::FromProto(response);
   if (!maps.ok()) return state_->BadReply(maps.status());
   return maps;
 }
@@ -46,10 +45,9 @@ absl::StatusOr<PlacesPage> Client::ListPlaces(const std::string& map,
   v1::ListPlacesRequest request;
   request.set_map(map);
   request.set_page_token(page_token);
-  const auto response =
-      state_->Call(&v1::Localization::Stub::ListPlaces, request, state_->UsualTerms());
-  if (!response.ok()) return response.status();
-  auto page = proto::FromProto(*response);
+  ASSIGN_OR_RETURN(const auto response, state_->Call(&v1::Localization::Stub::ListPlaces, request,
+                                                     state_->UsualTerms()));
+  auto page = proto::FromProto(response);
   if (!page.ok()) return state_->BadReply(page.status());
   return page;
 }
@@ -72,17 +70,16 @@ absl::StatusOr<MapUse> Client::GetMapUse(const std::string& map) const {
   v1::ListPlaceUseRequest request;
   request.set_map(map);
   while (true) {
-    auto page = state_->View(&v1::Viewer::Stub::ListPlaceUse, request);
-    if (!page.ok()) return page.status();
+    ASSIGN_OR_RETURN(auto page, state_->View(&v1::Viewer::Stub::ListPlaceUse, request));
     const std::int32_t first = request.first_place();
-    if (first > 0 && page->use.content_id != whole.content_id) {
+    if (first > 0 && page.use.content_id != whole.content_id) {
       return absl::AbortedError("the map was replaced meanwhile; ask again");
     }
-    page->use.places.merge(whole.places);
-    whole = std::move(page->use);
-    if (page->next_place == 0) return whole;
-    if (page->next_place <= first) return absl::InternalError("the server's pages go backwards");
-    request.set_first_place(page->next_place);
+    page.use.places.merge(whole.places);
+    whole = std::move(page.use);
+    if (page.next_place == 0) return whole;
+    if (page.next_place <= first) return absl::InternalError("the server's pages go backwards");
+    request.set_first_place(page.next_place);
   }
 }
 
@@ -101,10 +98,9 @@ absl::StatusOr<bool> Client::IsServing(const std::string& map) const {
   const auto health = Health::NewStub(state_->channel);
   grpc::health::v1::HealthCheckRequest request;
   if (!map.empty()) request.set_service(absl::StrCat("scanloc.map/", map));
-  const auto response =
-      state_->CallOn(*health, &Health::Stub::Check, request, state_->UsualTerms());
-  if (!response.ok()) return response.status();
-  return response->status() == HealthCheckResponse::SERVING;
+  ASSIGN_OR_RETURN(const auto response,
+                   state_->CallOn(*health, &Health::Stub::Check, request, state_->UsualTerms()));
+  return response.status() == HealthCheckResponse::SERVING;
 }
 
 absl::StatusOr<MapSummary> Client::ReloadMap(const std::string& map,
@@ -126,31 +122,27 @@ absl::Status Client::UnloadMap(const std::string& map) const {
 
 absl::StatusOr<LocalizeReply> Client::LocalizeScan(PointView scan,
                                                    const RequestOptions& options) const {
-  const auto terms = state_->TermsOf(options.timeout, options.request_id);
-  if (!terms.ok()) return terms.status();
-  if (auto status = CheckScanSize(scan); !status.ok()) return status;
+  ASSIGN_OR_RETURN(const auto terms, state_->TermsOf(options.timeout, options.request_id));
+  RETURN_IF_ERROR(CheckScanSize(scan));
   v1::LocalizeRequest request;
   *request.mutable_scan() = proto::ToProto(scan, options.mount);
-  return state_->Localize(std::move(request), options, *terms);
+  return state_->Localize(std::move(request), options, terms);
 }
 
 absl::StatusOr<LocalizeReply> Client::LocalizeDescriptor(const SignedDescriptor& descriptor,
                                                          const RequestOptions& options) const {
-  const auto terms = state_->TermsOf(options.timeout, options.request_id);
-  if (!terms.ok()) return terms.status();
+  ASSIGN_OR_RETURN(const auto terms, state_->TermsOf(options.timeout, options.request_id));
   v1::LocalizeRequest request;
   *request.mutable_descriptors() = proto::ToProto(descriptor);
-  return state_->Localize(std::move(request), options, *terms);
+  return state_->Localize(std::move(request), options, terms);
 }
 
 absl::StatusOr<LocalizeReply> Client::LocalizeByDescriptor(PointView scan,
                                                            const RequestOptions& options) const {
-  const auto terms = state_->TermsOf(options.timeout, options.request_id);
-  if (!terms.ok()) return terms.status();
+  ASSIGN_OR_RETURN(const auto terms, state_->TermsOf(options.timeout, options.request_id));
   const auto fetch = [&]() -> absl::StatusOr<std::shared_ptr<CachedMap>> {
-    const auto info = state_->FetchInfo(options.map, *terms);
-    if (!info.ok()) return info.status();
-    return state_->cache.Put(options.map, *info);
+    ASSIGN_OR_RETURN(const auto info, state_->FetchInfo(options.map, terms));
+    return state_->cache.Put(options.map, info);
   };
 
   absl::StatusOr<std::shared_ptr<CachedMap>> map = state_->cache.Find(options.map);
@@ -161,7 +153,7 @@ absl::StatusOr<LocalizeReply> Client::LocalizeByDescriptor(PointView scan,
   // They may want several descriptors.
   if (are_several(map.status())) return LocalizeScan(scan, options);
   if (!map.ok()) return map.status();
-  auto reply = state_->LocalizeWith(**map, scan, options, *terms);
+  auto reply = state_->LocalizeWith(**map, scan, options, terms);
   if (absl::IsFailedPrecondition(reply.status())) {
     // Either the map has got other parameters, or the query asks for what it does not serve.
     const auto newer = fetch();
@@ -169,7 +161,7 @@ absl::StatusOr<LocalizeReply> Client::LocalizeByDescriptor(PointView scan,
     if (!newer.ok()) return newer.status();
     if ((*newer)->signature() == (*map)->signature()) return reply;
     map = newer;
-    reply = state_->LocalizeWith(**map, scan, options, *terms);
+    reply = state_->LocalizeWith(**map, scan, options, terms);
   }
   if (reply.ok() && reply->answer.content_id != (*map)->content_id()) {
     state_->cache.Forget(options.map, *map);

@@ -2,6 +2,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "scanloc/core/limits.hpp"
+#include "scanloc/core/status_macros.hpp"
 #include "token.hpp"
 
 namespace scanloc::client {
@@ -50,7 +51,7 @@ absl::Status Validate(const ClientOptions& options) {
     return absl::InvalidArgumentError(
         "a server's name is checked only where there is a CA for its certificate; give both");
   }
-  if (auto token = CheckToken(options); !token.ok()) return token;
+  RETURN_IF_ERROR(CheckToken(options));
   absl::Status status = CheckTimeout("timeout", options.timeout, milliseconds(1));
   status.Update(CheckTimeout("connect_timeout", options.connect_timeout, milliseconds(0)));
   status.Update(CheckRetry(options.retry));

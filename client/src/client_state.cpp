@@ -4,6 +4,7 @@
 
 #include "absl/strings/match.h"
 #include "client_options.hpp"
+#include "scanloc/core/status_macros.hpp"
 
 namespace scanloc::client {
 
@@ -38,9 +39,9 @@ absl::Status Client::State::BadReply(const absl::Status& status) const {
 absl::StatusOr<Terms> Client::State::TermsOf(const std::optional<milliseconds>& timeout,
                                              const std::string& request_id) const {
   if (timeout) {
-    if (absl::Status s = CheckTimeout("timeout", *timeout, milliseconds(1)); !s.ok()) return s;
+    RETURN_IF_ERROR(CheckTimeout("timeout", *timeout, milliseconds(1)));
   }
-  if (auto status = CheckRequestId(request_id); !status.ok()) return status;
+  RETURN_IF_ERROR(CheckRequestId(request_id));
   return Terms{.deadline = Clock::now() + timeout.value_or(options.timeout),
                .request_id = request_id};
 }
@@ -48,9 +49,8 @@ absl::StatusOr<Terms> Client::State::TermsOf(const std::optional<milliseconds>& 
 absl::StatusOr<MapInfo> Client::State::FetchInfo(const std::string& map, const Terms& terms) const {
   v1::GetMapInfoRequest request;
   request.set_map(map);
-  const auto response = Call(&v1::Localization::Stub::GetMapInfo, request, terms);
-  if (!response.ok()) return response.status();
-  auto info = proto::FromProto(response->info());
+  ASSIGN_OR_RETURN(const auto response, Call(&v1::Localization::Stub::GetMapInfo, request, terms));
+  auto info = proto::FromProto(response.info());
   if (!info.ok()) return BadReply(info.status());
   return info;
 }
@@ -61,9 +61,8 @@ absl::StatusOr<LocalizeReply> Client::State::Localize(v1::LocalizeRequest reques
   request.set_map(request_options.map);
   proto::SetHeader(request_options.header, &request);
   *request.mutable_options() = proto::ToProto(request_options.query, request_options.budget);
-  const auto response = Call(&v1::Localization::Stub::Localize, request, terms);
-  if (!response.ok()) return response.status();
-  auto reply = proto::FromProto(*response);
+  ASSIGN_OR_RETURN(const auto response, Call(&v1::Localization::Stub::Localize, request, terms));
+  auto reply = proto::FromProto(response);
   if (!reply.ok()) return BadReply(reply.status());
   return reply;
 }
@@ -71,10 +70,9 @@ absl::StatusOr<LocalizeReply> Client::State::Localize(v1::LocalizeRequest reques
 absl::StatusOr<LocalizeReply> Client::State::LocalizeWith(CachedMap& map, PointView scan,
                                                           const RequestOptions& request_options,
                                                           const Terms& terms) const {
-  const auto descriptor = map.Describe(scan, request_options.mount);
-  if (!descriptor.ok()) return descriptor.status();
+  ASSIGN_OR_RETURN(const auto descriptor, map.Describe(scan, request_options.mount));
   v1::LocalizeRequest request;
-  *request.mutable_descriptors() = proto::ToProto(*descriptor);
+  *request.mutable_descriptors() = proto::ToProto(descriptor);
   auto reply = Localize(std::move(request), request_options, terms);
   if (reply.ok()) TellOfBase(request_options.mount, reply->answer);
   return reply;

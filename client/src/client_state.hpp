@@ -18,6 +18,7 @@
 #include "request_id.hpp"
 #include "request_text.hpp"
 #include "scanloc/client/client.hpp"
+#include "scanloc/core/status_macros.hpp"
 #include "scanloc/proto/convert.hpp"
 #include "scanloc/proto/convert_viewer.hpp"
 #include "scanloc/proto/status.hpp"
@@ -94,7 +95,7 @@ struct Client::State {
   [[nodiscard]] absl::StatusOr<Response> CallOn(Stub& service,
                                                 Method<Stub, Request, Response> method,
                                                 const Request& request, const Terms& terms) const {
-    if (absl::Status status = CheckTexts(request); !status.ok()) return status;
+    RETURN_IF_ERROR(CheckTexts(request));
     grpc::ClientContext context;
     context.set_deadline(ToGpr(terms.deadline));
     ShowToken(options, context);
@@ -116,9 +117,8 @@ struct Client::State {
   [[nodiscard]] auto View(Method<v1::Viewer::Stub, Request, Response> method,
                           const Request& request) const
       -> decltype(proto::FromProto(std::declval<Response>())) {
-    const auto response = CallAgain(*viewer, method, request, UsualTerms());
-    if (!response.ok()) return response.status();
-    auto view = proto::FromProto(*response);
+    ASSIGN_OR_RETURN(const auto response, CallAgain(*viewer, method, request, UsualTerms()));
+    auto view = proto::FromProto(response);
     if (!view.ok()) return BadReply(view.status());
     return view;
   }
@@ -128,14 +128,12 @@ struct Client::State {
   [[nodiscard]] absl::StatusOr<MapSummary> Change(
       Method<v1::Admin::Stub, Request, Response> method, const std::string& map,
       const std::optional<std::chrono::milliseconds>& timeout) const {
-    const auto terms = TermsOf(timeout);
-    if (!terms.ok()) return terms.status();
+    ASSIGN_OR_RETURN(const auto terms, TermsOf(timeout));
     Request request;
     request.set_map(map);
-    const auto response = CallOn(*admin, method, request, *terms);
-    if (!response.ok()) return response.status();
+    ASSIGN_OR_RETURN(const auto response, CallOn(*admin, method, request, terms));
     v1::ListMapsResponse list;
-    *list.add_maps() = response->map();
+    *list.add_maps() = response.map();
     auto maps = proto::FromProto(list);
     if (!maps.ok()) return BadReply(maps.status());
     return std::move(maps->front());

@@ -3,6 +3,7 @@
 #include <optional>
 #include <utility>
 
+#include "scanloc/core/status_macros.hpp"
 #include "scanloc/proto/as_received.hpp"
 
 namespace scanloc::client {
@@ -13,7 +14,7 @@ CachedMap::CachedMap(const MapInfo& info)
       signature_(DescriptorSignature(info.params)) {}
 
 absl::StatusOr<SignedDescriptor> CachedMap::Describe(PointView scan, const SensorMount& mount) {
-  if (auto status = Validate(mount); !status.ok()) return status;
+  RETURN_IF_ERROR(Validate(mount));
   PointCloud buffer;
   const PointView seen = Seen(proto::AsReceived(mount), scan, buffer);
   std::optional<Describer> describer;
@@ -25,9 +26,7 @@ absl::StatusOr<SignedDescriptor> CachedMap::Describe(PointView scan, const Senso
     }
   }
   if (!describer) {
-    auto made = Describer::Create(params_);
-    if (!made.ok()) return made.status();
-    describer = *std::move(made);
+    ASSIGN_OR_RETURN(describer, Describer::Create(params_));
   }
   SignedDescriptor result{.signature = signature_, .descriptor = describer->Describe(seen)};
   const std::lock_guard lock(mutex_);

@@ -6,6 +6,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "scanloc/core/printable.hpp"
+#include "scanloc/core/status_macros.hpp"
 
 namespace scanloc::client {
 namespace {
@@ -35,7 +36,7 @@ absl::Status CheckTexts(const google::protobuf::Message& request) {
                                                      "\", which is not UTF-8 text; rename it"));
     }
     if (field->cpp_type() != FieldDescriptor::CPPTYPE_MESSAGE) continue;
-    if (absl::Status s = CheckTexts(reflection.GetMessage(request, field)); !s.ok()) return s;
+    RETURN_IF_ERROR(CheckTexts(reflection.GetMessage(request, field)));
   }
   return absl::OkStatus();
 }

@@ -3,6 +3,7 @@
 #include "client_options.hpp"
 #include "client_state.hpp"
 #include "scanloc/client/client.hpp"
+#include "scanloc/core/status_macros.hpp"
 #include "stream_call.hpp"
 
 namespace scanloc::client {
@@ -38,17 +39,15 @@ class Client::ServedRobot final : public RobotStream::Tracking {
 
   absl::StatusOr<TrackedReply> Locate(PointView scan, const std::optional<Pose>& T_last_scan,
                                       const ScanHeader& header) override {
-    if (auto status = CheckScanSize(scan); !status.ok()) return status;
+    RETURN_IF_ERROR(CheckScanSize(scan));
     auto reply = Ask(scan, T_last_scan, header);
     if (map_ == nullptr || proto::ReasonOf(reply.status()) != v1::ERROR_REASON_PARAMS_MISMATCH) {
       return reply;
     }
     // The map was replaced by one that wants other descriptors. The scan has been counted.
-    const auto terms = client_->TermsOf(options_.timeout, options_.request_id);
-    if (!terms.ok()) return terms.status();
-    const auto info = client_->FetchInfo(options_.map, *terms);
-    if (!info.ok()) return info.status();
-    map_ = client_->cache.Put(options_.map, *info);
+    ASSIGN_OR_RETURN(const auto terms, client_->TermsOf(options_.timeout, options_.request_id));
+    ASSIGN_OR_RETURN(const auto info, client_->FetchInfo(options_.map, terms));
+    map_ = client_->cache.Put(options_.map, info);
     return Ask(scan, Pose::Identity(), header);
   }
 
@@ -63,9 +62,8 @@ class Client::ServedRobot final : public RobotStream::Tracking {
     if (map_ == nullptr) {
       *message.mutable_scan() = proto::ToProto(scan, options_.mount);
     } else {
-      const auto descriptor = map_->Describe(scan, options_.mount);
-      if (!descriptor.ok()) return descriptor.status();
-      *message.mutable_descriptors() = proto::ToProto(*descriptor);
+      ASSIGN_OR_RETURN(const auto descriptor, map_->Describe(scan, options_.mount));
+      *message.mutable_descriptors() = proto::ToProto(descriptor);
     }
     // Who describes the scan here tells the server of the turned frame, and hears of it.
     const SensorMount turned_here = map_ != nullptr ? options_.mount : SensorMount();
@@ -95,16 +93,14 @@ class Client::ServedRobot final : public RobotStream::Tracking {
 };
 
 absl::StatusOr<RobotStream> Client::OpenStream(const StreamOptions& options) const {
-  const auto terms = state_->TermsOf(options.timeout, options.request_id);
-  if (!terms.ok()) return terms.status();
+  ASSIGN_OR_RETURN(const auto terms, state_->TermsOf(options.timeout, options.request_id));
   std::shared_ptr<CachedMap> map;
   if (options.send_descriptor) {
-    const auto info = state_->FetchInfo(options.map, *terms);
-    if (!info.ok()) return info.status();
-    map = state_->cache.Put(options.map, *info);
+    ASSIGN_OR_RETURN(const auto info, state_->FetchInfo(options.map, terms));
+    map = state_->cache.Put(options.map, info);
   }
   auto robot = std::make_unique<ServedRobot>(state_, options, std::move(map));
-  if (auto status = robot->Open(); !status.ok()) return status;
+  RETURN_IF_ERROR(robot->Open());
   return RobotStream(std::move(robot));
 }
 

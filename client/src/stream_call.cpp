@@ -4,6 +4,7 @@
 
 #include "request_id.hpp"
 #include "request_text.hpp"
+#include "scanloc/core/status_macros.hpp"
 #include "scanloc/proto/status.hpp"
 #include "token.hpp"
 
@@ -58,7 +59,7 @@ absl::Status StreamCall::AwaitEnd(std::unique_lock<std::mutex>& lock) {
 absl::Status StreamCall::Ask(const v1::LocalizeStreamRequest& request,
                              std::chrono::milliseconds timeout,
                              v1::LocalizeStreamResponse* response) {
-  if (absl::Status status = CheckTexts(request); !status.ok()) return status;
+  RETURN_IF_ERROR(CheckTexts(request));
   std::unique_lock lock(mutex_);
   if (!is_held_) return absl::FailedPreconditionError("the stream has ended; open another");
   request_ = request;

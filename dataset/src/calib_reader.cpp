@@ -7,6 +7,7 @@
 #include "absl/strings/str_cat.h"
 #include "file_bytes.hpp"
 #include "pose_rows.hpp"
+#include "scanloc/core/status_macros.hpp"
 #include "scanloc/dataset/pose_reader.hpp"
 
 namespace scanloc::dataset {
@@ -53,11 +54,9 @@ absl::StatusOr<Pose> ReadTrRow(const std::string& calib_file) {
       ForEachRow(calib_file, BlankLines::kSkip, [&](const TextRow& text_row) -> absl::Status {
         const Tokens& row = text_row.values;
         if (row[0] != "Tr:") return absl::OkStatus();
-        if (absl::Status num = CheckNumValues(row, 13); !num.ok()) return num;
+        RETURN_IF_ERROR(CheckNumValues(row, 13));
         if (T_camera_sensor.has_value()) return BadText("a second Tr: row");
-        const absl::StatusOr<Pose> pose = ParseMatrix(std::span(row).subspan(1));
-        if (!pose.ok()) return pose.status();
-        T_camera_sensor = *pose;
+        ASSIGN_OR_RETURN(T_camera_sensor, ParseMatrix(std::span(row).subspan(1)));
         return absl::OkStatus();
       });
   if (!status.ok()) return status;
@@ -70,11 +69,10 @@ absl::StatusOr<Pose> ReadTrRow(const std::string& calib_file) {
 }  // namespace
 
 absl::StatusOr<Pose> ReadCalib(const std::string& calib_file) try {
-  const absl::StatusOr<FileBytes> bytes = ReadFileBytes(calib_file, kMaxCalibBytes);
-  if (!bytes.ok()) return bytes.status();
-  const std::size_t first = bytes->view().find_first_not_of(" \t\r\n");
-  if (first == std::string_view::npos || bytes->view()[first] != '{') return ReadTrRow(calib_file);
-  const absl::StatusOr<Pose> pose = ReadJsonCalib(std::string(bytes->view()));
+  ASSIGN_OR_RETURN(const FileBytes bytes, ReadFileBytes(calib_file, kMaxCalibBytes));
+  const std::size_t first = bytes.view().find_first_not_of(" \t\r\n");
+  if (first == std::string_view::npos || bytes.view()[first] != '{') return ReadTrRow(calib_file);
+  const absl::StatusOr<Pose> pose = ReadJsonCalib(std::string(bytes.view()));
   return pose.ok() ? pose : Annotate(pose.status(), calib_file);
 } catch (const std::bad_alloc&) {
   return absl::ResourceExhaustedError(absl::StrCat(calib_file, ": out of memory"));

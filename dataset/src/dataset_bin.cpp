@@ -4,6 +4,7 @@
 #include "dataset_frames.hpp"
 #include "scan_decoders.hpp"
 #include "scanloc/core/limits.hpp"
+#include "scanloc/core/status_macros.hpp"
 
 // Packed scans of datasets that have a layout of their own.
 
@@ -34,11 +35,10 @@ std::uint16_t Uint16At(std::string_view bytes, std::size_t at) {
 
 absl::StatusOr<Scan> DecodeNcltSync(std::string_view bytes, bool with_intensities) {
   constexpr std::size_t kRecordBytes = 8;
-  const auto num_points = CountRecords(bytes, kRecordBytes, "NCLT velodyne_sync");
-  if (!num_points.ok()) return num_points.status();
+  ASSIGN_OR_RETURN(const auto num_points, CountRecords(bytes, kRecordBytes, "NCLT velodyne_sync"));
   Scan scan;
-  scan.points.reserve(*num_points);
-  for (std::size_t i = 0; i < *num_points; ++i) {
+  scan.points.reserve(num_points);
+  for (std::size_t i = 0; i < num_points; ++i) {
     const auto value_m = [&](std::size_t column) {
       return 0.005 * Uint16At(bytes, i * kRecordBytes + 2 * column) - 100.0;
     };
@@ -56,13 +56,13 @@ absl::StatusOr<Scan> DecodeNcltSync(std::string_view bytes, bool with_intensitie
 
 absl::StatusOr<Scan> DecodeOxford(std::string_view bytes, bool is_left, bool with_intensities) {
   constexpr std::size_t kValueBytes = sizeof(float);
-  const auto num_points = CountRecords(bytes, 4 * kValueBytes, "Oxford Radar RobotCar");
-  if (!num_points.ok()) return num_points.status();
-  const std::size_t row_bytes = *num_points * kValueBytes;
+  ASSIGN_OR_RETURN(const auto num_points,
+                   CountRecords(bytes, 4 * kValueBytes, "Oxford Radar RobotCar"));
+  const std::size_t row_bytes = num_points * kValueBytes;
   BinaryLayout layout{
       .xyz = {{{0, kValueBytes}, {row_bytes, kValueBytes}, {2 * row_bytes, kValueBytes}}}};
   if (with_intensities) layout.intensity = {3 * row_bytes, kValueBytes};
-  Scan scan = ReadBinary(layout, *num_points, bytes);
+  Scan scan = ReadBinary(layout, num_points, bytes);
   const Mount& mount = is_left ? kOxfordLeft : kOxfordRight;
   const Pose T_merged_mount = Eigen::Translation3d(-OxfordSensor_m()) * InOxfordIns(mount);
   for (Point& point : scan.points) {

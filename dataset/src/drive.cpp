@@ -12,6 +12,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "name_order.hpp"
+#include "scanloc/core/status_macros.hpp"
 #include "text.hpp"
 
 namespace scanloc::dataset {
@@ -235,33 +236,30 @@ absl::StatusOr<Drive> Pair(const DriveOptions& options, const std::vector<ScanFi
 absl::StatusOr<Drive> OpenDrive(const DriveOptions& options) {
   if (options.scans_dir.empty()) return Invalid("no folder of scans is given");
   if (options.poses_file.empty()) return Invalid("no file of poses is given");
-  const absl::StatusOr<std::vector<ScanFile>> scans = ListScans(options.scans_dir);
-  if (!scans.ok()) return scans.status();
-  const absl::StatusOr<Trajectory> trajectory = ReadPoses(options, *scans);
-  if (!trajectory.ok()) return trajectory.status();
-  std::vector<std::string> notes = trajectory->notes;
+  ASSIGN_OR_RETURN(const std::vector<ScanFile> scans, ListScans(options.scans_dir));
+  ASSIGN_OR_RETURN(const Trajectory trajectory, ReadPoses(options, scans));
+  std::vector<std::string> notes = trajectory.notes;
   std::vector<std::string_view> names;
-  for (const ScanFile& scan : *scans) names.push_back(scan.name);
+  for (const ScanFile& scan : scans) names.push_back(scan.name);
   const NameOrder order = OrderNames(names);
-  const absl::StatusOr<std::vector<std::int64_t>> scan_stamps_ns =
-      StampsOfScans(*scans, options, trajectory->format, order);
-  if (!scan_stamps_ns.ok()) return scan_stamps_ns.status();
+  ASSIGN_OR_RETURN(const std::vector<std::int64_t> scan_stamps_ns,
+                   StampsOfScans(scans, options, trajectory.format, order));
   if (!order.doubt.empty() && order.stamps_ns.empty()) {
     return Invalid(
         absl::StrCat(options.scans_dir, ": the order of the scans is not plain: ", order.doubt));
   }
-  if (!order.note.empty() && *scan_stamps_ns == order.stamps_ns) notes.push_back(order.note);
-  if (!std::ranges::is_sorted(*scan_stamps_ns)) {
+  if (!order.note.empty() && scan_stamps_ns == order.stamps_ns) notes.push_back(order.note);
+  if (!std::ranges::is_sorted(scan_stamps_ns)) {
     notes.push_back(absl::StrCat("the times in ", options.times_file,
                                  " do not rise: is its order that of the names of the scans?"));
   }
-  absl::StatusOr<Drive> drive = Pair(options, *scans, *scan_stamps_ns, order.numbers, *trajectory);
+  absl::StatusOr<Drive> drive = Pair(options, scans, scan_stamps_ns, order.numbers, trajectory);
   if (!drive.ok()) return drive;
   if (drive->num_without_pose > 0) {
     notes.push_back(absl::StrCat(
-        drive->num_without_pose, " of the ", scans->size(), " scans of ", options.scans_dir,
+        drive->num_without_pose, " of the ", scans.size(), " scans of ", options.scans_dir,
         " are left out: ",
-        trajectory->frame_numbers.empty()
+        trajectory.frame_numbers.empty()
             ? absl::StrCat("no pose lies within ", kMaxStampGap_ns / kNsPerMs, " ms of them")
             : "no pose has their number"));
   }

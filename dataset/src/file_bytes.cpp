@@ -10,6 +10,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
+#include "scanloc/core/status_macros.hpp"
 #include "text.hpp"
 
 namespace scanloc::dataset {
@@ -74,7 +75,7 @@ absl::StatusOr<FileBytes> ReadFileBytes(const std::string& path, std::int64_t ma
   if (file.get() < 0) return absl::ErrnoToStatus(errno, path);
   struct stat info {};
   if (fstat(file.get(), &info) != 0) return absl::ErrnoToStatus(errno, path);
-  if (absl::Status status = CheckSize(path, info, max_bytes); !status.ok()) return status;
+  RETURN_IF_ERROR(CheckSize(path, info, max_bytes));
 
   const auto size = static_cast<std::size_t>(info.st_size);
   std::unique_ptr<char[]> data(new (std::nothrow) char[size]);
@@ -93,7 +94,7 @@ absl::StatusOr<FileBytes> ReadFileBytes(const std::string& path, std::int64_t ma
     num_read += static_cast<std::size_t>(n);
   }
   FileBytes bytes(std::move(data), size);
-  if (absl::Status status = CheckIsItself(path, bytes.view()); !status.ok()) return status;
+  RETURN_IF_ERROR(CheckIsItself(path, bytes.view()));
   return bytes;
 }
 

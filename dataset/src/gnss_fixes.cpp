@@ -12,6 +12,7 @@
 #include "absl/strings/str_split.h"
 #include "decimal_time.hpp"
 #include "file_bytes.hpp"
+#include "scanloc/core/status_macros.hpp"
 #include "scanloc/dataset/bag.hpp"
 #include "scanloc/dataset/ros_messages.hpp"
 #include "text.hpp"
@@ -30,14 +31,13 @@ bool IsBag(const std::string& path) {
 }
 
 absl::StatusOr<std::vector<GnssFix>> FromBag(const std::string& path) {
-  const auto bag = Bag::Open({path});
-  if (!bag.ok()) return bag.status();
+  ASSIGN_OR_RETURN(const auto bag, Bag::Open({path}));
   std::vector<const BagTopic*> topics;
-  for (const BagTopic& topic : (*bag)->topics()) {
+  for (const BagTopic& topic : bag->topics()) {
     if (topic.type == kFixType) topics.push_back(&topic);
   }
   std::vector<GnssFix> fixes;
-  const absl::Status status = (*bag)->ForEach(topics, [&](const BagMessage& message) {
+  const absl::Status status = bag->ForEach(topics, [&](const BagMessage& message) {
     const auto fix = DecodeFix(message.topic->format, message.bytes);
     if (fix.ok() && *fix) fixes.push_back(**fix);
     return Annotate(fix.status(), absl::StrCat(path, ": ", message.topic->name));
@@ -71,9 +71,8 @@ absl::StatusOr<std::array<std::size_t, 4>> ColumnsOf(std::string_view header) {
 }
 
 absl::StatusOr<std::vector<GnssFix>> FromCsv(const std::string& path) {
-  const absl::StatusOr<FileBytes> bytes = ReadFileBytes(path, kMaxFileBytes);
-  if (!bytes.ok()) return bytes.status();
-  LineReader lines(bytes->view());
+  ASSIGN_OR_RETURN(const FileBytes bytes, ReadFileBytes(path, kMaxFileBytes));
+  LineReader lines(bytes.view());
   const std::optional<std::string_view> header = lines.Next();
   const auto columns = ColumnsOf(header.value_or(""));
   if (!columns.ok()) return Annotate(columns.status(), path);
@@ -104,17 +103,16 @@ absl::StatusOr<std::vector<GnssFix>> FromCsv(const std::string& path) {
 }  // namespace
 
 absl::StatusOr<std::vector<GnssFix>> ReadGnssFixes(const std::string& path) {
-  absl::StatusOr<std::vector<GnssFix>> fixes = IsBag(path) ? FromBag(path) : FromCsv(path);
-  if (!fixes.ok()) return fixes.status();
-  std::erase_if(*fixes, [](const GnssFix& fix) {
+  ASSIGN_OR_RETURN(std::vector<GnssFix> fixes, IsBag(path) ? FromBag(path) : FromCsv(path));
+  std::erase_if(fixes, [](const GnssFix& fix) {
     return !(std::abs(fix.latitude_deg) <= 90.0) || !(std::abs(fix.longitude_deg) <= 360.0) ||
            !std::isfinite(fix.altitude_m);
   });
-  if (fixes->empty()) {
+  if (fixes.empty()) {
     return absl::InvalidArgumentError(
         absl::StrCat(path, ": holds no fix", IsBag(path) ? " (sensor_msgs/NavSatFix)" : ""));
   }
-  std::ranges::stable_sort(*fixes, {}, &GnssFix::stamp_ns);
+  std::ranges::stable_sort(fixes, {}, &GnssFix::stamp_ns);
   return fixes;
 }
 

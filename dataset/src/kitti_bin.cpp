@@ -4,6 +4,7 @@
 #include "scan_decoders.hpp"
 #include "scanloc/core/byte_order.hpp"
 #include "scanloc/core/limits.hpp"
+#include "scanloc/core/status_macros.hpp"
 
 namespace scanloc::dataset {
 namespace {
@@ -112,9 +113,9 @@ absl::StatusOr<Scan> DecodeKittiBin(std::string_view bytes, bool with_intensitie
   BinaryLayout layout{.xyz = {{{0, record_bytes}, {4, record_bytes}, {8, record_bytes}}}};
   if (with_intensities) layout.intensity = {12, record_bytes};
   Scan scan = ReadBinary(layout, num_points, bytes);
-  if (absl::Status status = CheckPlausible(scan, num_points); !status.ok()) return status;
+  RETURN_IF_ERROR(CheckPlausible(scan, num_points));
   if (record_bytes == kRecordBytes) {
-    if (absl::Status status = CheckIntensities(bytes); !status.ok()) return status;
+    RETURN_IF_ERROR(CheckIntensities(bytes));
   }
   return scan;
 }

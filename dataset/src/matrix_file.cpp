@@ -9,6 +9,7 @@
 #include "npy_header.hpp"
 #include "scanloc/core/byte_order.hpp"
 #include "scanloc/core/limits.hpp"
+#include "scanloc/core/status_macros.hpp"
 
 namespace scanloc::dataset {
 namespace {
@@ -35,7 +36,7 @@ absl::Status CheckMatrix(const NpyHeader& header, std::size_t num_bytes) {
     return BadNpy(absl::StrCat("it has ", header.num_columns, " columns; 1 to ", kMaxMatrixColumns,
                                " are read"));
   }
-  if (absl::Status status = CheckNpySize(header, num_bytes); !status.ok()) return status;
+  RETURN_IF_ERROR(CheckNpySize(header, num_bytes));
   const std::uint64_t used = header.num_rows * header.num_columns * header.value_bytes;
   if (used == num_bytes) return absl::OkStatus();
   return BadNpy(absl::StrCat(num_bytes - used, " bytes follow the values that its shape says"));
@@ -44,17 +45,16 @@ absl::Status CheckMatrix(const NpyHeader& header, std::size_t num_bytes) {
 }  // namespace
 
 absl::StatusOr<RowMatrix> DecodeNpyMatrix(std::string_view bytes) {
-  const absl::StatusOr<NpyHeader> header = TakeNpyHeader(bytes);
-  if (!header.ok()) return header.status();
-  if (absl::Status status = CheckMatrix(*header, bytes.size()); !status.ok()) return status;
-  RowMatrix matrix(static_cast<Eigen::Index>(header->num_rows),
-                   static_cast<Eigen::Index>(header->num_columns));
+  ASSIGN_OR_RETURN(const NpyHeader header, TakeNpyHeader(bytes));
+  RETURN_IF_ERROR(CheckMatrix(header, bytes.size()));
+  RowMatrix matrix(static_cast<Eigen::Index>(header.num_rows),
+                   static_cast<Eigen::Index>(header.num_columns));
   for (Eigen::Index row = 0; row < matrix.rows(); ++row) {
     for (Eigen::Index column = 0; column < matrix.cols(); ++column) {
       const Eigen::Index at =
-          header->fortran_order ? column * matrix.rows() + row : row * matrix.cols() + column;
+          header.fortran_order ? column * matrix.rows() + row : row * matrix.cols() + column;
       const double value =
-          ValueAt(*header, bytes.data() + static_cast<std::size_t>(at) * header->value_bytes);
+          ValueAt(header, bytes.data() + static_cast<std::size_t>(at) * header.value_bytes);
       if (!(std::abs(value) <= kMaxMatrixValue)) {
         return BadNpy(absl::StrCat("its value in row ", row, ", column ", column, " is ", value,
                                    "; values must be finite and within ±", kMaxMatrixValue));
@@ -66,9 +66,8 @@ absl::StatusOr<RowMatrix> DecodeNpyMatrix(std::string_view bytes) {
 }
 
 absl::StatusOr<RowMatrix> ReadMatrix(const std::string& path) {
-  const absl::StatusOr<FileBytes> bytes = ReadFileBytes(path, kMaxMatrixFileBytes);
-  if (!bytes.ok()) return bytes.status();
-  absl::StatusOr<RowMatrix> matrix = DecodeNpyMatrix(bytes->view());
+  ASSIGN_OR_RETURN(const FileBytes bytes, ReadFileBytes(path, kMaxMatrixFileBytes));
+  absl::StatusOr<RowMatrix> matrix = DecodeNpyMatrix(bytes.view());
   if (!matrix.ok()) return Annotate(matrix.status(), path);
   return matrix;
 }

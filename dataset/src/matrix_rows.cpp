@@ -5,6 +5,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "decimal_time.hpp"
+#include "scanloc/core/status_macros.hpp"
 
 namespace scanloc::dataset {
 
@@ -14,10 +15,9 @@ absl::Status MatrixRows::Append(const Tokens& row, Trajectory& trajectory) {
   const bool fits = row.size() == kLine || (row.size() == kMatrix && num_values_ == 0);
   if (!fits) return CheckNumValues(row, num_values_ == 0 ? kMatrix : kLine);
   for (const std::string_view token : row) {
-    const auto value = ParseValues<1>(std::span(&token, 1));
-    if (!value.ok()) return value.status();
+    ASSIGN_OR_RETURN(const auto value, ParseValues<1>(std::span(&token, 1)));
     values_(static_cast<Eigen::Index>(num_values_ / kLine),
-            static_cast<Eigen::Index>(num_values_ % kLine)) = value->front();
+            static_cast<Eigen::Index>(num_values_ % kLine)) = value.front();
     ++num_values_;
   }
   if (num_values_ < kMatrix) return absl::OkStatus();
@@ -27,9 +27,8 @@ absl::Status MatrixRows::Append(const Tokens& row, Trajectory& trajectory) {
     are_corners_one_ &= values_(3, 3) == 1.0;
     values_(3, 3) = 1.0;
   }
-  const absl::StatusOr<Pose> pose = PoseFromHomogeneous(values_);
-  if (!pose.ok()) return pose.status();
-  trajectory.T_map_sensor.push_back(*pose);
+  ASSIGN_OR_RETURN(const Pose pose, PoseFromHomogeneous(values_));
+  trajectory.T_map_sensor.push_back(pose);
   return absl::OkStatus();
 }
 

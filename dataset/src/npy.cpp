@@ -6,6 +6,7 @@
 #include "npy_header.hpp"
 #include "scan_decoders.hpp"
 #include "scanloc/core/limits.hpp"
+#include "scanloc/core/status_macros.hpp"
 
 namespace scanloc::dataset {
 namespace {
@@ -50,14 +51,13 @@ absl::Status CheckCentimetres(const Scan& scan) {
 }  // namespace
 
 absl::StatusOr<Scan> DecodeNpy(std::string_view bytes, bool /*with_intensities*/) {
-  const absl::StatusOr<NpyHeader> header = TakeNpyHeader(bytes);
-  if (!header.ok()) return header.status();
-  if (absl::Status status = CheckShape(*header, bytes.size()); !status.ok()) return status;
-  Scan scan = ReadBinary(LayoutOf(*header), header->num_rows, bytes);
+  ASSIGN_OR_RETURN(const NpyHeader header, TakeNpyHeader(bytes));
+  RETURN_IF_ERROR(CheckShape(header, bytes.size()));
+  Scan scan = ReadBinary(LayoutOf(header), header.num_rows, bytes);
   scan.num_no_return = static_cast<std::size_t>(std::erase(scan.points, Point{}));
   constexpr float kCmPerM = 100.0F;
   for (Point& p : scan.points) p = {p.x / kCmPerM, p.y / kCmPerM, p.z / kCmPerM};
-  if (absl::Status status = CheckCentimetres(scan); !status.ok()) return status;
+  RETURN_IF_ERROR(CheckCentimetres(scan));
   return scan;
 }
 

@@ -7,6 +7,7 @@
 
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
+#include "scanloc/core/status_macros.hpp"
 
 namespace scanloc::dataset {
 namespace {
@@ -43,7 +44,7 @@ class HeaderParser {
     while (!Take('}')) {
       const std::optional<std::string_view> key = TakeString();
       if (!key || !Take(':')) return Unreadable();
-      if (absl::Status status = ParseValue(*key); !status.ok()) return status;
+      RETURN_IF_ERROR(ParseValue(*key));
       if (Take(',')) continue;
       if (!Take('}')) return Unreadable();
       break;
@@ -99,10 +100,9 @@ class HeaderParser {
   absl::Status ParseDescr() {
     const std::optional<std::string_view> descr = TakeString();
     if (!descr) return BadNpy("its values are records; a plain array of numbers is needed");
-    const absl::StatusOr<ValueType> type = FindType(*descr);
-    if (!type.ok()) return type.status();
-    header_.type = type->type;
-    header_.value_bytes = type->size_bytes;
+    ASSIGN_OR_RETURN(const ValueType type, FindType(*descr));
+    header_.type = type.type;
+    header_.value_bytes = type.size_bytes;
     has_descr_ = true;
     return absl::OkStatus();
   }
@@ -189,9 +189,8 @@ absl::Status BadNpy(std::string_view reason) {
 }
 
 absl::StatusOr<NpyHeader> TakeNpyHeader(std::string_view& bytes) {
-  const absl::StatusOr<std::string_view> text = TakeHeader(bytes);
-  if (!text.ok()) return text.status();
-  return HeaderParser(*text).Parse();
+  ASSIGN_OR_RETURN(const std::string_view text, TakeHeader(bytes));
+  return HeaderParser(text).Parse();
 }
 
 absl::Status CheckNpySize(const NpyHeader& header, std::size_t num_bytes) {

@@ -10,6 +10,7 @@
 #include "pcd_header.hpp"
 #include "scan_decoders.hpp"
 #include "scanloc/core/byte_order.hpp"
+#include "scanloc/core/status_macros.hpp"
 
 namespace scanloc::dataset {
 namespace {
@@ -99,9 +100,8 @@ absl::StatusOr<Scan> DecodeCompressed(const PcdHeader& header, const PcdField* i
     if (&field == intensity) layout.intensity = {num_bytes, field.size, TypeOf(field)};
     num_bytes += header.num_points * field.size * field.count;
   }
-  const absl::StatusOr<std::vector<char>> bytes = Decompress(body, num_bytes);
-  if (!bytes.ok()) return bytes.status();
-  return ReadBinary(layout, header.num_points, {bytes->data(), bytes->size()});
+  ASSIGN_OR_RETURN(const std::vector<char> bytes, Decompress(body, num_bytes));
+  return ReadBinary(layout, header.num_points, {bytes.data(), bytes.size()});
 }
 
 absl::StatusOr<Scan> DecodeAscii(const PcdHeader& header, const PcdField* intensity,
@@ -129,18 +129,17 @@ absl::StatusOr<Scan> DecodeAscii(const PcdHeader& header, const PcdField* intens
 }  // namespace
 
 absl::StatusOr<Scan> DecodePcd(std::string_view bytes, bool with_intensities) {
-  const absl::StatusOr<PcdHeader> header = ParsePcdHeader(bytes);
-  if (!header.ok()) return header.status();
-  if (header->num_points == 0) return Scan();
-  const std::string_view body = bytes.substr(header->body_offset);
-  const PcdField* const intensity = FindIntensity(*header, with_intensities);
-  switch (header->data) {
+  ASSIGN_OR_RETURN(const PcdHeader header, ParsePcdHeader(bytes));
+  if (header.num_points == 0) return Scan();
+  const std::string_view body = bytes.substr(header.body_offset);
+  const PcdField* const intensity = FindIntensity(header, with_intensities);
+  switch (header.data) {
     case PcdHeader::Data::kAscii:
-      return DecodeAscii(*header, intensity, body);
+      return DecodeAscii(header, intensity, body);
     case PcdHeader::Data::kBinary:
-      return DecodeBinary(*header, intensity, body);
+      return DecodeBinary(header, intensity, body);
     case PcdHeader::Data::kBinaryCompressed:
-      return DecodeCompressed(*header, intensity, body);
+      return DecodeCompressed(header, intensity, body);
   }
   return absl::InternalError("unknown kind of PCD data");
 }

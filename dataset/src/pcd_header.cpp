@@ -7,6 +7,7 @@
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "scanloc/core/limits.hpp"
+#include "scanloc/core/status_macros.hpp"
 #include "text.hpp"
 
 namespace scanloc::dataset {
@@ -189,7 +190,7 @@ absl::StatusOr<PcdHeader> ParsePcdHeader(std::string_view bytes) {
     }
     SplitAtBlanks(*line, tokens);
     if (tokens.empty() || tokens[0][0] == '#') continue;
-    if (absl::Status status = ParseLine(tokens, header, raw); !status.ok()) return status;
+    RETURN_IF_ERROR(ParseLine(tokens, header, raw));
   }
   header.body_offset = bytes.size() - lines.rest().size();
   header.num_lines = lines.line_number();

@@ -8,6 +8,7 @@
 #include "absl/strings/str_cat.h"
 #include "scan_decoders.hpp"
 #include "scanloc/core/limits.hpp"
+#include "scanloc/core/status_macros.hpp"
 
 namespace scanloc::dataset {
 namespace {
@@ -191,17 +192,15 @@ absl::StatusOr<Scan> DecodeBinary(const PlyHeader& header, const RowLayout& colu
 
 absl::StatusOr<Scan> DecodePly(std::string_view bytes, bool with_intensities) {
   LineReader lines(bytes);
-  const absl::StatusOr<PlyHeader> header = ParseHeader(lines);
-  if (!header.ok()) return header.status();
-  const absl::StatusOr<std::array<std::size_t, 3>> xyz = FindCoordinates(*header);
-  if (!xyz.ok()) return xyz.status();
-  const RowLayout columns{.num_columns = header->properties.size(),
-                          .xyz = *xyz,
-                          .intensity = FindIntensity(*header, with_intensities)};
-  if (header->format == PlyHeader::Format::kAscii) {
-    return ReadTextRows(columns, header->num_vertices, lines);
+  ASSIGN_OR_RETURN(const PlyHeader header, ParseHeader(lines));
+  ASSIGN_OR_RETURN(const auto xyz, FindCoordinates(header));
+  const RowLayout columns{.num_columns = header.properties.size(),
+                          .xyz = xyz,
+                          .intensity = FindIntensity(header, with_intensities)};
+  if (header.format == PlyHeader::Format::kAscii) {
+    return ReadTextRows(columns, header.num_vertices, lines);
   }
-  return DecodeBinary(*header, columns, lines.rest());
+  return DecodeBinary(header, columns, lines.rest());
 }
 
 }  // namespace scanloc::dataset

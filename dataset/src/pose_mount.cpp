@@ -6,6 +6,7 @@
 #include "absl/strings/str_cat.h"
 #include "dataset_frames.hpp"
 #include "pose_rows.hpp"
+#include "scanloc/core/status_macros.hpp"
 
 namespace scanloc::dataset {
 
@@ -27,9 +28,8 @@ absl::StatusOr<PoseMount> FindMount(PoseFormat format, const std::string& calib_
   const std::string& calib =
       calib_file.empty() && format == PoseFormat::kNaver ? naver_calib : calib_file;
   if (!calib.empty()) {
-    const absl::StatusOr<Pose> T_body_sensor = ReadCalib(calib);
-    if (!T_body_sensor.ok()) return T_body_sensor.status();
-    return PoseMount{*T_body_sensor, absl::StrCat("the mount in ", calib, " is applied"),
+    ASSIGN_OR_RETURN(const Pose T_body_sensor, ReadCalib(calib));
+    return PoseMount{T_body_sensor, absl::StrCat("the mount in ", calib, " is applied"),
                      calib_file.empty()};
   }
   switch (format) {

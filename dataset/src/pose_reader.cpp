@@ -18,6 +18,7 @@
 #include "published_poses.hpp"
 #include "quaternion_rows.hpp"
 #include "scan_list.hpp"
+#include "scanloc/core/status_macros.hpp"
 
 namespace scanloc::dataset {
 namespace {
@@ -92,10 +93,9 @@ class TrajectoryReader {
     }
     named_in_comment_.reset();
     if (format() == PoseFormat::kAuto) {
-      const absl::StatusOr<PoseFormat> detected = DetectFormat(row, has_naver_calib_);
-      if (!detected.ok()) return detected.status();
-      trajectory_.format = *detected;
-      if (*detected == PoseFormat::kTum) return StartQuaternions(std::nullopt, row);
+      ASSIGN_OR_RETURN(const PoseFormat detected, DetectFormat(row, has_naver_calib_));
+      trajectory_.format = detected;
+      if (detected == PoseFormat::kTum) return StartQuaternions(std::nullopt, row);
     }
     switch (format()) {
       case PoseFormat::kTum:
@@ -160,7 +160,7 @@ class TrajectoryReader {
     if (format() == PoseFormat::kOxford && !has_headline_) {
       return BadText("ins.csv begins with a headline; this is none");
     }
-    if (absl::Status num = CheckNumValues(row, NumValues(format())); !num.ok()) return num;
+    RETURN_IF_ERROR(CheckNumValues(row, NumValues(format())));
     if ((format() == PoseFormat::kNclt && HoldsNan(row)) ||
         (format() == PoseFormat::kOxford && !IsGoodOxfordSolution(row))) {
       ++trajectory_.num_left_out;
@@ -186,7 +186,7 @@ class TrajectoryReader {
       return BadText(absl::StrCat(Quote(row[0]), " is not the number of a frame"));
     }
     if (row.size() != 13) {
-      if (absl::Status num = CheckNumValues(row, 17); !num.ok()) return num;
+      RETURN_IF_ERROR(CheckNumValues(row, 17));
     }
     trajectory_.frame_numbers.push_back(number);
     return AppendPose({ParseMatrix(std::span(row).subspan(1, 12)), std::nullopt});
@@ -260,7 +260,7 @@ absl::StatusOr<std::vector<std::int64_t>> ReadTimes(const std::string& times_fil
   TimeUnit unit = TimeUnit::kSeconds;
   absl::Status status =
       ForEachRow(times_file, BlankLines::kOnlyAtEnd, [&](const TextRow& row) -> absl::Status {
-        if (absl::Status num = CheckNumValues(row.values, 1); !num.ok()) return num;
+        RETURN_IF_ERROR(CheckNumValues(row.values, 1));
         if (stamps_ns.empty()) unit = LikelyUnit(row.values[0]);
         const std::optional<std::int64_t> ns = ParseTimeAsNs(row.values[0], unit);
         if (!ns) {

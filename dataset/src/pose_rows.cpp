@@ -6,6 +6,7 @@
 
 #include "file_bytes.hpp"
 #include "scanloc/core/limits.hpp"
+#include "scanloc/core/status_macros.hpp"
 
 namespace scanloc::dataset {
 namespace {
@@ -36,13 +37,12 @@ void SplitRow(std::string_view line, TextRow& row) {
 
 absl::Status ForEachRow(const std::string& file, BlankLines blank_lines, const RowHandler& handle,
                         const RowHandler& handle_comment) {
-  const absl::StatusOr<FileBytes> bytes = ReadFileBytes(file, kMaxTextFileBytes);
-  if (!bytes.ok()) return bytes.status();
-  const std::string_view mark = bytes->view().substr(0, 2);
+  ASSIGN_OR_RETURN(const FileBytes bytes, ReadFileBytes(file, kMaxTextFileBytes));
+  const std::string_view mark = bytes.view().substr(0, 2);
   if (mark == "\xFF\xFE" || mark == "\xFE\xFF") {
     return BadText(absl::StrCat(file, ": is text in UTF-16; save it as UTF-8"));
   }
-  LineReader lines(bytes->view());
+  LineReader lines(bytes.view());
   TextRow row;
   std::size_t first_blank_line = 0;
   std::size_t num_rows = 0;
@@ -79,10 +79,9 @@ absl::Status CheckNumValues(const Tokens& row, std::size_t expected) {
 }
 
 absl::StatusOr<Pose> ParseMatrix(std::span<const std::string_view> tokens) {
-  const absl::StatusOr<std::array<double, 12>> values = ParseValues<12>(tokens);
-  if (!values.ok()) return values.status();
+  ASSIGN_OR_RETURN(const auto values, ParseValues<12>(tokens));
   using RowMajor = Eigen::Matrix<double, 3, 4, Eigen::RowMajor>;
-  return PoseFromMatrix(Eigen::Map<const RowMajor>(values->data()));
+  return PoseFromMatrix(Eigen::Map<const RowMajor>(values.data()));
 }
 
 absl::StatusOr<Pose> PoseFromHomogeneous(const Eigen::Matrix4d& matrix) {

@@ -6,6 +6,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "dataset_frames.hpp"
+#include "scanloc/core/status_macros.hpp"
 
 namespace scanloc::dataset {
 namespace {
@@ -17,28 +18,24 @@ absl::StatusOr<Pose> PoseFromDownward(const Eigen::Vector3d& position_m,
                                       const Eigen::Vector3d& sensor_m) {
   Eigen::Matrix<double, 3, 4> matrix;
   matrix << RotationOf(roll_pitch_yaw_rad), position_m;
-  const absl::StatusOr<Pose> T_world_body = PoseFromMatrix(matrix);
-  if (!T_world_body.ok()) return T_world_body.status();
-  return Pose(Upward() * *T_world_body * Eigen::Translation3d(sensor_m) * Upward());
+  ASSIGN_OR_RETURN(const Pose T_world_body, PoseFromMatrix(matrix));
+  return Pose(Upward() * T_world_body * Eigen::Translation3d(sensor_m) * Upward());
 }
 
 }  // namespace
 
 absl::StatusOr<Pose> ParseNclt(std::span<const std::string_view> tokens) {
-  const auto values = ParseValues<6>(tokens);
-  if (!values.ok()) return values.status();
-  const auto& [x, y, z, roll, pitch, yaw] = *values;
+  ASSIGN_OR_RETURN(const auto values, ParseValues<6>(tokens));
+  const auto& [x, y, z, roll, pitch, yaw] = values;
   return PoseFromDownward({x, y, z}, {roll, pitch, yaw}, kNcltSensor_m);
 }
 
 // northing, easting and down are columns 5 to 7, roll, pitch and yaw 12 to 14.
 absl::StatusOr<Pose> ParseOxford(std::span<const std::string_view> tokens) {
-  const auto position = ParseValues<3>(tokens.subspan(5, 3));
-  if (!position.ok()) return position.status();
-  const auto turn = ParseValues<3>(tokens.subspan(12, 3));
-  if (!turn.ok()) return turn.status();
+  ASSIGN_OR_RETURN(const auto position, ParseValues<3>(tokens.subspan(5, 3)));
+  ASSIGN_OR_RETURN(const auto turn, ParseValues<3>(tokens.subspan(12, 3)));
   static const Eigen::Vector3d kSensor_m = OxfordSensor_m();
-  return PoseFromDownward(Eigen::Vector3d(position->data()), Eigen::Vector3d(turn->data()),
+  return PoseFromDownward(Eigen::Vector3d(position.data()), Eigen::Vector3d(turn.data()),
                           kSensor_m);
 }
 

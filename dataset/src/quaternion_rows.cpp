@@ -10,6 +10,7 @@
 #include "absl/strings/str_cat.h"
 #include "file_bytes.hpp"
 #include "pose_format.hpp"
+#include "scanloc/core/status_macros.hpp"
 
 namespace scanloc::dataset {
 namespace {
@@ -63,14 +64,13 @@ absl::Status QuaternionRows::AppendStamp(const TextRow& row) {
 
 absl::Status QuaternionRows::Append(const TextRow& row) {
   if (!columns_) columns_ = given_ ? *given_ : ColumnsOf(row.values.size());
-  if (absl::Status num = CheckNumValues(row.values, columns_->num_values); !num.ok()) return num;
-  if (absl::Status status = AppendStamp(row); !status.ok()) return status;
+  RETURN_IF_ERROR(CheckNumValues(row.values, columns_->num_values));
+  RETURN_IF_ERROR(AppendStamp(row));
   Row parsed{.values = {}, .line = row.line};
   for (std::size_t i = 0; i < kNumTrailing; ++i) {
     const std::size_t column = i < 3 ? columns_->xyz[i] : columns_->quaternion[i - 3];
-    const auto value = ParseValues<1>(std::span(&row.values[column], 1));
-    if (!value.ok()) return value.status();
-    parsed.values[i] = value->front();
+    ASSIGN_OR_RETURN(const auto value, ParseValues<1>(std::span(&row.values[column], 1)));
+    parsed.values[i] = value.front();
   }
   rows_.push_back(parsed);
   return absl::OkStatus();

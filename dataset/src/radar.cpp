@@ -14,6 +14,7 @@
 #include "absl/strings/str_cat.h"
 #include "file_bytes.hpp"
 #include "scanloc/core/limits.hpp"
+#include "scanloc/core/status_macros.hpp"
 #include "text.hpp"
 
 namespace scanloc::dataset {
@@ -154,19 +155,17 @@ std::optional<double> DefaultResolution_m(RadarLayout layout) {
 }
 
 absl::StatusOr<Scan> DecodeRadar(std::string_view png, RadarLayout layout, double resolution_m) {
-  const absl::StatusOr<GreyImage> image = Png().Decode(png);
-  if (!image.ok()) return image.status();
-  RadarScan scan(image->pixels.size(), resolution_m);
-  if (layout == RadarLayout::kOxford) return FromOxford(*image, std::move(scan));
-  if (layout == RadarLayout::kMulran) return FromMulran(*image, std::move(scan));
-  return FromCartesian(*image, resolution_m, std::move(scan));
+  ASSIGN_OR_RETURN(const GreyImage image, Png().Decode(png));
+  RadarScan scan(image.pixels.size(), resolution_m);
+  if (layout == RadarLayout::kOxford) return FromOxford(image, std::move(scan));
+  if (layout == RadarLayout::kMulran) return FromMulran(image, std::move(scan));
+  return FromCartesian(image, resolution_m, std::move(scan));
 }
 
 absl::StatusOr<Scan> ReadRadar(const std::string& path, RadarLayout layout,
                                double resolution_m) try {
-  const absl::StatusOr<FileBytes> bytes = ReadFileBytes(path, limits::kMaxScanFileBytes);
-  if (!bytes.ok()) return bytes.status();
-  absl::StatusOr<Scan> scan = DecodeRadar(bytes->view(), layout, resolution_m);
+  ASSIGN_OR_RETURN(const FileBytes bytes, ReadFileBytes(path, limits::kMaxScanFileBytes));
+  absl::StatusOr<Scan> scan = DecodeRadar(bytes.view(), layout, resolution_m);
   return scan.ok() ? std::move(scan) : Annotate(scan.status(), path);
 } catch (const std::bad_alloc&) {
   return absl::ResourceExhaustedError(absl::StrCat(path, ": out of memory"));

@@ -15,6 +15,7 @@
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "name_order.hpp"
+#include "scanloc/core/status_macros.hpp"
 #include "scanloc/dataset/drive.hpp"
 #include "text.hpp"
 
@@ -58,10 +59,9 @@ absl::StatusOr<std::vector<ScanFile>> ListFolder(const fs::path& folder) {
 absl::StatusOr<std::vector<ScanFile>> ListOxford(const fs::path& left, const fs::path& right) {
   absl::StatusOr<std::vector<ScanFile>> scans = ListFolder(left);
   if (!scans.ok()) return scans;
-  const absl::StatusOr<std::vector<ScanFile>> partners = ListFolder(right);
-  if (!partners.ok()) return partners.status();
+  ASSIGN_OR_RETURN(const std::vector<ScanFile> partners, ListFolder(right));
   std::map<std::int64_t, const ScanFile*> by_stamp;
-  for (const ScanFile& partner : *partners) {
+  for (const ScanFile& partner : partners) {
     if (const auto stamp_ns = StampOfName(partner.name)) by_stamp[*stamp_ns] = &partner;
   }
   std::vector<ScanFile> pairs;

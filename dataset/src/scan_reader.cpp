@@ -10,6 +10,7 @@
 #include "file_bytes.hpp"
 #include "scan_decoders.hpp"
 #include "scanloc/core/limits.hpp"
+#include "scanloc/core/status_macros.hpp"
 
 namespace scanloc::dataset {
 namespace {
@@ -88,9 +89,8 @@ absl::Status OutOfMemory(const std::string& name) {
 }
 
 absl::StatusOr<Scan> ReadAs(const std::string& path, const Decode& decode) try {
-  const absl::StatusOr<FileBytes> bytes = ReadFileBytes(path, limits::kMaxScanFileBytes);
-  if (!bytes.ok()) return bytes.status();
-  return Checked(decode(bytes->view()), path);
+  ASSIGN_OR_RETURN(const FileBytes bytes, ReadFileBytes(path, limits::kMaxScanFileBytes));
+  return Checked(decode(bytes.view()), path);
 } catch (const std::bad_alloc&) {
   return OutOfMemory(path);
 }
@@ -133,9 +133,8 @@ absl::StatusOr<Scan> DecodeByBeginning(std::string_view bytes, const std::string
 absl::StatusOr<Scan> ReadScan(const std::string& path) { return ReadPath(path, false); }
 
 absl::StatusOr<Scan> ReadScan(std::FILE* stream, const std::string& name) try {
-  const absl::StatusOr<std::string> bytes = ReadToEnd(stream, name);
-  if (!bytes.ok()) return bytes.status();
-  return DecodeByBeginning(*bytes, name);
+  ASSIGN_OR_RETURN(const std::string bytes, ReadToEnd(stream, name));
+  return DecodeByBeginning(bytes, name);
 } catch (const std::bad_alloc&) {
   return OutOfMemory(name);
 }
@@ -168,14 +167,12 @@ absl::StatusOr<Scan> ReadFile(const ScanFile& file, bool with_intensities) {
       return DecodeOxford(bytes, is_left, with_intensities);
     });
   };
-  absl::StatusOr<Scan> left = read(file.path, true);
-  if (!left.ok()) return left.status();
-  const absl::StatusOr<Scan> right = read(file.partner_path, false);
-  if (!right.ok()) return right.status();
-  left->points.insert(left->points.end(), right->points.begin(), right->points.end());
-  left->intensities.insert(left->intensities.end(), right->intensities.begin(),
-                           right->intensities.end());
-  left->num_not_finite += right->num_not_finite;
+  ASSIGN_OR_RETURN(Scan left, read(file.path, true));
+  ASSIGN_OR_RETURN(const Scan right, read(file.partner_path, false));
+  left.points.insert(left.points.end(), right.points.begin(), right.points.end());
+  left.intensities.insert(left.intensities.end(), right.intensities.begin(),
+                          right.intensities.end());
+  left.num_not_finite += right.num_not_finite;
   return left;
 }
 

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "scanloc/core/status_macros.hpp"
 #include "scanloc/eval/ground_truth.hpp"
 #include "scanloc/jobs/jobs.hpp"
 #include "stage_times.hpp"
@@ -34,17 +35,15 @@ Eigen::Quaterniond TiltOf(std::size_t number, double tilt_deg) {
 absl::StatusOr<Answers> AnswerAll(const EvalSubjects& subjects, std::size_t number,
                                   const EvalQuery& query, const EvalOptions& options,
                                   Describer& describer) {
-  const absl::StatusOr<PointCloud> scan = ReadQuery(number, options);
-  if (!scan.ok()) return scan.status();
+  ASSIGN_OR_RETURN(const PointCloud scan, ReadQuery(number, options));
   const std::vector<bool> hidden =
       HiddenPlaces(subjects.localizer.map().places, query.sees_until_ns);
-  const ScanDescriptor descriptor = describer.Describe(*scan);
+  const ScanDescriptor descriptor = describer.Describe(scan);
   Answers answers;
   for (std::size_t i = 0; i < options.methods.size(); ++i) {
-    absl::StatusOr<Answer> answer =
-        Ask(subjects, options.methods[i], {*scan, descriptor, hidden, number});
-    if (!answer.ok()) return answer.status();
-    answers.push_back(*std::move(answer));
+    ASSIGN_OR_RETURN(Answer answer,
+                     Ask(subjects, options.methods[i], {scan, descriptor, hidden, number}));
+    answers.push_back(std::move(answer));
   }
   return answers;
 }
@@ -60,14 +59,11 @@ absl::StatusOr<std::vector<Eigen::VectorXf>> DescribePlaces(const Baseline& base
   }
   std::vector<Eigen::VectorXf> vectors(num_places);
   const auto job = [&](std::size_t number, std::size_t /*worker*/) {
-    const absl::StatusOr<PointCloud> scan = options.read_place(number);
-    if (!scan.ok()) return scan.status();
-    vectors[number] = baseline.Describe(*scan);
+    ASSIGN_OR_RETURN(const PointCloud scan, options.read_place(number));
+    vectors[number] = baseline.Describe(scan);
     return absl::OkStatus();
   };
-  absl::Status status =
-      RunJobs(NumThreads(options.num_threads), num_places, job, [](std::size_t) {});
-  if (!status.ok()) return status;
+  RETURN_IF_ERROR(RunJobs(NumThreads(options.num_threads), num_places, job, [](std::size_t) {}));
   return vectors;
 }
 
@@ -87,10 +83,7 @@ absl::Status PrepareBaselines(const EvalOptions& options, EvalSubjects* subjects
     }
     std::vector<Eigen::VectorXf> vectors;
     if (baseline->needs_place_scans()) {
-      absl::StatusOr<std::vector<Eigen::VectorXf>> described =
-          DescribePlaces(*baseline, map.places.size(), options);
-      if (!described.ok()) return described.status();
-      vectors = *std::move(described);
+      ASSIGN_OR_RETURN(vectors, DescribePlaces(*baseline, map.places.size(), options));
     }
     baseline->Prepare(map, std::move(vectors));
     subjects->baselines[method.baseline] = std::move(baseline);
@@ -231,29 +224,27 @@ absl::StatusOr<std::vector<MethodResult>> Evaluate(const Localizer& localizer,
                                                    const EvalOptions& options,
                                                    const std::function<void(std::size_t)>& told) {
   EvalSubjects subjects{.localizer = localizer, .baselines = {}};
-  if (absl::Status status = PrepareBaselines(options, &subjects); !status.ok()) return status;
+  RETURN_IF_ERROR(PrepareBaselines(options, &subjects));
   const std::size_t num_threads = NumThreads(options.num_threads);
-  absl::StatusOr<std::vector<Describer>> describers =
-      MakeDescribers(localizer.map().params, num_threads);
-  if (!describers.ok()) return describers.status();
+  ASSIGN_OR_RETURN(std::vector<Describer> describers,
+                   MakeDescribers(localizer.map().params, num_threads));
   std::vector<Answers> answers(queries.size());
   const auto job = [&](std::size_t number, std::size_t worker) {
     absl::StatusOr<Answers> all =
-        AnswerAll(subjects, number, queries[number], options, (*describers)[worker]);
+        AnswerAll(subjects, number, queries[number], options, describers[worker]);
     absl::Status status = all.status();
     if (status.ok()) answers[number] = *std::move(all);
     return status;
   };
-  if (absl::Status s = RunJobs(num_threads, queries.size(), job, told); !s.ok()) return s;
-  const absl::StatusOr<std::vector<StageMeans>> times = MeasureTimes(subjects, queries, options);
-  if (!times.ok()) return times.status();
+  RETURN_IF_ERROR(RunJobs(num_threads, queries.size(), job, told));
+  ASSIGN_OR_RETURN(const std::vector<StageMeans> times, MeasureTimes(subjects, queries, options));
   std::vector<MethodResult> results;
   for (const double within_m : options.within_m) {
     for (std::size_t i = 0; i < options.methods.size(); ++i) {
       results.push_back(
           Measure(options.methods[i], i, queries, answers, within_m, options.tilt_deg));
       results.back().num_candidates = NumCandidates(options.methods[i], subjects);
-      results.back().times = (*times)[i];
+      results.back().times = times[i];
     }
   }
   return results;

@@ -5,6 +5,7 @@
 #include <optional>
 #include <utility>
 
+#include "scanloc/core/status_macros.hpp"
 #include "scanloc/eval/ground_truth.hpp"
 #include "scanloc/eval/quantile.hpp"
 
@@ -52,9 +53,8 @@ absl::Status TimeOnce(const EvalSubjects& subjects, const EvalMethod& method,
       describe_place_ns = ThreadNow_ns() - place_start_ns;
     }
   }
-  const absl::StatusOr<Answer> answer = Ask(subjects, method, question);
-  if (!answer.ok()) return answer.status();
-  const StageTimes& times = answer->times;
+  ASSIGN_OR_RETURN(const Answer answer, Ask(subjects, method, question));
+  const StageTimes& times = answer.times;
   if (!timed->describer) describe_place_ns = describe_ns = times.describe_ns;
   timed->describe_ms.push_back(ToMs(describe_ns));
   timed->describe_place_ms.push_back(ToMs(describe_place_ns));
@@ -88,30 +88,24 @@ std::int64_t ThreadNow_ns() {
 absl::StatusOr<std::vector<StageMeans>> MeasureTimes(const EvalSubjects& subjects,
                                                      const std::vector<EvalQuery>& queries,
                                                      const EvalOptions& options) {
-  absl::StatusOr<Describer> common = Describer::Create(subjects.localizer.map().params);
-  if (!common.ok()) return common.status();
+  ASSIGN_OR_RETURN(Describer common, Describer::Create(subjects.localizer.map().params));
   std::vector<Timed> timed(options.methods.size());
   for (std::size_t i = 0; i < timed.size(); ++i) {
     const std::optional<Params> params = ParamsOfAlone(subjects, options.methods[i]);
     if (!params) continue;
-    absl::StatusOr<Describer> describer = Describer::Create(*params);
-    if (!describer.ok()) return describer.status();
-    timed[i].describer = *std::move(describer);
+    ASSIGN_OR_RETURN(timed[i].describer, Describer::Create(*params));
   }
   const std::size_t num_timed = std::min(options.num_timed, queries.size());
   // The first is asked twice: what it needs for the first time is not counted.
   for (std::size_t turn = 0; turn < num_timed + 1 && num_timed > 0; ++turn) {
     const std::size_t number = (turn == 0 ? 0 : turn - 1) * queries.size() / num_timed;
-    const absl::StatusOr<PointCloud> scan = ReadQuery(number, options);
-    if (!scan.ok()) return scan.status();
+    ASSIGN_OR_RETURN(const PointCloud scan, ReadQuery(number, options));
     const std::vector<bool> hidden =
         HiddenPlaces(subjects.localizer.map().places, queries[number].sees_until_ns);
-    const ScanDescriptor descriptor = common->Describe(*scan);
+    const ScanDescriptor descriptor = common.Describe(scan);
     for (std::size_t i = 0; i < timed.size(); ++i) {
-      absl::Status status =
-          TimeOnce(subjects, options.methods[i], {*scan, descriptor, hidden, number},
-                   options.time_places, &timed[i]);
-      if (!status.ok()) return status;
+      RETURN_IF_ERROR(TimeOnce(subjects, options.methods[i], {scan, descriptor, hidden, number},
+                               options.time_places, &timed[i]));
       if (turn == 0) timed[i] = {.describer = std::move(timed[i].describer)};
     }
   }

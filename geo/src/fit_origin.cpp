@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "absl/strings/str_format.h"
+#include "scanloc/core/status_macros.hpp"
 
 namespace scanloc::geo {
 namespace {
@@ -156,7 +157,7 @@ absl::StatusOr<FittedOrigin> FitOrigin(std::span<const Fix> fixes) {
   }
   const GeoPosition& first = fixes.front().position;
   GeoOrigin about{first.latitude_deg, first.longitude_deg, first.altitude_m, 90.0, middle};
-  if (absl::Status status = Validate(about); !status.ok()) return status;
+  RETURN_IF_ERROR(Validate(about));
   // North is another one some kilometres on: a second look from amid the map.
   FittedOrigin fitted = FitAbout(about, fixes, span_m);
   about = fitted.origin;

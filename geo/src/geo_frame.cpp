@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "absl/strings/str_format.h"
+#include "scanloc/core/status_macros.hpp"
 
 namespace scanloc::geo {
 namespace {
@@ -34,7 +35,7 @@ struct GeoFrame::Impl {
 };
 
 absl::StatusOr<GeoFrame> GeoFrame::Create(const GeoOrigin& origin) {
-  if (absl::Status status = Validate(origin); !status.ok()) return status;
+  RETURN_IF_ERROR(Validate(origin));
   const double heading = origin.heading_deg * std::numbers::pi / 180.0;
   // Exact where the axes are those of the compass.
   const double quarters = origin.heading_deg / 90.0;

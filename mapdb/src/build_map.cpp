@@ -8,6 +8,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "scanloc/core/scan/descriptor.hpp"
+#include "scanloc/core/status_macros.hpp"
 #include "scanloc/jobs/ordered_jobs.hpp"
 #include "scanloc/mapdb/map_file.hpp"
 
@@ -74,17 +75,15 @@ absl::StatusOr<std::vector<DescribedScan>> DescribeToFirstPlace(const BuildOptio
                                                                 const ScanLoader& load_scan) {
   Params params = options.params;
   if (options.mode == BuildMode::kAppend) {
-    const absl::StatusOr<FileInfo> map = ReadInfo(options.path);
-    if (!map.ok()) return map.status();
-    params = map->params;
+    ASSIGN_OR_RETURN(const FileInfo map, ReadInfo(options.path));
+    params = map.params;
   }
-  absl::StatusOr<Describer> describer = Describer::Create(params);
-  if (!describer.ok()) return describer.status();
+  ASSIGN_OR_RETURN(Describer describer, Describer::Create(params));
   std::vector<DescribedScan> described;
   std::size_t num_points = 0, num_not_finite = 0, num_unreadable = 0;
   absl::Status first_unreadable;
   for (std::size_t scan = 0; scan < plan.scans.size(); ++scan) {
-    DescribedScan next = LoadAndDescribe(load_scan, scan, *describer);
+    DescribedScan next = LoadAndDescribe(load_scan, scan, describer);
     if (!next.load_status.ok()) {
       absl::Status named = NameScan(next.load_status, plan, scan);
       if (!options.skip_unreadable || absl::IsCancelled(next.load_status)) return named;
@@ -122,20 +121,20 @@ absl::Status BuildAll(const BuildOptions& options, const ScanLoader& load_scan,
     return status;
   };
   for (const DescribedScan& scan : already) {
-    if (absl::Status status = write(scan); !status.ok()) return status;
+    RETURN_IF_ERROR(write(scan));
   }
   if (first == num_scans) return absl::OkStatus();
   const std::size_t num_threads =
       std::min({NumThreads(options.num_threads), num_scans - first, std::size_t{kMaxThreads}});
-  absl::StatusOr<std::vector<Describer>> describers = MakeDescribers(builder.params(), num_threads);
-  if (!describers.ok()) return describers.status();
+  ASSIGN_OR_RETURN(std::vector<Describer> describers,
+                   MakeDescribers(builder.params(), num_threads));
   OrderedJobs<DescribedScan> scans(first, num_scans, kWindowPerThread * num_threads,
                                    [&](std::size_t scan, std::size_t worker) {
-                                     return LoadAndDescribe(load_scan, scan, (*describers)[worker]);
+                                     return LoadAndDescribe(load_scan, scan, describers[worker]);
                                    });
-  if (absl::Status status = scans.Start(num_threads); !status.ok()) return status;
+  RETURN_IF_ERROR(scans.Start(num_threads));
   while (builder.next_scan() < num_scans) {
-    if (absl::Status status = write(scans.Take()); !status.ok()) return status;
+    RETURN_IF_ERROR(write(scans.Take()));
   }
   return absl::OkStatus();
 }
@@ -158,28 +157,22 @@ absl::Status Validate(const BuildOptions& options) {
 absl::StatusOr<BuildSummary> BuildMap(const BuildOptions& options, const SessionPlan& plan,
                                       const ScanLoader& load_scan,
                                       const ProgressCallback& progress) {
-  if (absl::Status status = Validate(options); !status.ok()) return status;
-  if (absl::Status status = Validate(plan); !status.ok()) return status;
+  RETURN_IF_ERROR(Validate(options));
+  RETURN_IF_ERROR(Validate(plan));
   std::vector<DescribedScan> already;
   std::error_code no_error;
   if (options.mode != BuildMode::kResume || !std::filesystem::exists(options.path, no_error)) {
-    absl::StatusOr<std::vector<DescribedScan>> described =
-        DescribeToFirstPlace(options, plan, load_scan);
-    if (!described.ok()) return described.status();
-    already = *std::move(described);
+    ASSIGN_OR_RETURN(already, DescribeToFirstPlace(options, plan, load_scan));
   }
-  absl::StatusOr<MapBuilder> builder = OpenBuilder(options, plan);
-  if (!builder.ok()) return builder.status();
+  ASSIGN_OR_RETURN(MapBuilder builder, OpenBuilder(options, plan));
   BuildSummary summary;
-  if (absl::Status status = BuildAll(options, load_scan, progress, already, *builder, summary);
+  if (absl::Status status = BuildAll(options, load_scan, progress, already, builder, summary);
       !status.ok()) {
-    const absl::Status committed = builder->Commit();
+    const absl::Status committed = builder.Commit();
     return committed.ok() ? status : committed;
   }
-  absl::StatusOr<std::string> content_id = builder->Finish();
-  if (!content_id.ok()) return content_id.status();
-  summary.content_id = *std::move(content_id);
-  summary.num_places_in_map = builder->num_places();
+  ASSIGN_OR_RETURN(summary.content_id, builder.Finish());
+  summary.num_places_in_map = builder.num_places();
   return summary;
 }
 

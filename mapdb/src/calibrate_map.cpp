@@ -7,6 +7,7 @@
 #include "absl/strings/str_cat.h"
 #include "map_writer.hpp"
 #include "scanloc/core/map/up.hpp"
+#include "scanloc/core/status_macros.hpp"
 #include "scanloc/core/structural/calibrate.hpp"
 #include "scanloc/jobs/jobs.hpp"
 #include "scanloc/mapdb/map_file.hpp"
@@ -31,10 +32,7 @@ absl::StatusOr<std::vector<Calibrator::Trial>> RunTrials(const Calibrator& calib
   const auto tell = [&](std::size_t num_done) {
     if (options.progress) options.progress({num_done, trials.size()});
   };
-  if (absl::Status status = RunJobs(NumThreads(options.num_threads), trials.size(), run, tell);
-      !status.ok()) {
-    return status;
-  }
+  RETURN_IF_ERROR(RunJobs(NumThreads(options.num_threads), trials.size(), run, tell));
   return trials;
 }
 
@@ -59,33 +57,29 @@ absl::Status CheckCanCalibrate(const FileInfo& info, const CalibrateOptions& opt
 }  // namespace
 
 absl::StatusOr<CalibrateSummary> CalibrateMap(const CalibrateOptions& options) {
-  const absl::StatusOr<FileInfo> info = ReadInfo(options.path);
-  if (!info.ok()) return info.status();
-  if (absl::Status status = CheckCanCalibrate(*info, options); !status.ok()) return status;
-  if (info->calibration.has_value()) {
-    return CalibrateSummary{*info->calibration, info->confusable.size(), true};
+  ASSIGN_OR_RETURN(const FileInfo info, ReadInfo(options.path));
+  RETURN_IF_ERROR(CheckCanCalibrate(info, options));
+  if (info.calibration.has_value()) {
+    return CalibrateSummary{*info.calibration, info.confusable.size(), true};
   }
 
-  absl::StatusOr<Map> loaded =
-      OpenMap(options.path, {.whole_bytes = kWholeBytes, .num_readers = options.num_threads});
-  if (!loaded.ok()) return loaded.status();
-  const auto map = std::make_shared<const Map>(*std::move(loaded));
+  ASSIGN_OR_RETURN(Map loaded, OpenMap(options.path, {.whole_bytes = kWholeBytes,
+                                                      .num_readers = options.num_threads}));
+  const auto map = std::make_shared<const Map>(std::move(loaded));
   const Calibrator calibrator(map);
-  const absl::StatusOr<std::vector<Calibrator::Trial>> trials = RunTrials(calibrator, options);
-  if (!trials.ok()) return trials.status();
+  ASSIGN_OR_RETURN(const std::vector<Calibrator::Trial> trials, RunTrials(calibrator, options));
   StoredCalibration stored;
-  stored.calibration.num_trials = static_cast<std::int32_t>(trials->size());
-  stored.confusable = FindConfusable(*trials);
+  stored.calibration.num_trials = static_cast<std::int32_t>(trials.size());
+  stored.confusable = FindConfusable(trials);
 
-  absl::StatusOr<MapWriter> writer = MapWriter::Open(options.path);
-  if (!writer.ok()) return writer.status();
-  if (writer->head().content_id != map->content_id) {
+  ASSIGN_OR_RETURN(MapWriter writer, MapWriter::Open(options.path));
+  if (writer.head().content_id != map->content_id) {
     return absl::UnavailableError(
         absl::StrCat("map '", options.path,
                      "' was written by another build meanwhile; calibrate it when that has ended"));
   }
-  if (absl::Status status = writer->ReplaceCalibration(stored); !status.ok()) return status;
-  if (absl::Status status = writer->Release(); !status.ok()) return status;
+  RETURN_IF_ERROR(writer.ReplaceCalibration(stored));
+  RETURN_IF_ERROR(writer.Release());
   return CalibrateSummary{stored.calibration, stored.confusable.size(), false,
                           FindUp(*map).value_or(Eigen::Vector3d::UnitZ())};
 }

@@ -9,6 +9,7 @@
 #include "scanloc/core/limits.hpp"
 #include "scanloc/core/localizer.hpp"
 #include "scanloc/core/scan/pose_difference.hpp"
+#include "scanloc/core/status_macros.hpp"
 #include "scanloc/core/structural/consistency.hpp"
 #include "scanloc/mapdb/map_file.hpp"
 
@@ -45,10 +46,9 @@ std::string Motion(const Pose& pose) {
 
 /// None if its scans have no structure to be localized by, or it has no place.
 absl::StatusOr<std::shared_ptr<const Localizer>> OpenLocalizer(const std::string& map_path) {
-  absl::StatusOr<Map> map = OpenMap(map_path);
-  if (!map.ok()) return map.status();
-  if (!map->params.structure.enabled || map->places.empty()) return nullptr;
-  return Localizer::CreateFor(std::make_shared<const Map>(*std::move(map)),
+  ASSIGN_OR_RETURN(Map map, OpenMap(map_path));
+  if (!map.params.structure.enabled || map.places.empty()) return nullptr;
+  return Localizer::CreateFor(std::make_shared<const Map>(std::move(map)),
                               Method{.automatic = true});
 }
 
@@ -130,22 +130,19 @@ std::vector<Part> PartsOf(const Map& map, const std::vector<std::int64_t>& num_p
 absl::Status CheckPoses(const Params& params, const SessionPlan& plan,
                         const ScanLoader& load_scan) {
   if (!params.structure.enabled) return absl::OkStatus();
-  absl::StatusOr<Describer> describer = Describer::Create(params);
-  if (!describer.ok()) return describer.status();
+  ASSIGN_OR_RETURN(Describer describer, Describer::Create(params));
   std::vector<Pose> poses;
   poses.reserve(plan.scans.size());
   for (const PlannedScan& scan : plan.scans) poses.push_back(scan.T_map_place);
 
   std::vector<PairCheck> checks;
   for (const std::size_t i : PairsToCheck(poses, kMaxPairs)) {
-    absl::StatusOr<std::optional<ScanDescriptor>> first = Look(load_scan, i, *describer);
-    if (!first.ok()) return first.status();
-    absl::StatusOr<std::optional<ScanDescriptor>> second = Look(load_scan, i + 1, *describer);
-    if (!second.ok()) return second.status();
-    if (!*first || !*second) continue;
+    ASSIGN_OR_RETURN(std::optional<ScanDescriptor> first, Look(load_scan, i, describer));
+    ASSIGN_OR_RETURN(std::optional<ScanDescriptor> second, Look(load_scan, i + 1, describer));
+    if (!first || !second) continue;
     checks.push_back(
-        CheckPair({i, i + 1, std::move((*first)->structure), std::move((*second)->structure)},
-                  poses[i], poses[i + 1], params.automatic));
+        CheckPair({i, i + 1, std::move(first->structure), std::move(second->structure)}, poses[i],
+                  poses[i + 1], params.automatic));
   }
   const ConsistencyReport report = JudgeDrive(checks, poses);
   if (!report.is_inconsistent) return absl::OkStatus();
@@ -172,22 +169,18 @@ absl::Status CheckPoses(const Params& params, const SessionPlan& plan,
 
 absl::Status CheckFrame(const std::string& map_path, const SessionPlan& plan,
                         const ScanLoader& load_scan) {
-  const absl::StatusOr<std::shared_ptr<const Localizer>> localizer = OpenLocalizer(map_path);
-  if (!localizer.ok()) return localizer.status();
-  if (*localizer == nullptr) return absl::OkStatus();
-  absl::StatusOr<Describer> describer = Describer::Create((*localizer)->map().params);
-  if (!describer.ok()) return describer.status();
+  ASSIGN_OR_RETURN(const std::shared_ptr<const Localizer> localizer, OpenLocalizer(map_path));
+  if (localizer == nullptr) return absl::OkStatus();
+  ASSIGN_OR_RETURN(Describer describer, Describer::Create(localizer->map().params));
 
   FrameTally tally;
   const std::size_t num_queries = std::min(plan.scans.size(), kMaxQueries);
   for (std::size_t k = 0; k < num_queries; ++k) {
     const std::size_t i = k * plan.scans.size() / num_queries;
-    const absl::StatusOr<std::optional<ScanDescriptor>> scan = Look(load_scan, i, *describer);
-    if (!scan.ok()) return scan.status();
-    if (!*scan) continue;
-    const absl::StatusOr<Answer> answer = (*localizer)->Localize(**scan);
-    if (!answer.ok()) return answer.status();
-    tally.Add(*answer, plan.scans[i].T_map_place);
+    ASSIGN_OR_RETURN(const std::optional<ScanDescriptor> scan, Look(load_scan, i, describer));
+    if (!scan) continue;
+    ASSIGN_OR_RETURN(const Answer answer, localizer->Localize(*scan));
+    tally.Add(answer, plan.scans[i].T_map_place);
   }
   if (!tally.disagrees()) return absl::OkStatus();
   return absl::InvalidArgumentError(
@@ -197,10 +190,9 @@ absl::Status CheckFrame(const std::string& map_path, const SessionPlan& plan,
 }
 
 absl::Status CheckParts(const std::string& map_path, const std::vector<std::int64_t>& num_places) {
-  const absl::StatusOr<std::shared_ptr<const Localizer>> localizer = OpenLocalizer(map_path);
-  if (!localizer.ok()) return localizer.status();
-  if (*localizer == nullptr) return absl::OkStatus();
-  const Map& map = (*localizer)->map();
+  ASSIGN_OR_RETURN(const std::shared_ptr<const Localizer> localizer, OpenLocalizer(map_path));
+  if (localizer == nullptr) return absl::OkStatus();
+  const Map& map = localizer->map();
   std::vector<Part> parts = PartsOf(map, num_places);
   auto part = parts.begin();
   absl::Status status =
@@ -208,10 +200,9 @@ absl::Status CheckParts(const std::string& map_path, const std::vector<std::int6
         while (part != parts.end() && place >= part->end) ++part;
         if (part == parts.end() || place != part->NextQuery()) return absl::OkStatus();
         ++part->num_asked;
-        const absl::StatusOr<Answer> answer =
-            (*localizer)->Localize(QueryOf(descriptor), part->elsewhere);
-        if (!answer.ok()) return answer.status();
-        part->tally.Add(*answer, map.places[place].T_map_place);
+        ASSIGN_OR_RETURN(const Answer answer,
+                         localizer->Localize(QueryOf(descriptor), part->elsewhere));
+        part->tally.Add(answer, map.places[place].T_map_place);
         return absl::OkStatus();
       });
   if (!status.ok()) return status;

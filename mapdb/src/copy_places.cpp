@@ -12,6 +12,7 @@
 #include "map_rows.hpp"
 #include "map_writer.hpp"
 #include "open_map.hpp"
+#include "scanloc/core/status_macros.hpp"
 #include "scanloc/mapdb/geo_origin.hpp"
 #include "schema.hpp"
 
@@ -40,9 +41,7 @@ class Copier {
   explicit Copier(std::string output) : output_(std::move(output)) {}
 
   absl::Status Copy(const CopyPart& part) {
-    absl::StatusOr<std::vector<CopiedPlace>> places = part.places();
-    if (!places.ok()) return places.status();
-    places_ = *std::move(places);
+    ASSIGN_OR_RETURN(places_, part.places());
     next_ = 0;
     absl::Status visited = VisitDescriptors(
         part.source->path, [&](std::size_t place, const PlaceDescriptor& descriptor) {
@@ -56,7 +55,7 @@ class Copier {
   }
 
   absl::StatusOr<std::string> Finish() {
-    if (absl::Status status = EndSession(); !status.ok()) return status;
+    RETURN_IF_ERROR(EndSession());
     if (content_id_.empty()) return absl::InvalidArgumentError("the new map would have no place");
     return content_id_;
   }
@@ -65,7 +64,7 @@ class Copier {
   absl::Status Add(const Params& params, const PlaceDescriptor& descriptor) {
     const std::string& session = places_[next_].session;
     if (!builder_ || builder_->plan().name != session || num_added_ == num_planned_) {
-      if (absl::Status status = StartSession(params); !status.ok()) return status;
+      RETURN_IF_ERROR(StartSession(params));
     }
     absl::Status status = builder_->Add(descriptor);
     ++next_;
@@ -75,18 +74,16 @@ class Copier {
 
   /// All that follow with the same name are of the session.
   absl::Status StartSession(const Params& params) {
-    if (absl::Status status = EndSession(); !status.ok()) return status;
+    RETURN_IF_ERROR(EndSession());
     SessionPlan plan{.name = places_[next_].session, .scans = {}};
     for (std::size_t i = next_; i < places_.size() && places_[i].session == plan.name; ++i) {
       plan.scans.push_back(std::move(places_[i].scan));
     }
     num_planned_ = plan.scans.size();
     num_added_ = 0;
-    absl::StatusOr<MapBuilder> builder = content_id_.empty()
-                                             ? MapBuilder::Create(output_, params, std::move(plan))
-                                             : MapBuilder::Append(output_, std::move(plan));
-    if (!builder.ok()) return builder.status();
-    builder_ = *std::move(builder);
+    ASSIGN_OR_RETURN(builder_, content_id_.empty()
+                                   ? MapBuilder::Create(output_, params, std::move(plan))
+                                   : MapBuilder::Append(output_, std::move(plan)));
     return absl::OkStatus();
   }
 
@@ -142,22 +139,20 @@ void RemovePartial(const std::string& path) {
 
 absl::StatusOr<std::string> WriteParts(const std::string& path, const std::vector<CopyPart>& parts,
                                        const std::vector<HistoryEntry>& history) {
-  const absl::StatusOr<std::optional<GeoOrigin>> geo_origin = GeoOriginOf(parts);
-  if (!geo_origin.ok()) return geo_origin.status();
+  ASSIGN_OR_RETURN(const std::optional<GeoOrigin> geo_origin, GeoOriginOf(parts));
   Copier copier(path);
   for (const CopyPart& part : parts) {
-    if (absl::Status status = copier.Copy(part); !status.ok()) return status;
+    RETURN_IF_ERROR(copier.Copy(part));
   }
   absl::StatusOr<std::string> content_id = copier.Finish();
   if (!content_id.ok()) return content_id;
-  absl::StatusOr<MapWriter> writer = MapWriter::Open(path);
-  if (!writer.ok()) return writer.status();
+  ASSIGN_OR_RETURN(MapWriter writer, MapWriter::Open(path));
   absl::Status status;
-  if (!history.empty()) status = writer->SetMeta(schema::kHistoryKey, EncodeHistory(history));
-  if (status.ok() && *geo_origin) {
-    status = writer->SetMeta(schema::kGeoOriginKey, EncodeGeoOrigin(**geo_origin));
+  if (!history.empty()) status = writer.SetMeta(schema::kHistoryKey, EncodeHistory(history));
+  if (status.ok() && geo_origin) {
+    status = writer.SetMeta(schema::kGeoOriginKey, EncodeGeoOrigin(*geo_origin));
   }
-  if (status.ok()) status = writer->Release();
+  if (status.ok()) status = writer.Release();
   if (!status.ok()) return status;
   return content_id;
 }
@@ -167,28 +162,25 @@ absl::StatusOr<std::string> WriteParts(const std::string& path, const std::vecto
 absl::Status VisitDescriptors(
     const std::string& path,
     const std::function<absl::Status(std::size_t place, const PlaceDescriptor&)>& visit) {
-  absl::StatusOr<Connection> connection = OpenForReading(path);
-  if (!connection.ok()) return connection.status();
-  const absl::StatusOr<MapHead> head = ReadHead(*connection);
-  if (!head.ok()) return head.status();
+  ASSIGN_OR_RETURN(Connection connection, OpenForReading(path));
+  ASSIGN_OR_RETURN(const MapHead head, ReadHead(connection));
   std::vector<PlaceRow> places;
   const absl::StatusOr<ContentHasher> content =
-      VisitPlaces(*connection, *head, [&](const PlaceRow& row) {
+      VisitPlaces(connection, head, [&](const PlaceRow& row) {
         places.push_back(row);
         return absl::OkStatus();
       });
   if (!content.ok()) return content.status();
-  absl::StatusOr<DescriptorReader> descriptors = DescriptorReader::Open(*connection, *head);
-  if (!descriptors.ok()) return descriptors.status();
+  ASSIGN_OR_RETURN(DescriptorReader descriptors, DescriptorReader::Open(connection, head));
   for (std::size_t i = 0; i < places.size(); ++i) {
     PlaceDescriptor descriptor;
     descriptor.num_voxels = static_cast<std::uint32_t>(places[i].num_voxels);
     absl::Status status =
-        descriptors->Read(places[i], [&](const ContextShape& shape, const ContextValues& values) {
+        descriptors.Read(places[i], [&](const ContextShape& shape, const ContextValues& values) {
           AddContext(shape, values, descriptor);
         });
     if (!status.ok()) return status;
-    if (descriptors->has_structures()) descriptor.structure = descriptors->structure();
+    if (descriptors.has_structures()) descriptor.structure = descriptors.structure();
     if (status = visit(i, descriptor); !status.ok()) return status;
   }
   return absl::OkStatus();
@@ -208,24 +200,22 @@ absl::Status CheckIsNew(const std::string& path) {
 }
 
 absl::StatusOr<CopySource> ReadSource(const std::string& path) {
-  absl::StatusOr<FileInfo> info = ReadInfo(path);
-  if (!info.ok()) return info.status();
-  if (!info->complete) {
+  ASSIGN_OR_RETURN(FileInfo info, ReadInfo(path));
+  if (!info.complete) {
     return absl::FailedPreconditionError(
         absl::StrCat("map '", path, "' is incomplete; finish its build with --resume first"));
   }
-  return CopySource{path, *std::move(info)};
+  return CopySource{path, std::move(info)};
 }
 
 absl::StatusOr<std::vector<CopiedPlace>> AllPlaces(const CopySource& source) {
-  absl::StatusOr<std::vector<PlaceRecord>> records = ReadPlaces(source.path);
-  if (!records.ok()) return records.status();
-  if (records->size() != static_cast<std::size_t>(source.info.num_places)) {
+  ASSIGN_OR_RETURN(std::vector<PlaceRecord> records, ReadPlaces(source.path));
+  if (records.size() != static_cast<std::size_t>(source.info.num_places)) {
     return WrittenMeanwhile(source.path);
   }
   std::vector<CopiedPlace> copied;
-  copied.reserve(records->size());
-  for (PlaceRecord& record : *records) {
+  copied.reserve(records.size());
+  for (PlaceRecord& record : records) {
     const auto session = static_cast<std::size_t>(record.place.session);
     if (session >= source.info.sessions.size()) return WrittenMeanwhile(source.path);
     copied.push_back({static_cast<std::int64_t>(copied.size()),
@@ -241,7 +231,7 @@ CopyPart PartOf(const CopySource& source, std::vector<CopiedPlace> places) {
 
 absl::StatusOr<std::string> WriteCopy(const std::string& out, const std::vector<CopyPart>& parts,
                                       HistoryEntry made_by, const Finish& finish) {
-  if (absl::Status status = CheckIsNew(out); !status.ok()) return status;
+  RETURN_IF_ERROR(CheckIsNew(out));
   for (const CopyPart& part : parts) {
     const CopySource& first = *parts.front().source;
     if (const std::string difference =

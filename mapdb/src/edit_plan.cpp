@@ -6,6 +6,7 @@
 #include "absl/strings/str_join.h"
 #include "scanloc/core/limits.hpp"
 #include "scanloc/core/printable.hpp"
+#include "scanloc/core/status_macros.hpp"
 #include "scanloc/mapdb/edit_map.hpp"
 
 namespace scanloc::mapdb {
@@ -143,14 +144,14 @@ class Editor {
 
  private:
   absl::Status Apply(const DropSession& edit) {
-    if (absl::Status s = CheckHasSession(places_, edit.name); !s.ok()) return s;
+    RETURN_IF_ERROR(CheckHasSession(places_, edit.name));
     KeepIf(places_, [&](std::size_t i) { return places_[i].session != edit.name; });
     return absl::OkStatus();
   }
 
   absl::Status Apply(const KeepSession& edit) {
     // The first of several looks ahead; the others find their sessions there.
-    if (absl::Status s = CheckHasSession(places_, edit.name); !s.ok()) return s;
+    RETURN_IF_ERROR(CheckHasSession(places_, edit.name));
     std::set<std::string> names;
     for (std::size_t i = number_; i < edits_.size(); ++i) {
       const auto* keep = std::get_if<KeepSession>(&edits_[i]);
@@ -164,8 +165,8 @@ class Editor {
   }
 
   absl::Status Apply(const RenameSession& edit) {
-    if (absl::Status s = CheckHasSession(places_, edit.from); !s.ok()) return s;
-    if (absl::Status s = CheckSessionName(edit.to); !s.ok()) return s;
+    RETURN_IF_ERROR(CheckHasSession(places_, edit.from));
+    RETURN_IF_ERROR(CheckSessionName(edit.to));
     if (edit.to != edit.from && CheckHasSession(places_, edit.to).ok()) {
       return absl::AlreadyExistsError(absl::StrCat("there is a session '", Printable(edit.to),
                                                    "' already; choose another name"));
@@ -177,19 +178,19 @@ class Editor {
   }
 
   absl::Status Apply(const MergeSessions& edit) {
-    if (absl::Status s = CheckSessionName(edit.name); !s.ok()) return s;
+    RETURN_IF_ERROR(CheckSessionName(edit.name));
     for (EditedPlace& place : places_) place.session = edit.name;
     return absl::OkStatus();
   }
 
   absl::Status Apply(const Crop& edit) {
-    if (absl::Status s = Check(edit.region); !s.ok()) return s;
+    RETURN_IF_ERROR(Check(edit.region));
     KeepIf(places_, [&](std::size_t i) { return IsIn(edit.region, places_[i]); });
     return absl::OkStatus();
   }
 
   absl::Status Apply(const Cut& edit) {
-    if (absl::Status s = Check(edit.region); !s.ok()) return s;
+    RETURN_IF_ERROR(Check(edit.region));
     KeepIf(places_, [&](std::size_t i) { return !IsIn(edit.region, places_[i]); });
     return absl::OkStatus();
   }
@@ -207,9 +208,7 @@ class Editor {
   absl::Status Apply(const Transform& edit) {
     for (EditedPlace& place : places_) {
       const Pose moved = edit.T_new_old * place.T_map_place;
-      const absl::StatusOr<Pose> checked = PoseFromMatrix(moved.matrix().topRows<3>());
-      if (!checked.ok()) return checked.status();
-      place.T_map_place = *checked;
+      ASSIGN_OR_RETURN(place.T_map_place, PoseFromMatrix(moved.matrix().topRows<3>()));
     }
     return absl::OkStatus();
   }

@@ -7,6 +7,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "open_map.hpp"
+#include "scanloc/core/status_macros.hpp"
 #include "schema.hpp"
 
 namespace scanloc::mapdb {
@@ -82,35 +83,28 @@ FilePayload::FilePayload(const MapHead& head, ExpectedRows expected,
 
 absl::StatusOr<std::unique_ptr<FilePayload::Reader>> FilePayload::OpenReader(
     const std::string& path, const MapHead& head) {
-  absl::StatusOr<Connection> connection = OpenForReading(path);
-  if (!connection.ok()) return connection.status();
-  const absl::StatusOr<MapHead> now = ReadHead(*connection);
-  if (!now.ok()) return now.status();
-  if (now->content_id != head.content_id) {
+  ASSIGN_OR_RETURN(Connection connection, OpenForReading(path));
+  ASSIGN_OR_RETURN(const MapHead now, ReadHead(connection));
+  if (now.content_id != head.content_id) {
     return absl::UnavailableError(
         absl::StrCat("map '", path, "' was written while it was opened; open it again"));
   }
-  connection->LimitTime(std::nullopt);
-  connection->SetBusyTimeout(static_cast<int>(kLook.count()));
+  connection.LimitTime(std::nullopt);
+  connection.SetBusyTimeout(static_cast<int>(kLook.count()));
   for (const char* sql : {schema::kCommit, schema::kConfigureLookup}) {
-    if (absl::Status status = connection->Execute(sql); !status.ok()) return status;
+    RETURN_IF_ERROR(connection.Execute(sql));
   }
-  absl::StatusOr<Statement> context = connection->Prepare(schema::kSelectContext);
-  if (!context.ok()) return context.status();
-  absl::StatusOr<Statement> structure = connection->Prepare(schema::kSelectStructure);
-  if (!structure.ok()) return structure.status();
-  absl::StatusOr<Statement> keys = connection->Prepare(schema::kSelectKeysOfPlace);
-  if (!keys.ok()) return keys.status();
+  ASSIGN_OR_RETURN(Statement context, connection.Prepare(schema::kSelectContext));
+  ASSIGN_OR_RETURN(Statement structure, connection.Prepare(schema::kSelectStructure));
+  ASSIGN_OR_RETURN(Statement keys, connection.Prepare(schema::kSelectKeysOfPlace));
   std::optional<Statement> bearings;
   if (head.schema_version >= schema::kBearingsVersion) {
-    absl::StatusOr<Statement> prepared = connection->Prepare(schema::kSelectBearingsOfPlace);
-    if (!prepared.ok()) return prepared.status();
-    bearings = *std::move(prepared);
+    ASSIGN_OR_RETURN(bearings, connection.Prepare(schema::kSelectBearingsOfPlace));
   }
-  return std::make_unique<Reader>(Reader{*std::move(connection),
-                                         *std::move(context),
-                                         *std::move(structure),
-                                         *std::move(keys),
+  return std::make_unique<Reader>(Reader{std::move(connection),
+                                         std::move(context),
+                                         std::move(structure),
+                                         std::move(keys),
                                          std::move(bearings),
                                          KeysRowReader(head.params, path),
                                          {},
@@ -125,9 +119,8 @@ absl::StatusOr<std::shared_ptr<const FilePayload>> FilePayload::Open(const std::
       head, std::move(expected), options.cache != nullptr ? options.cache : MakePayloadCache(0)));
   payload->path_ = path;
   for (int i = 0; i <= NumReaders(options); ++i) {
-    absl::StatusOr<std::unique_ptr<Reader>> reader = OpenReader(path, head);
-    if (!reader.ok()) return reader.status();
-    (i == 0 ? payload->scrubber_ : payload->idle_.emplace_back()) = *std::move(reader);
+    ASSIGN_OR_RETURN(std::unique_ptr<Reader> reader, OpenReader(path, head));
+    (i == 0 ? payload->scrubber_ : payload->idle_.emplace_back()) = std::move(reader);
   }
   return payload;
 }
@@ -148,15 +141,14 @@ absl::StatusOr<std::shared_ptr<const Payload>> FilePayload::ReadRow(const Payloa
   Statement& statement = is_structure ? reader.structure : reader.context;
   statement.Reset();
   statement.Bind(1, row_id);
-  const absl::StatusOr<bool> row = statement.Step();
-  if (!row.ok()) return row.status();
+  ASSIGN_OR_RETURN(const bool row, statement.Step());
   const auto damaged = [&](absl::string_view what) {
     return DamagedError(path_,
                         absl::StrCat(is_structure ? absl::StrCat("place ", place, ", structure")
                                                   : NameOf(shapes_[part], place),
                                      ": ", what));
   };
-  if (!*row) return damaged("its row is missing");
+  if (!row) return damaged("its row is missing");
   auto payload = std::make_shared<Payload>();
   std::int64_t checksum = 0;
   absl::Status status;
@@ -207,7 +199,7 @@ absl::Status FilePayload::ReadRows(std::span<const PayloadId> ids,
                                    const std::vector<std::size_t>& missing,
                                    const SearchControl& control, Reader& reader,
                                    std::vector<std::shared_ptr<const Payload>>& payloads) const {
-  if (absl::Status status = BeginReading(control, reader); !status.ok()) return status;
+  RETURN_IF_ERROR(BeginReading(control, reader));
   absl::Status status;
   for (std::size_t n = 0; n < missing.size() && status.ok(); ++n) {
     const std::size_t i = missing[n];
@@ -241,7 +233,7 @@ absl::Status FilePayload::Read(std::span<const PayloadId> ids, const SearchContr
   if (missing.empty()) return absl::OkStatus();
   const Lease lease(*this, control);
   if (lease.get() == nullptr) return Cancelled();
-  if (absl::Status s = ReadRows(ids, missing, control, *lease.get(), payloads); !s.ok()) return s;
+  RETURN_IF_ERROR(ReadRows(ids, missing, control, *lease.get(), payloads));
   for (const std::size_t i : missing) {
     if (i < payloads.size()) cache_->Add(row_of(ids[i]), payloads[i]);
   }
@@ -252,12 +244,11 @@ absl::Status FilePayload::ScrubBearings(std::int64_t place, const Structure& str
                                         Reader& reader) const {
   reader.bearings->Reset();
   reader.bearings->Bind(1, place);
-  const absl::StatusOr<bool> row = reader.bearings->Step();
-  if (!row.ok()) return row.status();
+  ASSIGN_OR_RETURN(const bool row, reader.bearings->Step());
   const auto damaged = [&](absl::string_view what) {
     return DamagedError(path_, absl::StrCat("bearings of place ", place, ": ", what));
   };
-  if (!*row) return damaged("their row is missing");
+  if (!row) return damaged("their row is missing");
   const absl::StatusOr<BearingGrid> bearings =
       ReadBearingsRow(*reader.bearings, place, path_, reader.hasher);
   reader.bearings->Reset();
@@ -275,9 +266,8 @@ absl::Status FilePayload::ScrubPlace(std::int64_t place, Reader& reader) const {
   PlaceKeys keys;
   reader.keys.Reset();
   reader.keys.Bind(1, place);
-  const absl::StatusOr<bool> row = reader.keys.Step();
-  if (!row.ok()) return row.status();
-  if (!*row) return damaged("their row is missing");
+  ASSIGN_OR_RETURN(const bool row, reader.keys.Step());
+  if (!row) return damaged("their row is missing");
   absl::Status status = reader.keys_reader.Read(reader.keys, place, keys);
   reader.keys.Reset();
   if (!status.ok()) return status;
@@ -292,9 +282,8 @@ absl::Status FilePayload::ScrubPlace(std::int64_t place, Reader& reader) const {
     }
   }
   if (!has_structures_) return absl::OkStatus();
-  const auto structure = ReadRow({number, PayloadId::Part::kStructure, 0}, reader);
-  if (!structure.ok()) return structure.status();
-  const Structure& read = (*structure)->structure;
+  ASSIGN_OR_RETURN(const auto structure, ReadRow({number, PayloadId::Part::kStructure, 0}, reader));
+  const Structure& read = structure->structure;
   if (keys.ground != PlaceGround{read.ground(), !read.posts.empty()}) {
     return damaged("their ground is not that of its structure");
   }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "scanloc/core/status_macros.hpp"
 #include "scanloc/mapdb/learn_scale.hpp"
 #include "scanloc/mapdb/map_file.hpp"
 
@@ -10,14 +11,13 @@ namespace {
 
 absl::Status FixToAppend(bool resume, const SessionPlan& plan, BuildOptions& options) {
   if (resume) {
-    if (absl::Status s = RecoverMap(options.path).status(); !s.ok()) return s;
+    RETURN_IF_ERROR(RecoverMap(options.path).status());
   }
-  const absl::StatusOr<FileInfo> info = ReadInfo(options.path);
-  if (!info.ok()) return info.status();
-  options.params = info->params;
+  ASSIGN_OR_RETURN(const FileInfo info, ReadInfo(options.path));
+  options.params = info.params;
   // A build stopped before its session was first committed has left nothing to resume.
   const bool begun = std::ranges::any_of(
-      info->sessions, [&](const SessionInfo& existing) { return existing.name == plan.name; });
+      info.sessions, [&](const SessionInfo& existing) { return existing.name == plan.name; });
   if (resume && begun) options.mode = BuildMode::kResume;
   return absl::OkStatus();
 }
@@ -36,9 +36,8 @@ absl::Status FixParams(const FixOptions& how, const SessionPlan& plan, const Sca
       return absl::OkStatus();
     }
   }
-  const absl::StatusOr<double> scale = LearnScale(options.params, plan, load_scan);
-  if (!scale.ok()) return scale.status();
-  options.params.automatic = AutoParamsAtScale(*scale);
+  ASSIGN_OR_RETURN(const double scale, LearnScale(options.params, plan, load_scan));
+  options.params.automatic = AutoParamsAtScale(scale);
   return absl::OkStatus();
 }
 

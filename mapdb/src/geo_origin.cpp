@@ -8,6 +8,7 @@
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_split.h"
 #include "map_writer.hpp"
+#include "scanloc/core/status_macros.hpp"
 #include "schema.hpp"
 
 namespace scanloc::mapdb {
@@ -32,16 +33,15 @@ absl::StatusOr<GeoOrigin> DecodeGeoOrigin(const std::string& text) {
   if (!is_good) return absl::InvalidArgumentError("geo origin: not seven numbers");
   GeoOrigin origin{
       numbers[0], numbers[1], numbers[2], numbers[3], {numbers[4], numbers[5], numbers[6]}};
-  if (absl::Status status = scanloc::Validate(origin); !status.ok()) return status;
+  RETURN_IF_ERROR(scanloc::Validate(origin));
   return origin;
 }
 
 absl::Status SetGeoOrigin(const std::string& path, const GeoOrigin& origin) {
-  if (absl::Status status = scanloc::Validate(origin); !status.ok()) return status;
-  absl::StatusOr<MapWriter> writer = MapWriter::Open(path);
-  if (!writer.ok()) return writer.status();
-  if (auto s = writer->SetMeta(schema::kGeoOriginKey, EncodeGeoOrigin(origin)); !s.ok()) return s;
-  return writer->Release();
+  RETURN_IF_ERROR(scanloc::Validate(origin));
+  ASSIGN_OR_RETURN(MapWriter writer, MapWriter::Open(path));
+  RETURN_IF_ERROR(writer.SetMeta(schema::kGeoOriginKey, EncodeGeoOrigin(origin)));
+  return writer.Release();
 }
 
 }  // namespace scanloc::mapdb

@@ -4,6 +4,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "scanloc/core/scan/descriptor.hpp"
+#include "scanloc/core/status_macros.hpp"
 #include "schema.hpp"
 
 namespace scanloc::mapdb {
@@ -45,9 +46,8 @@ KeysRowReader::KeysRowReader(const Params& params, std::string path)
 }
 
 absl::StatusOr<KeysCursor> KeysCursor::Open(Connection& connection, const MapHead& head) {
-  absl::StatusOr<Statement> statement = connection.Prepare(schema::kSelectKeys);
-  if (!statement.ok()) return statement.status();
-  return KeysCursor(*std::move(statement), {head.params, connection.path()});
+  ASSIGN_OR_RETURN(Statement statement, connection.Prepare(schema::kSelectKeys));
+  return KeysCursor(std::move(statement), {head.params, connection.path()});
 }
 
 absl::StatusOr<bool> KeysCursor::Step() {
@@ -108,13 +108,11 @@ absl::StatusOr<BearingGrid> ReadBearingsRow(const Statement& statement, std::int
 
 absl::StatusOr<BearingsCursor> BearingsCursor::Open(Connection& connection, const MapHead& head) {
   if (head.schema_version < schema::kBearingsVersion) {
-    absl::StatusOr<StructureCursor> structures = StructureCursor::Open(connection, head);
-    if (!structures.ok()) return structures.status();
-    return BearingsCursor(*std::move(structures), head, connection.path());
+    ASSIGN_OR_RETURN(StructureCursor structures, StructureCursor::Open(connection, head));
+    return BearingsCursor(std::move(structures), head, connection.path());
   }
-  absl::StatusOr<Statement> statement = connection.Prepare(schema::kSelectBearings);
-  if (!statement.ok()) return statement.status();
-  return BearingsCursor(*std::move(statement), head, connection.path());
+  ASSIGN_OR_RETURN(Statement statement, connection.Prepare(schema::kSelectBearings));
+  return BearingsCursor(std::move(statement), head, connection.path());
 }
 
 absl::StatusOr<bool> BearingsCursor::Step() {
@@ -128,8 +126,7 @@ absl::StatusOr<BearingGrid> BearingsCursor::Read() {
     return ReadBearingsRow(*statement, next_place_ - 1, path_, hasher_);
   }
   std::int64_t checksum = 0;
-  absl::Status status = std::get<StructureCursor>(rows_).Read(structure_, checksum);
-  if (!status.ok()) return status;
+  RETURN_IF_ERROR(std::get<StructureCursor>(rows_).Read(structure_, checksum));
   return BearingsOf(structure_.posts, head_->params);
 }
 

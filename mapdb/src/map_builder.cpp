@@ -9,6 +9,7 @@
 #include "encoding.hpp"
 #include "map_writer.hpp"
 #include "open_map.hpp"
+#include "scanloc/core/status_macros.hpp"
 #include "scanloc/mapdb/map_file.hpp"
 #include "session_plan.hpp"
 
@@ -17,10 +18,9 @@ namespace {
 
 absl::StatusOr<MapWriter> StartMap(const std::string& path, const Params& params,
                                    const SessionPlan& plan) {
-  absl::StatusOr<MapWriter> writer = MapWriter::Open(path);
-  if (!writer.ok()) return writer.status();
-  if (absl::Status status = writer->Initialize(params); !status.ok()) return status;
-  if (absl::Status status = writer->StartSession(plan); !status.ok()) return status;
+  ASSIGN_OR_RETURN(MapWriter writer, MapWriter::Open(path));
+  RETURN_IF_ERROR(writer.Initialize(params));
+  RETURN_IF_ERROR(writer.StartSession(plan));
   return writer;
 }
 
@@ -39,11 +39,10 @@ absl::Status CheckIsLastSession(MapWriter& writer, const Params& params, const S
         absl::StrCat("map '", writer.path(), "' has no unfinished session: its last, '", last.name,
                      "', is complete; to add session '", plan.name, "' build with --append"));
   }
-  const absl::StatusOr<std::vector<PlaceRow>> places = writer.ReadLastSession();
-  if (!places.ok()) return places.status();
+  ASSIGN_OR_RETURN(const std::vector<PlaceRow> places, writer.ReadLastSession());
   return absl::FailedPreconditionError(
       absl::StrCat("the last session of map '", writer.path(),
-                   "' was built of another input: ", DescribeDifference(last, *places, plan),
+                   "' was built of another input: ", DescribeDifference(last, places, plan),
                    "; resume with the same scans, poses and options, or build another map"));
 }
 
@@ -79,9 +78,9 @@ struct MapBuilder::State {
 
 absl::StatusOr<MapBuilder> MapBuilder::Create(const std::string& path, const Params& params,
                                               SessionPlan plan) {
-  if (absl::Status status = scanloc::Validate(params); !status.ok()) return status;
-  if (absl::Status status = Validate(plan); !status.ok()) return status;
-  if (absl::Status status = CreateEmptyFile(path); !status.ok()) return status;
+  RETURN_IF_ERROR(scanloc::Validate(params));
+  RETURN_IF_ERROR(Validate(plan));
+  RETURN_IF_ERROR(CreateEmptyFile(path));
   absl::StatusOr<MapWriter> writer = StartMap(path, params, plan);
   if (!writer.ok()) {
     // Unavailable: a build with --resume was quicker, and the file is its own now.
@@ -92,15 +91,14 @@ absl::StatusOr<MapBuilder> MapBuilder::Create(const std::string& path, const Par
 }
 
 absl::StatusOr<MapBuilder> MapBuilder::Append(const std::string& path, SessionPlan plan) {
-  if (absl::Status status = Validate(plan); !status.ok()) return status;
-  absl::StatusOr<MapWriter> writer = MapWriter::Open(path);
-  if (!writer.ok()) return writer.status();
-  if (writer->is_new()) {
+  RETURN_IF_ERROR(Validate(plan));
+  ASSIGN_OR_RETURN(MapWriter writer, MapWriter::Open(path));
+  if (writer.is_new()) {
     return absl::InvalidArgumentError(
         absl::StrCat("map '", path, "' is empty; build its first session without --append"));
   }
-  const std::vector<SessionRow>& sessions = writer->head().sessions;
-  if (!writer->head().complete()) {
+  const std::vector<SessionRow>& sessions = writer.head().sessions;
+  if (!writer.head().complete()) {
     return absl::FailedPreconditionError(
         absl::StrCat("session '", sessions.back().name, "' of map '", path, "' is unfinished, at ",
                      sessions.back().num_done(), " of ", sessions.back().num_scans,
@@ -111,28 +109,27 @@ absl::StatusOr<MapBuilder> MapBuilder::Append(const std::string& path, SessionPl
     return absl::AlreadyExistsError(absl::StrCat("map '", path, "' has a session '", plan.name,
                                                  "' already; choose another name"));
   }
-  if (absl::Status status = writer->StartSession(plan); !status.ok()) return status;
-  return MapBuilder(std::make_unique<State>(*std::move(writer), std::move(plan)));
+  RETURN_IF_ERROR(writer.StartSession(plan));
+  return MapBuilder(std::make_unique<State>(std::move(writer), std::move(plan)));
 }
 
 absl::StatusOr<MapBuilder> MapBuilder::Resume(const std::string& path, const Params& params,
                                               SessionPlan plan) {
-  if (absl::Status status = scanloc::Validate(params); !status.ok()) return status;
-  if (absl::Status status = Validate(plan); !status.ok()) return status;
+  RETURN_IF_ERROR(scanloc::Validate(params));
+  RETURN_IF_ERROR(Validate(plan));
   const absl::StatusOr<Recovery> recovery = RecoverMap(path);
   if (absl::IsNotFound(recovery.status())) return Create(path, params, std::move(plan));
   if (!recovery.ok()) return recovery.status();
-  absl::StatusOr<MapWriter> writer = MapWriter::Open(path);
-  if (!writer.ok()) return writer.status();
+  ASSIGN_OR_RETURN(MapWriter writer, MapWriter::Open(path));
   absl::Status status;
-  if (writer->is_new()) {
-    status = writer->Initialize(params);
-    if (status.ok()) status = writer->StartSession(plan);
+  if (writer.is_new()) {
+    status = writer.Initialize(params);
+    if (status.ok()) status = writer.StartSession(plan);
   } else {
-    status = CheckIsLastSession(*writer, params, plan);
+    status = CheckIsLastSession(writer, params, plan);
   }
   if (!status.ok()) return status;
-  return MapBuilder(std::make_unique<State>(*std::move(writer), std::move(plan)));
+  return MapBuilder(std::make_unique<State>(std::move(writer), std::move(plan)));
 }
 
 MapBuilder::MapBuilder(std::unique_ptr<State> state) : state_(std::move(state)) {}
@@ -146,13 +143,13 @@ std::size_t MapBuilder::next_scan() const { return state_->next_scan(); }
 std::int64_t MapBuilder::num_places() const { return state_->writer.num_places(); }
 
 absl::Status MapBuilder::Add(const PlaceDescriptor& descriptor) {
-  if (absl::Status status = state_->CheckCanAdd(); !status.ok()) return status;
-  if (absl::Status status = scanloc::Validate(descriptor, params()); !status.ok()) return status;
+  RETURN_IF_ERROR(state_->CheckCanAdd());
+  RETURN_IF_ERROR(scanloc::Validate(descriptor, params()));
   return state_->Keep(state_->writer.AddPlace(state_->plan.scans[state_->next_scan()], descriptor));
 }
 
 absl::Status MapBuilder::Skip(SkipReason reason) {
-  if (absl::Status status = state_->CheckCanAdd(); !status.ok()) return status;
+  RETURN_IF_ERROR(state_->CheckCanAdd());
   state_->writer.AddSkipped(reason);
   return absl::OkStatus();
 }
@@ -163,14 +160,14 @@ absl::Status MapBuilder::Commit() {
 }
 
 absl::StatusOr<std::string> MapBuilder::Finish() {
-  if (absl::Status status = Commit(); !status.ok()) return status;
+  RETURN_IF_ERROR(Commit());
   if (next_scan() < state_->plan.scans.size()) {
     return absl::FailedPreconditionError(absl::StrCat(state_->plan.scans.size() - next_scan(),
                                                       " scans of session '", state_->plan.name,
                                                       "' are left to build"));
   }
   if (!state_->is_released) {
-    if (absl::Status status = state_->Keep(state_->writer.Release()); !status.ok()) return status;
+    RETURN_IF_ERROR(state_->Keep(state_->writer.Release()));
     state_->is_released = true;
   }
   return state_->writer.head().content_id;

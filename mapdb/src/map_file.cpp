@@ -11,6 +11,7 @@
 #include "key_rows.hpp"
 #include "map_rows.hpp"
 #include "open_map.hpp"
+#include "scanloc/core/status_macros.hpp"
 #include "schema.hpp"
 #include "sqlite.hpp"
 
@@ -24,12 +25,10 @@ struct OpenMapFile {
 };
 
 absl::StatusOr<OpenMapFile> OpenAndReadHead(const std::string& path) {
-  absl::StatusOr<Connection> connection = OpenForReading(path);
-  if (!connection.ok()) return connection.status();
-  absl::StatusOr<MapHead> head = ReadHead(*connection);
-  if (!head.ok()) return head.status();
-  if (absl::Status status = CheckRoomForPlaces(*connection, *head); !status.ok()) return status;
-  return OpenMapFile{*std::move(connection), *std::move(head)};
+  ASSIGN_OR_RETURN(Connection connection, OpenForReading(path));
+  ASSIGN_OR_RETURN(MapHead head, ReadHead(connection));
+  RETURN_IF_ERROR(CheckRoomForPlaces(connection, head));
+  return OpenMapFile{std::move(connection), std::move(head)};
 }
 
 template <typename Visitor>
@@ -98,21 +97,17 @@ class KeysLoader {
  public:
   static absl::StatusOr<KeysLoader> Open(Connection& connection, const MapHead& head,
                                          const Map* before, Map& map) {
-    absl::StatusOr<KeysCursor> keys = KeysCursor::Open(connection, head);
-    if (!keys.ok()) return keys.status();
-    KeysLoader loader(*std::move(keys), connection.path(), before, map);
+    ASSIGN_OR_RETURN(KeysCursor keys, KeysCursor::Open(connection, head));
+    KeysLoader loader(std::move(keys), connection.path(), before, map);
     if (!map.params.structure.enabled) return loader;
-    absl::StatusOr<BearingsCursor> bearings = BearingsCursor::Open(connection, head);
-    if (!bearings.ok()) return bearings.status();
-    loader.bearings_ = *std::move(bearings);
+    ASSIGN_OR_RETURN(loader.bearings_, BearingsCursor::Open(connection, head));
     return loader;
   }
 
   absl::Status Add(const PlaceRow& row) {
-    const absl::StatusOr<bool> has_row = cursor_.Step();
-    if (!has_row.ok()) return has_row.status();
-    if (!*has_row) return DamagedError(path_, "keys are missing at its end");
-    if (absl::Status status = cursor_.Read(keys_); !status.ok()) return status;
+    ASSIGN_OR_RETURN(const bool has_row, cursor_.Step());
+    if (!has_row) return DamagedError(path_, "keys are missing at its end");
+    RETURN_IF_ERROR(cursor_.Read(keys_));
     StartPlaceChecksum(row, hasher_);
     for (const std::int64_t checksum : keys_.checksums) {
       hasher_.Add(checksum);
@@ -128,20 +123,18 @@ class KeysLoader {
     }
     if (bearings_.has_value()) {
       map_.grounds.push_back(keys_.ground);
-      if (absl::Status status = AddBearings(); !status.ok()) return status;
+      RETURN_IF_ERROR(AddBearings());
     }
     if (before_ != nullptr) map_.ShareWith(*before_);
     return absl::OkStatus();
   }
 
   absl::StatusOr<ExpectedRows> Finish() {
-    const absl::StatusOr<bool> has_row = cursor_.Step();
-    if (!has_row.ok()) return has_row.status();
-    if (*has_row) return DamagedError(path_, "it has more keys than its places need");
+    ASSIGN_OR_RETURN(const bool has_row, cursor_.Step());
+    if (has_row) return DamagedError(path_, "it has more keys than its places need");
     if (!bearings_.has_value()) return std::move(expected_);
-    const absl::StatusOr<bool> has_bearings = bearings_->Step();
-    if (!has_bearings.ok()) return has_bearings.status();
-    if (*has_bearings) return DamagedError(path_, "it has more bearings than its places need");
+    ASSIGN_OR_RETURN(const bool has_bearings, bearings_->Step());
+    if (has_bearings) return DamagedError(path_, "it has more bearings than its places need");
     return std::move(expected_);
   }
 
@@ -154,9 +147,8 @@ class KeysLoader {
         map_(map) {}
 
   absl::Status AddBearings() {
-    const absl::StatusOr<bool> has_row = bearings_->Step();
-    if (!has_row.ok()) return has_row.status();
-    if (!*has_row) return DamagedError(path_, "bearings are missing at its end");
+    ASSIGN_OR_RETURN(const bool has_row, bearings_->Step());
+    if (!has_row) return DamagedError(path_, "bearings are missing at its end");
     const absl::StatusOr<BearingGrid> bearings = bearings_->Read();
     if (bearings.ok()) map_.bearings.push_back(*bearings);
     return bearings.status();
@@ -191,87 +183,75 @@ void Widen(std::int64_t stamp_ns, bool is_first, std::int64_t& first_ns, std::in
 }  // namespace
 
 absl::StatusOr<Map> LoadMap(const std::string& path) {
-  absl::StatusOr<OpenMapFile> file = OpenAndReadHead(path);
-  if (!file.ok()) return file.status();
-  Map map = StartMap(file->head, true);
-  absl::StatusOr<DescriptorReader> descriptors =
-      DescriptorReader::Open(file->connection, file->head);
-  if (!descriptors.ok()) return descriptors.status();
-  absl::Status status = VisitPlacesOf(*file, [&](const PlaceRow& row) {
+  ASSIGN_OR_RETURN(OpenMapFile file, OpenAndReadHead(path));
+  Map map = StartMap(file.head, true);
+  ASSIGN_OR_RETURN(DescriptorReader descriptors,
+                   DescriptorReader::Open(file.connection, file.head));
+  absl::Status status = VisitPlacesOf(file, [&](const PlaceRow& row) {
     map.places.push_back(PlaceOf(row));
     absl::Status read =
-        descriptors->Read(row, [&](const ContextShape& shape, const ContextValues& context) {
+        descriptors.Read(row, [&](const ContextShape& shape, const ContextValues& context) {
           AppendContext(static_cast<std::int32_t>(row.id), shape, context, map);
         });
-    if (read.ok() && descriptors->has_structures()) map.AppendStructure(descriptors->structure());
+    if (read.ok() && descriptors.has_structures()) map.AppendStructure(descriptors.structure());
     return read;
   });
-  status.Update(status.ok() ? descriptors->CheckEnd() : absl::OkStatus());
-  if (status.ok()) status = AddCalibration(*file, map);
+  status.Update(status.ok() ? descriptors.CheckEnd() : absl::OkStatus());
+  if (status.ok()) status = AddCalibration(file, map);
   if (!status.ok()) return status;
   return map;
 }
 
 absl::StatusOr<Map> OpenMap(const std::string& path, const OpenOptions& options) {
-  absl::StatusOr<OpenMapFile> file = OpenAndReadHead(path);
-  if (!file.ok()) return file.status();
-  const absl::StatusOr<std::int64_t> file_bytes = file->connection.FileBytes();
-  if (!file_bytes.ok()) return file_bytes.status();
-  if (file->head.schema_version < schema::kKeysVersion || *file_bytes <= options.whole_bytes) {
+  ASSIGN_OR_RETURN(OpenMapFile file, OpenAndReadHead(path));
+  ASSIGN_OR_RETURN(const std::int64_t file_bytes, file.connection.FileBytes());
+  if (file.head.schema_version < schema::kKeysVersion || file_bytes <= options.whole_bytes) {
     return LoadMap(path);
   }
-  Map map = StartMap(file->head, false);
-  absl::StatusOr<KeysLoader> keys =
-      KeysLoader::Open(file->connection, file->head, options.before, map);
-  if (!keys.ok()) return keys.status();
-  absl::Status status = VisitPlacesOf(*file, [&](const PlaceRow& row) {
+  Map map = StartMap(file.head, false);
+  ASSIGN_OR_RETURN(KeysLoader keys,
+                   KeysLoader::Open(file.connection, file.head, options.before, map));
+  absl::Status status = VisitPlacesOf(file, [&](const PlaceRow& row) {
     map.places.push_back(PlaceOf(row));
-    return keys->Add(row);
+    return keys.Add(row);
   });
   if (!status.ok()) return status;
-  absl::StatusOr<ExpectedRows> expected = keys->Finish();
-  if (!expected.ok()) return expected.status();
-  if (status = AddCalibration(*file, map); !status.ok()) return status;
-  absl::StatusOr<std::shared_ptr<const FilePayload>> payload =
-      FilePayload::Open(path, file->head, *std::move(expected), options);
-  if (!payload.ok()) return payload.status();
-  map.payload = *std::move(payload);
+  ASSIGN_OR_RETURN(ExpectedRows expected, keys.Finish());
+  if (status = AddCalibration(file, map); !status.ok()) return status;
+  ASSIGN_OR_RETURN(map.payload, FilePayload::Open(path, file.head, std::move(expected), options));
   return map;
 }
 
 absl::StatusOr<FileInfo> ReadInfo(const std::string& path) {
-  absl::StatusOr<OpenMapFile> file = OpenAndReadHead(path);
-  if (!file.ok()) return file.status();
-  const absl::StatusOr<std::int64_t> file_bytes = file->connection.FileBytes();
-  if (!file_bytes.ok()) return file_bytes.status();
+  ASSIGN_OR_RETURN(OpenMapFile file, OpenAndReadHead(path));
+  ASSIGN_OR_RETURN(const std::int64_t file_bytes, file.connection.FileBytes());
 
   FileInfo info;
-  info.schema_version = file->head.schema_version;
-  info.compatible_version = file->head.compatible_version;
-  info.built_by = file->head.built_by;
-  info.history = file->head.history;
-  info.geo_origin = file->head.geo_origin;
-  info.content_id = file->head.content_id;
-  info.complete = file->head.complete();
-  info.params = file->head.params;
-  info.file_bytes = *file_bytes;
-  for (const SessionRow& row : file->head.sessions) {
+  info.schema_version = file.head.schema_version;
+  info.compatible_version = file.head.compatible_version;
+  info.built_by = file.head.built_by;
+  info.history = file.head.history;
+  info.geo_origin = file.head.geo_origin;
+  info.content_id = file.head.content_id;
+  info.complete = file.head.complete();
+  info.params = file.head.params;
+  info.file_bytes = file_bytes;
+  for (const SessionRow& row : file.head.sessions) {
     info.sessions.push_back(InfoOf(row));
     info.num_scans += row.num_scans;
     info.num_places += row.num_places;
     info.num_empty += row.num_empty;
     info.num_unreadable += row.num_unreadable;
   }
-  absl::StatusOr<std::optional<StoredCalibration>> stored =
-      ReadCalibration(file->connection, file->head);
-  if (!stored.ok()) return stored.status();
-  if (stored->has_value()) {
-    info.calibration_id = CalibrationId((*stored)->calibration, (*stored)->confusable);
-    info.calibration = (*stored)->calibration;
-    info.confusable = std::move((*stored)->confusable);
+  ASSIGN_OR_RETURN(std::optional<StoredCalibration> stored,
+                   ReadCalibration(file.connection, file.head));
+  if (stored.has_value()) {
+    info.calibration_id = CalibrationId(stored->calibration, stored->confusable);
+    info.calibration = stored->calibration;
+    info.confusable = std::move(stored->confusable);
   }
   std::int64_t last_session = -1;
-  absl::Status status = VisitPlacesOf(*file, [&](const PlaceRow& row) {
+  absl::Status status = VisitPlacesOf(file, [&](const PlaceRow& row) {
     SessionInfo& session = info.sessions[static_cast<std::size_t>(row.session)];
     Widen(row.stamp_ns, row.session != last_session, session.first_stamp_ns, session.last_stamp_ns);
     Widen(row.stamp_ns, row.id == 0, info.first_stamp_ns, info.last_stamp_ns);
@@ -284,11 +264,10 @@ absl::StatusOr<FileInfo> ReadInfo(const std::string& path) {
 }
 
 absl::StatusOr<std::vector<PlaceRecord>> ReadPlaces(const std::string& path) {
-  absl::StatusOr<OpenMapFile> file = OpenAndReadHead(path);
-  if (!file.ok()) return file.status();
+  ASSIGN_OR_RETURN(OpenMapFile file, OpenAndReadHead(path));
   std::vector<PlaceRecord> places;
-  places.reserve(static_cast<std::size_t>(file->head.num_places()));
-  absl::Status status = VisitPlacesOf(*file, [&](const PlaceRow& row) {
+  places.reserve(static_cast<std::size_t>(file.head.num_places()));
+  absl::Status status = VisitPlacesOf(file, [&](const PlaceRow& row) {
     places.push_back({PlaceOf(row), row.scan, static_cast<std::uint32_t>(row.num_voxels)});
     return absl::OkStatus();
   });

@@ -9,6 +9,7 @@
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "scanloc/core/limits.hpp"
+#include "scanloc/core/status_macros.hpp"
 #include "scanloc/mapdb/geo_origin.hpp"
 #include "schema.hpp"
 
@@ -29,18 +30,16 @@ absl::Status SchemaError(const Connection& connection, absl::string_view what) {
 }
 
 absl::StatusOr<std::vector<SchemaRow>> ReadSchema(Connection& connection) {
-  absl::StatusOr<Statement> rows = connection.Prepare(schema::kSelectSchema);
-  if (!rows.ok()) return rows.status();
+  ASSIGN_OR_RETURN(Statement rows, connection.Prepare(schema::kSelectSchema));
   std::vector<SchemaRow> schema;
   while (true) {
-    const absl::StatusOr<bool> row = rows->Step();
-    if (!row.ok()) return row.status();
-    if (!*row) return schema;
+    ASSIGN_OR_RETURN(const bool row, rows.Step());
+    if (!row) return schema;
     if (schema.size() == kMaxSchemaRows) {
       return SchemaError(connection, absl::StrCat("it has more than ", kMaxSchemaRows, " entries"));
     }
     schema.push_back(
-        {std::string(rows->Text(0)), std::string(rows->Text(1)), std::string(rows->Text(2))});
+        {std::string(rows.Text(0)), std::string(rows.Text(1)), std::string(rows.Text(2))});
   }
 }
 
@@ -83,16 +82,14 @@ absl::Status CheckSchema(const Connection& connection, const std::vector<SchemaR
 
 // Every name is read only once its checksum holds, so that damage never looks like a newer file.
 absl::StatusOr<std::map<std::string, std::string>> ReadMeta(Connection& connection) {
-  absl::StatusOr<Statement> rows = connection.Prepare(schema::kSelectMeta);
-  if (!rows.ok()) return rows.status();
+  ASSIGN_OR_RETURN(Statement rows, connection.Prepare(schema::kSelectMeta));
   std::map<std::string, std::string> meta;
   while (true) {
-    const absl::StatusOr<bool> row = rows->Step();
-    if (!row.ok()) return row.status();
-    if (!*row) return meta;
-    const std::string key(rows->Text(0));
-    const std::string value(rows->Text(1));
-    if (MetaChecksum(key, value) != rows->Int(2) || !meta.emplace(key, value).second) {
+    ASSIGN_OR_RETURN(const bool row, rows.Step());
+    if (!row) return meta;
+    const std::string key(rows.Text(0));
+    const std::string value(rows.Text(1));
+    if (MetaChecksum(key, value) != rows.Int(2) || !meta.emplace(key, value).second) {
       return DamagedError(connection.path(), "meta: a checksum does not match");
     }
   }
@@ -117,32 +114,29 @@ absl::Status ReadVersions(Connection& connection, const std::vector<SchemaRow>& 
     return table != nullptr && table->name == std::string_view(schema::kMetaTable);
   });
   if (!has_meta) return SchemaError(connection, "it has no such table 'meta' as maps have");
-  const absl::StatusOr<std::map<std::string, std::string>> meta = ReadMeta(connection);
-  if (!meta.ok()) return meta.status();
+  ASSIGN_OR_RETURN(const auto meta, ReadMeta(connection));
   const std::string& path = connection.path();
-  const absl::StatusOr<int> version = ReadVersion(*meta, schema::kVersionKey, path);
-  if (!version.ok()) return version.status();
-  const absl::StatusOr<int> compatible = ReadVersion(*meta, schema::kCompatibleVersionKey, path);
-  if (!compatible.ok()) return compatible.status();
-  if (*compatible > schema::kVersion) {
+  ASSIGN_OR_RETURN(const int version, ReadVersion(meta, schema::kVersionKey, path));
+  ASSIGN_OR_RETURN(const int compatible, ReadVersion(meta, schema::kCompatibleVersionKey, path));
+  if (compatible > schema::kVersion) {
     return absl::FailedPreconditionError(
-        absl::StrCat("map '", path, "' has schema version ", *version, ", which needs a reader of ",
-                     *compatible, " or newer; this one reads up to ", schema::kVersion,
+        absl::StrCat("map '", path, "' has schema version ", version, ", which needs a reader of ",
+                     compatible, " or newer; this one reads up to ", schema::kVersion,
                      ": use a newer scanloc, or build the map again with this one"));
   }
-  if (!meta->contains(schema::kBuiltByKey) || !meta->contains(schema::kContentIdKey)) {
+  if (!meta.contains(schema::kBuiltByKey) || !meta.contains(schema::kContentIdKey)) {
     return DamagedError(path, "meta: a key is missing");
   }
-  head.schema_version = *version;
-  head.compatible_version = *compatible;
-  head.built_by = meta->at(schema::kBuiltByKey);
-  head.content_id = meta->at(schema::kContentIdKey);
-  if (const auto entry = meta->find(schema::kHistoryKey); entry != meta->end()) {
+  head.schema_version = version;
+  head.compatible_version = compatible;
+  head.built_by = meta.at(schema::kBuiltByKey);
+  head.content_id = meta.at(schema::kContentIdKey);
+  if (const auto entry = meta.find(schema::kHistoryKey); entry != meta.end()) {
     absl::StatusOr<std::vector<HistoryEntry>> history = DecodeHistory(entry->second);
     if (!history.ok()) return DamagedError(path, history.status().message());
     head.history = *std::move(history);
   }
-  if (const auto entry = meta->find(schema::kGeoOriginKey); entry != meta->end()) {
+  if (const auto entry = meta.find(schema::kGeoOriginKey); entry != meta.end()) {
     const absl::StatusOr<GeoOrigin> origin = DecodeGeoOrigin(entry->second);
     if (!origin.ok()) return DamagedError(path, origin.status().message());
     head.geo_origin = *origin;
@@ -151,18 +145,16 @@ absl::Status ReadVersions(Connection& connection, const std::vector<SchemaRow>& 
 }
 
 absl::Status ReadParams(Connection& connection, MapHead& head) {
-  absl::StatusOr<Statement> rows = connection.Prepare(schema::kSelectParams);
-  if (!rows.ok()) return rows.status();
+  ASSIGN_OR_RETURN(Statement rows, connection.Prepare(schema::kSelectParams));
   while (true) {
-    const absl::StatusOr<bool> row = rows->Step();
-    if (!row.ok()) return row.status();
-    if (!*row) break;
+    ASSIGN_OR_RETURN(const bool row, rows.Step());
+    if (!row) break;
     if (head.param_texts.size() == kMaxParams) {
       return DamagedError(connection.path(), absl::StrCat("params: more than ", kMaxParams));
     }
-    head.param_texts.emplace_back(rows->Text(0), rows->Text(1));
+    head.param_texts.emplace_back(rows.Text(0), rows.Text(1));
     const auto& [name, value] = head.param_texts.back();
-    if (ParamChecksum(name, value) != rows->Int(2)) {
+    if (ParamChecksum(name, value) != rows.Int(2)) {
       return DamagedError(connection.path(), "params: a checksum does not match");
     }
   }
@@ -176,7 +168,7 @@ absl::Status ReadParams(Connection& connection, MapHead& head) {
 }
 
 absl::Status CheckSession(const SessionRow& session, bool is_last) {
-  if (absl::Status status = CheckName("the session", session.name); !status.ok()) return status;
+  RETURN_IF_ERROR(CheckName("the session", session.name));
   for (const std::int64_t count :
        {session.num_scans, session.num_places, session.num_empty, session.num_unreadable}) {
     if (count < 0 || count > limits::kMaxPlaces) {
@@ -192,21 +184,19 @@ absl::Status CheckSession(const SessionRow& session, bool is_last) {
 }
 
 absl::Status ReadSessions(Connection& connection, MapHead& head) {
-  absl::StatusOr<Statement> rows = connection.Prepare(schema::kSelectSessions);
-  if (!rows.ok()) return rows.status();
+  ASSIGN_OR_RETURN(Statement rows, connection.Prepare(schema::kSelectSessions));
   const std::string& path = connection.path();
   while (true) {
-    const absl::StatusOr<bool> row = rows->Step();
-    if (!row.ok()) return row.status();
-    if (!*row) break;
+    ASSIGN_OR_RETURN(const bool row, rows.Step());
+    if (!row) break;
     const auto id = static_cast<std::int64_t>(head.sessions.size());
-    SessionRow session{std::string(rows->Text(1)),
-                       std::string(rows->Text(2)),
-                       rows->Int(3),
-                       rows->Int(4),
-                       rows->Int(5),
-                       rows->Int(6)};
-    if (rows->Int(0) != id || SessionChecksum(id, session) != rows->Int(7)) {
+    SessionRow session{std::string(rows.Text(1)),
+                       std::string(rows.Text(2)),
+                       rows.Int(3),
+                       rows.Int(4),
+                       rows.Int(5),
+                       rows.Int(6)};
+    if (rows.Int(0) != id || SessionChecksum(id, session) != rows.Int(7)) {
       return DamagedError(path, absl::StrCat("session ", id, ": its checksum does not match"));
     }
     if (id >= limits::kMaxSessions) {
@@ -243,24 +233,23 @@ std::int64_t MapHead::num_places() const {
 }
 
 absl::StatusOr<MapHead> ReadVersions(Connection& connection) {
-  const absl::StatusOr<std::vector<SchemaRow>> schema = ReadSchema(connection);
-  if (!schema.ok()) return schema.status();
+  ASSIGN_OR_RETURN(const std::vector<SchemaRow> schema, ReadSchema(connection));
   MapHead head;
-  absl::Status status = ReadVersions(connection, *schema, head);
-  if (status.ok()) status = CheckSchema(connection, *schema, head);
+  absl::Status status = ReadVersions(connection, schema, head);
+  if (status.ok()) status = CheckSchema(connection, schema, head);
   if (!status.ok()) return status;
   return head;
 }
 
 absl::Status ReadTables(Connection& connection, MapHead& head) {
-  if (absl::Status status = ReadParams(connection, head); !status.ok()) return status;
+  RETURN_IF_ERROR(ReadParams(connection, head));
   return ReadSessions(connection, head);
 }
 
 absl::StatusOr<MapHead> ReadHead(Connection& connection) {
   absl::StatusOr<MapHead> head = ReadVersions(connection);
   if (!head.ok()) return head;
-  if (absl::Status status = ReadTables(connection, *head); !status.ok()) return status;
+  RETURN_IF_ERROR(ReadTables(connection, *head));
   return head;
 }
 
@@ -270,12 +259,11 @@ absl::Status CheckRoomForPlaces(Connection& connection, const MapHead& head) {
     place_bytes += static_cast<std::int64_t>(
         MaskBytes(shape.num_cells()) + sizeof(std::int32_t) * (shape.num_rows + shape.num_cols));
   }
-  const absl::StatusOr<std::int64_t> file_bytes = connection.FileBytes();
-  if (!file_bytes.ok()) return file_bytes.status();
-  if (head.num_places() > *file_bytes / place_bytes) {
+  ASSIGN_OR_RETURN(const std::int64_t file_bytes, connection.FileBytes());
+  if (head.num_places() > file_bytes / place_bytes) {
     return DamagedError(
         connection.path(),
-        absl::StrCat("it has ", *file_bytes, " bytes, too few for ", head.num_places(), " places"));
+        absl::StrCat("it has ", file_bytes, " bytes, too few for ", head.num_places(), " places"));
   }
   return absl::OkStatus();
 }

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "scanloc/core/scan/descriptor.hpp"
+#include "scanloc/core/status_macros.hpp"
 #include "schema.hpp"
 
 namespace scanloc::mapdb {
@@ -15,9 +16,8 @@ PlaceCursor::PlaceCursor(Statement statement, const MapHead& head, std::string p
       session_end_(head.sessions.front().num_places) {}
 
 absl::StatusOr<PlaceCursor> PlaceCursor::Open(Connection& connection, const MapHead& head) {
-  absl::StatusOr<Statement> statement = connection.Prepare(schema::kSelectPlaces);
-  if (!statement.ok()) return statement.status();
-  return PlaceCursor(*std::move(statement), head, connection.path());
+  ASSIGN_OR_RETURN(Statement statement, connection.Prepare(schema::kSelectPlaces));
+  return PlaceCursor(std::move(statement), head, connection.path());
 }
 
 absl::StatusOr<bool> PlaceCursor::Step() {
@@ -73,9 +73,8 @@ ContextCursor::ContextCursor(Statement statement, const Params& params, std::str
     : statement_(std::move(statement)), shapes_(ContextShapes(params)), path_(std::move(path)) {}
 
 absl::StatusOr<ContextCursor> ContextCursor::Open(Connection& connection, const Params& params) {
-  absl::StatusOr<Statement> statement = connection.Prepare(schema::kSelectContexts);
-  if (!statement.ok()) return statement.status();
-  return ContextCursor(*std::move(statement), params, connection.path());
+  ASSIGN_OR_RETURN(Statement statement, connection.Prepare(schema::kSelectContexts));
+  return ContextCursor(std::move(statement), params, connection.path());
 }
 
 absl::StatusOr<bool> ContextCursor::Step() {
@@ -136,10 +135,10 @@ StructureCursor::StructureCursor(Statement statement, int schema_version, double
       path_(std::move(path)) {}
 
 absl::StatusOr<StructureCursor> StructureCursor::Open(Connection& connection, const MapHead& head) {
-  absl::StatusOr<Statement> statement = connection.Prepare(
-      head.schema_version < 3 ? schema::kSelectStructures2 : schema::kSelectStructures);
-  if (!statement.ok()) return statement.status();
-  return StructureCursor(*std::move(statement), head.schema_version,
+  ASSIGN_OR_RETURN(Statement statement,
+                   connection.Prepare(head.schema_version < 3 ? schema::kSelectStructures2
+                                                              : schema::kSelectStructures));
+  return StructureCursor(std::move(statement), head.schema_version,
                          head.params.automatic.posts.reach_m, connection.path());
 }
 
@@ -184,15 +183,12 @@ DescriptorReader::DescriptorReader(ContextCursor contexts,
 
 absl::StatusOr<DescriptorReader> DescriptorReader::Open(Connection& connection,
                                                         const MapHead& head) {
-  absl::StatusOr<ContextCursor> contexts = ContextCursor::Open(connection, head.params);
-  if (!contexts.ok()) return contexts.status();
+  ASSIGN_OR_RETURN(ContextCursor contexts, ContextCursor::Open(connection, head.params));
   std::optional<StructureCursor> structures;
   if (head.params.structure.enabled) {
-    absl::StatusOr<StructureCursor> opened = StructureCursor::Open(connection, head);
-    if (!opened.ok()) return opened.status();
-    structures = *std::move(opened);
+    ASSIGN_OR_RETURN(structures, StructureCursor::Open(connection, head));
   }
-  return DescriptorReader(*std::move(contexts), std::move(structures), connection.path());
+  return DescriptorReader(std::move(contexts), std::move(structures), connection.path());
 }
 
 absl::Status DescriptorReader::CheckEnd() {

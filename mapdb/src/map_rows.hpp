@@ -13,6 +13,7 @@
 #include "map_head.hpp"
 #include "scanloc/core/params.hpp"
 #include "scanloc/core/scan/structure.hpp"
+#include "scanloc/core/status_macros.hpp"
 #include "sqlite.hpp"
 
 /// Reading a map file row by row, each row checked: what load, info, verify, append and merge
@@ -49,20 +50,18 @@ class PlaceCursor {
 template <typename Visitor>
 absl::StatusOr<ContentHasher> VisitPlaces(Connection& connection, const MapHead& head,
                                           Visitor&& visit) {
-  absl::StatusOr<PlaceCursor> places = PlaceCursor::Open(connection, head);
-  if (!places.ok()) return places.status();
+  ASSIGN_OR_RETURN(PlaceCursor places, PlaceCursor::Open(connection, head));
   ContentHasher content(head.param_texts);
   PlaceRow row;
   while (true) {
-    const absl::StatusOr<bool> has_row = places->Step();
-    if (!has_row.ok()) return has_row.status();
-    if (!*has_row) break;
-    if (absl::Status status = places->Read(row); !status.ok()) return status;
+    ASSIGN_OR_RETURN(const bool has_row, places.Step());
+    if (!has_row) break;
+    RETURN_IF_ERROR(places.Read(row));
     content.AddSessionsBefore(static_cast<std::size_t>(row.session) + 1, head.sessions);
     content.AddPlace(row);
-    if (absl::Status status = visit(row); !status.ok()) return status;
+    RETURN_IF_ERROR(visit(row));
   }
-  if (absl::Status status = places->CheckEnd(); !status.ok()) return status;
+  RETURN_IF_ERROR(places.CheckEnd());
   content.AddSessionsBefore(head.sessions.size(), head.sessions);
   if (content.ContentId() != head.content_id) {
     return DamagedError(connection.path(), "its content id does not match its content");
@@ -152,17 +151,15 @@ class DescriptorReader {
   absl::Status Read(const PlaceRow& place, Visitor&& visit) {
     StartPlaceChecksum(place, hasher_);
     for (std::size_t i = 0; i < contexts_.shapes().size(); ++i) {
-      if (absl::Status status = Advance(contexts_, "contexts"); !status.ok()) return status;
-      if (absl::Status status = contexts_.Read(values_); !status.ok()) return status;
+      RETURN_IF_ERROR(Advance(contexts_, "contexts"));
+      RETURN_IF_ERROR(contexts_.Read(values_));
       hasher_.Add(values_.checksum);
       visit(contexts_.shape(), values_);
     }
     if (structures_.has_value()) {
-      if (absl::Status status = Advance(*structures_, "structures"); !status.ok()) return status;
+      RETURN_IF_ERROR(Advance(*structures_, "structures"));
       std::int64_t checksum = 0;
-      if (absl::Status status = structures_->Read(structure_, checksum); !status.ok()) {
-        return status;
-      }
+      RETURN_IF_ERROR(structures_->Read(structure_, checksum));
       hasher_.Add(checksum);
     }
     if (hasher_.Digest64() == place.checksum) return absl::OkStatus();

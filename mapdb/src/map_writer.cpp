@@ -6,6 +6,7 @@
 #include "open_map.hpp"
 #include "scanloc/core/limits.hpp"
 #include "scanloc/core/map/context_table.hpp"
+#include "scanloc/core/status_macros.hpp"
 #include "schema.hpp"
 #include "session_plan.hpp"
 
@@ -20,39 +21,34 @@ constexpr int kOtherWriterTimeout_ms = 200;
 }  // namespace
 
 absl::StatusOr<MapWriter> MapWriter::Open(const std::string& path) {
-  absl::StatusOr<Connection> connection = OpenForWriting(path, Access::kWrite);
-  if (!connection.ok()) return connection.status();
-  MapWriter writer(*std::move(connection));
-  if (absl::Status status = writer.TakeLock(); !status.ok()) return status;
-  const absl::StatusOr<std::int64_t> file_bytes = writer.connection_.FileBytes();
-  if (!file_bytes.ok()) return file_bytes.status();
-  if (*file_bytes > 0) {
-    if (absl::Status status = writer.ReadExisting(); !status.ok()) return status;
+  ASSIGN_OR_RETURN(Connection connection, OpenForWriting(path, Access::kWrite));
+  MapWriter writer(std::move(connection));
+  RETURN_IF_ERROR(writer.TakeLock());
+  ASSIGN_OR_RETURN(const std::int64_t file_bytes, writer.connection_.FileBytes());
+  if (file_bytes > 0) {
+    RETURN_IF_ERROR(writer.ReadExisting());
   }
   writer.connection_.LimitTime(std::nullopt);
-  if (*file_bytes == 0) return writer;
-  if (absl::Status status = writer.PrepareInserts(); !status.ok()) return status;
+  if (file_bytes == 0) return writer;
+  RETURN_IF_ERROR(writer.PrepareInserts());
   return writer;
 }
 
 absl::Status MapWriter::TakeLock() {
   connection_.SetBusyTimeout(kOtherWriterTimeout_ms);
-  if (absl::Status status = connection_.Execute(schema::kBeginWrite); !status.ok()) return status;
-  const absl::StatusOr<std::int64_t> version = connection_.QueryInt(schema::kDataVersion);
-  if (!version.ok()) return version.status();
-  if (data_version_.has_value() && *version != *data_version_) {
+  RETURN_IF_ERROR(connection_.Execute(schema::kBeginWrite));
+  ASSIGN_OR_RETURN(const std::int64_t version, connection_.QueryInt(schema::kDataVersion));
+  if (data_version_.has_value() && version != *data_version_) {
     return absl::UnavailableError(absl::StrCat("map '", path(), "' was written by another build",
                                                " meanwhile; scanloc info tells what it holds now"));
   }
-  data_version_ = *version;
+  data_version_ = version;
   return absl::OkStatus();
 }
 
 absl::Status MapWriter::ReadExisting() {
-  if (absl::Status status = CheckFront(connection_); !status.ok()) return status;
-  absl::StatusOr<MapHead> head = ReadHead(connection_);
-  if (!head.ok()) return head.status();
-  head_ = *std::move(head);
+  RETURN_IF_ERROR(CheckFront(connection_));
+  ASSIGN_OR_RETURN(head_, ReadHead(connection_));
   if (head_.schema_version > schema::kVersion) {
     return absl::FailedPreconditionError(
         absl::StrCat("map '", path(), "' has schema version ", head_.schema_version,
@@ -81,11 +77,9 @@ absl::StatusOr<std::vector<PlaceRow>> MapWriter::ReadLastSession() {
 
 absl::Status MapWriter::InsertPairs(const char* sql, const ParamTexts& pairs,
                                     std::int64_t (*checksum)(std::string_view, std::string_view)) {
-  absl::StatusOr<Statement> insert = connection_.Prepare(sql);
-  if (!insert.ok()) return insert.status();
+  ASSIGN_OR_RETURN(Statement insert, connection_.Prepare(sql));
   for (const auto& [key, value] : pairs) {
-    absl::Status status = insert->RunWith(key, value, checksum(key, value));
-    if (!status.ok()) return status;
+    RETURN_IF_ERROR(insert.RunWith(key, value, checksum(key, value)));
   }
   return absl::OkStatus();
 }
@@ -93,9 +87,9 @@ absl::Status MapWriter::InsertPairs(const char* sql, const ParamTexts& pairs,
 absl::Status MapWriter::Initialize(const Params& params) {
   for (const schema::Table& table : schema::kTables) {
     if (!table.IsOf(schema::kVersion)) continue;
-    if (absl::Status status = connection_.Execute(table.create_sql); !status.ok()) return status;
+    RETURN_IF_ERROR(connection_.Execute(table.create_sql));
   }
-  if (absl::Status s = connection_.Execute(schema::kSetApplicationId); !s.ok()) return s;
+  RETURN_IF_ERROR(connection_.Execute(schema::kSetApplicationId));
   head_.schema_version = schema::kVersion;
   head_.compatible_version = schema::kCompatibleVersion;
   head_.built_by = kBuiltBy;
@@ -109,11 +103,8 @@ absl::Status MapWriter::Initialize(const Params& params) {
       {schema::kBuiltByKey, head_.built_by},
       {schema::kContentIdKey, head_.content_id},
   };
-  if (absl::Status s = InsertPairs(schema::kInsertMeta, meta, MetaChecksum); !s.ok()) return s;
-  if (absl::Status status = InsertPairs(schema::kInsertParam, head_.param_texts, ParamChecksum);
-      !status.ok()) {
-    return status;
-  }
+  RETURN_IF_ERROR(InsertPairs(schema::kInsertMeta, meta, MetaChecksum));
+  RETURN_IF_ERROR(InsertPairs(schema::kInsertParam, head_.param_texts, ParamChecksum));
   return PrepareInserts();
 }
 
@@ -137,16 +128,14 @@ absl::Status MapWriter::PrepareInserts() {
   };
   for (const auto& [insert, sql, has_table] : inserts) {
     if (!has_table) continue;
-    absl::StatusOr<Statement> prepared = connection_.Prepare(sql);
-    if (!prepared.ok()) return prepared.status();
-    insert = *std::move(prepared);
+    ASSIGN_OR_RETURN(insert, connection_.Prepare(sql));
   }
   return absl::OkStatus();
 }
 
 absl::Status MapWriter::StartSession(const SessionPlan& plan) {
   // A commit writes the counts of the last session alone.
-  if (absl::Status status = Commit(); !status.ok()) return status;
+  RETURN_IF_ERROR(Commit());
   const auto id = static_cast<std::int64_t>(head_.sessions.size());
   if (id >= limits::kMaxSessions) {
     return absl::ResourceExhaustedError(
@@ -157,12 +146,9 @@ absl::Status MapWriter::StartSession(const SessionPlan& plan) {
   row.name = plan.name;
   row.plan_hash = PlanHash(plan);
   row.num_scans = static_cast<std::int64_t>(plan.scans.size());
-  absl::StatusOr<Statement> insert = connection_.Prepare(schema::kInsertSession);
-  if (!insert.ok()) return insert.status();
-  absl::Status status =
-      insert->RunWith(id, row.name, row.plan_hash, row.num_scans, row.num_places, row.num_empty,
-                      row.num_unreadable, SessionChecksum(id, row));
-  if (!status.ok()) return status;
+  ASSIGN_OR_RETURN(Statement insert, connection_.Prepare(schema::kInsertSession));
+  RETURN_IF_ERROR(insert.RunWith(id, row.name, row.plan_hash, row.num_scans, row.num_places,
+                                 row.num_empty, row.num_unreadable, SessionChecksum(id, row)));
   head_.sessions.push_back(std::move(row));
   content_->AddSessionsBefore(head_.sessions.size(), head_.sessions);
   has_changes_ = true;
@@ -250,18 +236,18 @@ absl::Status MapWriter::AddPlace(const PlannedScan& scan, const PlaceDescriptor&
   place.scan = scan.name;
   place.num_voxels = descriptor.num_voxels;
   EncodeDescriptor(descriptor, place);
-  if (absl::Status status = InsertPlace(place); !status.ok()) return status;
+  RETURN_IF_ERROR(InsertPlace(place));
   for (const EncodedContext& context : contexts_) {
-    if (absl::Status status = InsertContext(context.row); !status.ok()) return status;
+    RETURN_IF_ERROR(InsertContext(context.row));
   }
   if (insert_structure_.has_value()) {
-    if (absl::Status status = InsertStructure(); !status.ok()) return status;
+    RETURN_IF_ERROR(InsertStructure());
   }
   if (insert_keys_.has_value()) {
-    if (absl::Status status = InsertKeys(keys_.Finish()); !status.ok()) return status;
+    RETURN_IF_ERROR(InsertKeys(keys_.Finish()));
   }
   if (insert_bearings_.has_value()) {
-    if (absl::Status status = InsertBearings(); !status.ok()) return status;
+    RETURN_IF_ERROR(InsertBearings());
   }
   content_->AddPlace(place);
   ++num_places_;
@@ -279,17 +265,14 @@ void MapWriter::AddSkipped(SkipReason reason) {
 absl::Status MapWriter::WriteCountsAndContentId() {
   const auto id = static_cast<std::int64_t>(head_.sessions.size()) - 1;
   const SessionRow& session = head_.sessions.back();
-  absl::StatusOr<Statement> update = connection_.Prepare(schema::kUpdateSession);
-  if (!update.ok()) return update.status();
-  absl::Status status = update->RunWith(id, session.num_places, session.num_empty,
-                                        session.num_unreadable, SessionChecksum(id, session));
-  if (!status.ok()) return status;
+  ASSIGN_OR_RETURN(Statement update, connection_.Prepare(schema::kUpdateSession));
+  RETURN_IF_ERROR(update.RunWith(id, session.num_places, session.num_empty, session.num_unreadable,
+                                 SessionChecksum(id, session)));
 
   head_.content_id = content_->ContentId();
-  absl::StatusOr<Statement> update_meta = connection_.Prepare(schema::kUpdateMeta);
-  if (!update_meta.ok()) return update_meta.status();
-  return update_meta->RunWith(std::string_view(schema::kContentIdKey), head_.content_id,
-                              MetaChecksum(schema::kContentIdKey, head_.content_id));
+  ASSIGN_OR_RETURN(Statement update_meta, connection_.Prepare(schema::kUpdateMeta));
+  return update_meta.RunWith(std::string_view(schema::kContentIdKey), head_.content_id,
+                             MetaChecksum(schema::kContentIdKey, head_.content_id));
 }
 
 // The lock of a writer is held already: only readers can be in the way.
@@ -305,22 +288,21 @@ absl::Status MapWriter::CommitToFile() {
 
 absl::Status MapWriter::Commit() {
   if (!has_changes_) return absl::OkStatus();
-  if (absl::Status status = WriteCountsAndContentId(); !status.ok()) return status;
-  if (absl::Status status = CommitToFile(); !status.ok()) return status;
+  RETURN_IF_ERROR(WriteCountsAndContentId());
+  RETURN_IF_ERROR(CommitToFile());
   has_changes_ = false;
   return TakeLock();
 }
 
 absl::Status MapWriter::SetMeta(const char* key, const std::string& value) {
-  absl::Status status = InsertPairs(schema::kSetMeta, {{key, value}}, MetaChecksum);
-  if (!status.ok()) return status;
+  RETURN_IF_ERROR(InsertPairs(schema::kSetMeta, {{key, value}}, MetaChecksum));
   has_changes_ = true;
   return Commit();
 }
 
 absl::Status MapWriter::ReplaceCalibration(const StoredCalibration& calibration) {
-  if (auto s = WriteCalibration(calibration, head_.content_id, connection_); !s.ok()) return s;
-  if (absl::Status status = CommitToFile(); !status.ok()) return status;
+  RETURN_IF_ERROR(WriteCalibration(calibration, head_.content_id, connection_));
+  RETURN_IF_ERROR(CommitToFile());
   return TakeLock();
 }
 

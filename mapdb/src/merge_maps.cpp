@@ -5,6 +5,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "copy_places.hpp"
+#include "scanloc/core/status_macros.hpp"
 
 namespace scanloc::mapdb {
 namespace {
@@ -32,15 +33,13 @@ absl::StatusOr<std::string> MergeMaps(const std::string& out,
   std::vector<CopySource> sources;
   sources.reserve(inputs.size());
   for (const std::string& path : inputs) {
-    absl::StatusOr<CopySource> source = ReadSource(path);
-    if (!source.ok()) return source.status();
-    sources.push_back(*std::move(source));
+    ASSIGN_OR_RETURN(CopySource source, ReadSource(path));
+    sources.push_back(std::move(source));
   }
   std::set<std::string> taken;
   std::vector<CopyPart> parts;
   for (CopySource& source : sources) {
-    absl::Status status = NameSessions(rename_sessions, taken, source);
-    if (!status.ok()) return status;
+    RETURN_IF_ERROR(NameSessions(rename_sessions, taken, source));
     parts.push_back({&source, [&source] { return AllPlaces(source); }});
   }
   return WriteCopy(out, parts, std::move(made_by), finish);

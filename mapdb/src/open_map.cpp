@@ -11,6 +11,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "folder.hpp"
+#include "scanloc/core/status_macros.hpp"
 #include "schema.hpp"
 
 namespace scanloc::mapdb {
@@ -25,10 +26,9 @@ constexpr std::size_t kApplicationIdOffset = 68;
 
 // A file switched to a write-ahead log is no longer one file, and reading it would make others.
 absl::Status CheckJournalMode(Connection& connection) {
-  const absl::StatusOr<std::string> front = connection.ReadFront(kFrontBytes);
-  if (!front.ok()) return front.status();
-  if (front->size() < kFrontBytes || !front->starts_with(kMagic)) return absl::OkStatus();
-  if ((*front)[kWriteVersionOffset] != 1 || (*front)[kReadVersionOffset] != 1) {
+  ASSIGN_OR_RETURN(const std::string front, connection.ReadFront(kFrontBytes));
+  if (front.size() < kFrontBytes || !front.starts_with(kMagic)) return absl::OkStatus();
+  if (front[kWriteVersionOffset] != 1 || front[kReadVersionOffset] != 1) {
     return DamagedError(connection.path(),
                         "it is not in rollback-journal mode, in which scanloc writes maps");
   }
@@ -38,7 +38,7 @@ absl::Status CheckJournalMode(Connection& connection) {
 // The first read takes the lock, and finds out whether a dead process left an unfinished write.
 absl::Status StartReading(Connection& connection) {
   for (const char* sql : {schema::kConfigureReader, schema::kBeginRead}) {
-    if (absl::Status status = connection.Execute(sql); !status.ok()) return status;
+    RETURN_IF_ERROR(connection.Execute(sql));
   }
   return connection.QueryInt(schema::kCountPages).status();
 }
@@ -78,14 +78,13 @@ absl::Status JournalError(const std::string& path) {
 }  // namespace
 
 absl::StatusOr<Connection> OpenConnection(const std::string& path, Access access) {
-  if (absl::Status status = CheckIsFile(path); !status.ok()) return status;
+  RETURN_IF_ERROR(CheckIsFile(path));
   const JournalState journal = LookAtJournal(JournalOf(path));
   if (journal == JournalState::kNoFile || journal == JournalState::kNamesAnother) {
     return JournalError(path);
   }
-  absl::StatusOr<Connection> connection = Connection::Open(path, access, kBusyTimeout_ms);
-  if (!connection.ok()) return connection.status();
-  if (absl::Status status = CheckJournalMode(*connection); !status.ok()) return status;
+  ASSIGN_OR_RETURN(Connection connection, Connection::Open(path, access, kBusyTimeout_ms));
+  RETURN_IF_ERROR(CheckJournalMode(connection));
   return connection;
 }
 
@@ -108,21 +107,20 @@ absl::Status CheckIsFile(const std::string& path) {
 }
 
 absl::Status CheckFront(Connection& connection) {
-  const absl::StatusOr<std::string> front = connection.ReadFront(kFrontBytes);
-  if (!front.ok()) return front.status();
+  ASSIGN_OR_RETURN(const std::string front, connection.ReadFront(kFrontBytes));
   const std::string& path = connection.path();
-  if (front->empty()) {
+  if (front.empty()) {
     return absl::InvalidArgumentError(
         absl::StrCat("map '", path,
                      "' is empty: its build was stopped before the first commit, or it is no map;",
                      " build it again with --resume"));
   }
-  if (front->size() < kFrontBytes || !front->starts_with(kMagic)) {
+  if (front.size() < kFrontBytes || !front.starts_with(kMagic)) {
     return absl::InvalidArgumentError(
         absl::StrCat("'", path, "' is not a scanloc map: it is not an SQLite file"));
   }
   std::uint32_t application_id = 0;
-  for (const char byte : front->substr(kApplicationIdOffset, 4)) {
+  for (const char byte : front.substr(kApplicationIdOffset, 4)) {
     application_id = application_id << 8 | static_cast<std::uint8_t>(byte);
   }
   if (application_id != schema::kApplicationId) {
@@ -138,11 +136,10 @@ absl::StatusOr<Connection> OpenForReading(const std::string& path) {
   // A build that ends just now may leave the look of one that was killed, for a moment.
   constexpr int kTries = 3;
   for (int i = 0; i < kTries; ++i) {
-    absl::StatusOr<Connection> connection = OpenConnection(path, Access::kRead);
-    if (!connection.ok()) return connection.status();
-    absl::Status status = StartReading(*connection);
-    if (!status.ok() && connection->needs_rollback()) continue;
-    if (status.ok()) status = CheckFront(*connection);
+    ASSIGN_OR_RETURN(Connection connection, OpenConnection(path, Access::kRead));
+    absl::Status status = StartReading(connection);
+    if (!status.ok() && connection.needs_rollback()) continue;
+    if (status.ok()) status = CheckFront(connection);
     if (!status.ok()) return status;
     return connection;
   }
@@ -150,13 +147,12 @@ absl::StatusOr<Connection> OpenForReading(const std::string& path) {
 }
 
 absl::StatusOr<Connection> OpenForWriting(const std::string& path, Access access) {
-  absl::StatusOr<Connection> connection = OpenConnection(path, access);
-  if (!connection.ok()) return connection.status();
-  if (connection->is_read_only()) {
+  ASSIGN_OR_RETURN(Connection connection, OpenConnection(path, access));
+  if (connection.is_read_only()) {
     return absl::PermissionDeniedError(
         absl::StrCat("cannot write map '", path, "'; check the rights to the file"));
   }
-  absl::Status status = connection->Execute(schema::kConfigureWriter);
+  absl::Status status = connection.Execute(schema::kConfigureWriter);
   if (status.ok()) return connection;
   const JournalState journal = LookAtJournal(JournalOf(path));
   const bool is_refused = access == Access::kWrite && journal == JournalState::kHot;

@@ -12,6 +12,7 @@
 #include "encoding.hpp"
 #include "scanloc/core/auto_fields.hpp"
 #include "scanloc/core/printable.hpp"
+#include "scanloc/core/status_macros.hpp"
 #include "schema.hpp"
 
 // Parameters by name, as the table `params` has them.
@@ -167,7 +168,7 @@ absl::StatusOr<Params> DecodeParams(const ParamTexts& texts, int schema_version)
     }
   });
   if (!problem.empty()) return absl::InvalidArgumentError(problem);
-  if (absl::Status s = Validate(params); !s.ok()) return s;
+  RETURN_IF_ERROR(Validate(params));
   return params;
 }
 

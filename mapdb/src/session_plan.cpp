@@ -3,11 +3,12 @@
 #include "absl/strings/str_cat.h"
 #include "encoding.hpp"
 #include "scanloc/core/limits.hpp"
+#include "scanloc/core/status_macros.hpp"
 
 namespace scanloc::mapdb {
 
 absl::Status Validate(const SessionPlan& plan) {
-  if (absl::Status status = CheckName("the session", plan.name); !status.ok()) return status;
+  RETURN_IF_ERROR(CheckName("the session", plan.name));
   if (plan.scans.empty()) {
     return absl::InvalidArgumentError(
         absl::StrCat("session '", plan.name, "' has no scan; give at least one"));
@@ -19,7 +20,7 @@ absl::Status Validate(const SessionPlan& plan) {
   }
   for (std::size_t i = 0; i < plan.scans.size(); ++i) {
     const PlannedScan& scan = plan.scans[i];
-    if (absl::Status s = CheckName(absl::StrCat("scan ", i), scan.name); !s.ok()) return s;
+    RETURN_IF_ERROR(CheckName(absl::StrCat("scan ", i), scan.name));
     if (absl::Status status = CheckPose(scan.T_map_place); !status.ok()) {
       return absl::InvalidArgumentError(
           absl::StrCat("scan ", i, " ('", scan.name, "'): ", status.message()));

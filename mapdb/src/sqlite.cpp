@@ -7,6 +7,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/strip.h"
 #include "scanloc/core/printable.hpp"
+#include "scanloc/core/status_macros.hpp"
 
 namespace scanloc::mapdb {
 namespace {
@@ -199,11 +200,10 @@ absl::StatusOr<Connection> Connection::Open(const std::string& path, Access acce
   const int code = sqlite3_open_v2(PlainPath(path).c_str(), &database, flags, FileLayer(access));
   Connection connection(database, path);
   if (code != SQLITE_OK) return SqliteError(database, code, path);
-  if (absl::Status s = Harden(database, path); !s.ok()) return s;
+  RETURN_IF_ERROR(Harden(database, path));
   connection.SetBusyTimeout(busy_timeout_ms);
-  const absl::StatusOr<std::int64_t> file_bytes = connection.FileBytes();
-  if (!file_bytes.ok()) return file_bytes.status();
-  connection.LimitTime(kLeastTime + std::chrono::seconds(*file_bytes / kSlowestBytesPerSecond));
+  ASSIGN_OR_RETURN(const std::int64_t file_bytes, connection.FileBytes());
+  connection.LimitTime(kLeastTime + std::chrono::seconds(file_bytes / kSlowestBytesPerSecond));
   return connection;
 }
 
@@ -221,11 +221,9 @@ absl::Status Connection::Execute(const char* sql) {
 }
 
 absl::StatusOr<std::int64_t> Connection::QueryInt(std::string_view sql) {
-  absl::StatusOr<Statement> statement = Prepare(sql);
-  if (!statement.ok()) return statement.status();
-  const absl::StatusOr<bool> row = statement->Step();
-  if (!row.ok()) return row.status();
-  return *row ? statement->Int(0) : 0;
+  ASSIGN_OR_RETURN(Statement statement, Prepare(sql));
+  ASSIGN_OR_RETURN(const bool row, statement.Step());
+  return row ? statement.Int(0) : 0;
 }
 
 void Connection::LimitTime(std::optional<std::chrono::nanoseconds> limit) {
@@ -255,9 +253,8 @@ absl::Status Connection::WithFile(const std::function<int(sqlite3_file&)>& use) 
 }
 
 absl::StatusOr<std::string> Connection::ReadFront(std::size_t num_bytes) {
-  const absl::StatusOr<std::int64_t> size = FileBytes();
-  if (!size.ok()) return size.status();
-  std::string front(std::min<std::int64_t>(static_cast<std::int64_t>(num_bytes), *size), '\0');
+  ASSIGN_OR_RETURN(const std::int64_t size, FileBytes());
+  std::string front(std::min<std::int64_t>(static_cast<std::int64_t>(num_bytes), size), '\0');
   if (front.empty()) return front;
   absl::Status status = WithFile([&](sqlite3_file& file) {
     return file.pMethods->xRead(&file, front.data(), static_cast<int>(front.size()), 0);

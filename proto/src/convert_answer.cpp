@@ -4,6 +4,7 @@
 #include "absl/strings/str_cat.h"
 #include "fields.hpp"
 #include "scanloc/core/limits.hpp"
+#include "scanloc/core/status_macros.hpp"
 #include "scanloc/proto/convert.hpp"
 
 namespace scanloc::proto {
@@ -58,23 +59,23 @@ absl::Status Check(const v1::Candidate& message) {
 }
 
 absl::StatusOr<Candidate> FromProto(const v1::Candidate& message) {
-  if (auto status = Check(message); !status.ok()) return status;
-  const auto T_map_place = PoseFromProto("candidate.T_map_place", message.t_map_place());
-  if (!T_map_place.ok()) return T_map_place.status();
-  const auto T_map_query = PoseFromProto("candidate.T_map_query", message.t_map_query());
-  if (!T_map_query.ok()) return T_map_query.status();
+  RETURN_IF_ERROR(Check(message));
+  ASSIGN_OR_RETURN(const auto T_map_place,
+                   PoseFromProto("candidate.T_map_place", message.t_map_place()));
+  ASSIGN_OR_RETURN(const auto T_map_query,
+                   PoseFromProto("candidate.T_map_query", message.t_map_query()));
 
   Candidate candidate;
   candidate.place = message.place();
   candidate.session = message.session();
   candidate.session_name = message.session_name();
   candidate.map = message.map();
-  candidate.T_map_place = *T_map_place;
+  candidate.T_map_place = T_map_place;
   candidate.distance = message.distance();
   if (message.has_confidence()) candidate.confidence = message.confidence();
   candidate.yaw_rad = message.yaw_rad();
   candidate.lateral_m = message.lateral_m();
-  candidate.T_map_query = *T_map_query;
+  candidate.T_map_query = T_map_query;
   if (message.covariance_size() > 0) {
     constexpr int kNumElements = 36;
     if (message.covariance_size() != kNumElements) {
@@ -85,12 +86,10 @@ absl::StatusOr<Candidate> FromProto(const v1::Candidate& message) {
       if (i == 0) candidate.covariance.emplace();
       (*candidate.covariance)(i / 6, i % 6) = message.covariance(i);
     }
-    if (auto status = CheckCovariance(*candidate.covariance); !status.ok()) return status;
+    RETURN_IF_ERROR(CheckCovariance(*candidate.covariance));
   }
   if (message.has_geo()) {
-    const auto geo = GeoPoseFromProto("candidate.geo", message.geo());
-    if (!geo.ok()) return geo.status();
-    candidate.geo = *geo;
+    ASSIGN_OR_RETURN(candidate.geo, GeoPoseFromProto("candidate.geo", message.geo()));
   }
   return candidate;
 }
@@ -145,19 +144,17 @@ absl::StatusOr<LocalizeReply> FromProto(const v1::LocalizeResponse& message) {
                      limits::kMaxCandidates, " are allowed")));
   }
   if (!status.ok()) return status;
-  const auto outcome = FromProto(message.outcome());
-  if (!outcome.ok()) return outcome.status();
+  ASSIGN_OR_RETURN(const auto outcome, FromProto(message.outcome()));
 
   LocalizeReply reply;
   reply.map = message.map();
-  reply.answer.outcome = *outcome;
+  reply.answer.outcome = outcome;
   reply.answer.reason = message.reason();
   reply.answer.content_id = message.content_id();
   reply.answer.candidates.reserve(message.candidates_size());
   for (const v1::Candidate& candidate : message.candidates()) {
-    auto converted = FromProto(candidate);
-    if (!converted.ok()) return converted.status();
-    reply.answer.candidates.push_back(*std::move(converted));
+    ASSIGN_OR_RETURN(auto converted, FromProto(candidate));
+    reply.answer.candidates.push_back(std::move(converted));
   }
   reply.queue_ns = message.times().queue_ns();
   reply.decode_ns = message.times().decode_ns();
@@ -194,9 +191,8 @@ v1::LocalizeResponse ToProto(const LocalizeReply& reply) {
 
 absl::StatusOr<std::optional<Pose>> OdometryFromProto(const v1::StreamScan& message) {
   if (!message.has_t_last_scan()) return std::nullopt;
-  const auto pose = PoseFromProto("T_last_scan", message.t_last_scan());
-  if (!pose.ok()) return pose.status();
-  return *pose;
+  ASSIGN_OR_RETURN(const auto pose, PoseFromProto("T_last_scan", message.t_last_scan()));
+  return pose;
 }
 
 void SetOdometry(const std::optional<Pose>& T_last_scan, v1::StreamScan* message) {
@@ -204,13 +200,12 @@ void SetOdometry(const std::optional<Pose>& T_last_scan, v1::StreamScan* message
 }
 
 absl::StatusOr<TrackedReply> FromProto(const v1::TrackedAnswer& message) {
-  auto reply = FromProto(message.answer());
-  if (!reply.ok()) return reply.status();
+  ASSIGN_OR_RETURN(auto reply, FromProto(message.answer()));
   if (message.num_scans() < 0) {
     return absl::InvalidArgumentError(
         absl::StrCat("num_scans is ", message.num_scans(), "; it must not be negative"));
   }
-  return TrackedReply{*std::move(reply), message.num_scans(), message.relocated()};
+  return TrackedReply{std::move(reply), message.num_scans(), message.relocated()};
 }
 
 v1::TrackedAnswer ToProto(const TrackedReply& reply) {

@@ -8,6 +8,7 @@
 #include "fields.hpp"
 #include "scanloc/core/auto_fields.hpp"
 #include "scanloc/core/limits.hpp"
+#include "scanloc/core/status_macros.hpp"
 #include "scanloc/proto/convert.hpp"
 
 namespace scanloc::proto {
@@ -93,11 +94,9 @@ absl::StatusOr<Params> FromProto(const v1::Params& message) {
       !message.has_structure()) {
     return absl::InvalidArgumentError("params lack polar, cart, search or structure");
   }
-  const auto shift_mode = FromProto(message.cart().shift_mode());
-  if (!shift_mode.ok()) return shift_mode.status();
+  ASSIGN_OR_RETURN(const auto shift_mode, FromProto(message.cart().shift_mode()));
 
-  auto automatic = AutoParamsFromProto(message);
-  if (!automatic.ok()) return automatic.status();
+  ASSIGN_OR_RETURN(auto automatic, AutoParamsFromProto(message));
 
   const v1::PolarParams& polar = message.polar();
   const v1::CartParams& cart = message.cart();
@@ -116,7 +115,7 @@ absl::StatusOr<Params> FromProto(const v1::Params& message) {
                .max_x_m = cart.max_x_m(),
                .max_y_m = cart.max_y_m(),
                .double_flip = cart.double_flip(),
-               .shift_mode = *shift_mode,
+               .shift_mode = shift_mode,
                .max_shift_cols = cart.max_shift_cols()},
       .structure = {.enabled = message.structure().enabled()},
       .search = {.num_candidates = search.num_candidates(),
@@ -125,8 +124,8 @@ absl::StatusOr<Params> FromProto(const v1::Params& message) {
                  .cart_threshold = search.cart_threshold(),
                  .min_confidence = search.min_confidence(),
                  .min_voxels = search.min_voxels()},
-      .automatic = *automatic};
-  if (auto status = Validate(params); !status.ok()) return status;
+      .automatic = automatic};
+  RETURN_IF_ERROR(Validate(params));
   return params;
 }
 
@@ -181,19 +180,16 @@ absl::StatusOr<MapInfo> FromProto(const v1::MapInfo& message) {
     status.Update(CheckLength("sessions", session, limits::kMaxNameBytes));
   }
   if (!status.ok()) return status;
-  auto params = FromProto(message.params());
-  if (!params.ok()) return params.status();
+  ASSIGN_OR_RETURN(auto params, FromProto(message.params()));
 
   MapInfo info;
   info.name = message.name();
   info.content_id = message.content_id();
-  info.params = *std::move(params);
+  info.params = std::move(params);
   info.sessions.assign(message.sessions().begin(), message.sessions().end());
   info.num_places = message.num_places();
   if (message.has_extent()) {
-    const auto extent = BoxFromProto("extent", message.extent());
-    if (!extent.ok()) return extent.status();
-    info.extent = *extent;
+    ASSIGN_OR_RETURN(info.extent, BoxFromProto("extent", message.extent()));
   }
   info.generation = message.generation();
   if (message.has_geo_origin()) {
@@ -238,10 +234,9 @@ absl::StatusOr<std::vector<MapSummary>> FromProto(const v1::ListMapsResponse& me
     status.Update(CheckLength("content_id", map.content_id(), kMaxContentIdBytes));
     status.Update(CheckNumPlaces(map.num_places()));
     if (!status.ok()) return status;
-    const auto state = FromProto(map.state());
-    if (!state.ok()) return state.status();
+    ASSIGN_OR_RETURN(const auto state, FromProto(map.state()));
     maps.push_back({.name = map.name(),
-                    .state = *state,
+                    .state = state,
                     .content_id = map.content_id(),
                     .num_places = map.num_places(),
                     .generation = map.generation()});
@@ -261,13 +256,11 @@ absl::StatusOr<PlacesPage> FromProto(const v1::ListPlacesResponse& message) {
                   .next_page_token = message.next_page_token()};
   page.places.reserve(message.places_size());
   for (const v1::Place& place : message.places()) {
-    const auto converted = PlaceFromProto(place);
-    if (!converted.ok()) return converted.status();
-    page.places.push_back(*converted);
+    ASSIGN_OR_RETURN(const auto converted, PlaceFromProto(place));
+    page.places.push_back(converted);
     if (!place.has_geo()) continue;
-    const auto geo = GeoPoseFromProto("place.geo", place.geo());
-    if (!geo.ok()) return geo.status();
-    page.geo.push_back(*geo);
+    ASSIGN_OR_RETURN(const auto geo, GeoPoseFromProto("place.geo", place.geo()));
+    page.geo.push_back(geo);
   }
   if (!page.geo.empty() && page.geo.size() != page.places.size()) {
     return absl::InvalidArgumentError("some places have a position on earth and others none");

@@ -8,6 +8,7 @@
 #include "fields.hpp"
 #include "scanloc/core/limits.hpp"
 #include "scanloc/core/method.hpp"
+#include "scanloc/core/status_macros.hpp"
 #include "scanloc/proto/convert.hpp"
 #include "scanloc/v1/capture.pb.h"
 
@@ -67,8 +68,7 @@ absl::StatusOr<Prior> FromProto(const v1::Prior& message) {
                       .radius_m = disc.radius_m()};
   }
   for (const std::string& session : message.sessions()) {
-    auto status = CheckLength("options.prior.sessions", session, limits::kMaxNameBytes);
-    if (!status.ok()) return status;
+    RETURN_IF_ERROR(CheckLength("options.prior.sessions", session, limits::kMaxNameBytes));
     prior.sessions.push_back(session);
   }
   if (auto status = Validate(prior); !status.ok()) {
@@ -112,13 +112,10 @@ absl::Status CheckAskedMap(const std::string& name) {
 // should not cost the description of its scan.
 absl::StatusOr<Query> FromProto(const v1::LocalizeOptions& message) {
   Query query;
-  if (auto status = SetMethod(message, &query); !status.ok()) return status;
+  RETURN_IF_ERROR(SetMethod(message, &query));
   if (message.has_num_candidates()) {
-    if (auto status = CheckRange("options.num_candidates", message.num_candidates(), 1,
-                                 limits::kMaxCandidates);
-        !status.ok()) {
-      return status;
-    }
+    RETURN_IF_ERROR(
+        CheckRange("options.num_candidates", message.num_candidates(), 1, limits::kMaxCandidates));
     query.num_candidates = message.num_candidates();
   }
   absl::Status status =
@@ -134,20 +131,15 @@ absl::StatusOr<Query> FromProto(const v1::LocalizeOptions& message) {
     query.max_answers = message.max_answers();
   }
   if (message.has_prior()) {
-    auto prior = FromProto(message.prior());
-    if (!prior.ok()) return prior.status();
-    query.prior = *std::move(prior);
+    ASSIGN_OR_RETURN(query.prior, FromProto(message.prior()));
   }
   return query;
 }
 
 absl::StatusOr<std::chrono::milliseconds> BudgetFromProto(const v1::LocalizeOptions& message) {
   if (!message.has_budget_ms()) return std::chrono::milliseconds(0);
-  if (auto status = CheckRange("options.budget_ms", message.budget_ms(), 1,
-                               std::numeric_limits<std::int32_t>::max());
-      !status.ok()) {
-    return status;
-  }
+  RETURN_IF_ERROR(CheckRange("options.budget_ms", message.budget_ms(), 1,
+                             std::numeric_limits<std::int32_t>::max()));
   return std::chrono::milliseconds(message.budget_ms());
 }
 
@@ -178,28 +170,16 @@ absl::StatusOr<CapturedQuery> ParseCapturedQuery(const std::string& bytes) {
   }
   const v1::LocalizeRequest& request = message.request();
   CapturedQuery captured{.request_id = message.request_id(), .map = request.map()};
-  if (auto status = CheckAskedMap(captured.map); !status.ok()) return status;
-  auto query = FromProto(request.options());
-  if (!query.ok()) return query.status();
-  captured.query = *std::move(query);
-  auto header = HeaderFromProto(request);
-  if (!header.ok()) return header.status();
-  captured.header = *std::move(header);
-  const auto budget = BudgetFromProto(request.options());
-  if (!budget.ok()) return budget.status();
-  captured.budget = *budget;
-  auto reply = FromProto(message.response());
-  if (!reply.ok()) return reply.status();
-  captured.reply = *std::move(reply);
+  RETURN_IF_ERROR(CheckAskedMap(captured.map));
+  ASSIGN_OR_RETURN(captured.query, FromProto(request.options()));
+  ASSIGN_OR_RETURN(captured.header, HeaderFromProto(request));
+  ASSIGN_OR_RETURN(captured.budget, BudgetFromProto(request.options()));
+  ASSIGN_OR_RETURN(captured.reply, FromProto(message.response()));
   if (request.has_scan()) {
-    if (auto status = FromProto(request.scan(), &captured.scan); !status.ok()) return status;
-    auto mount = MountFromProto(request.scan());
-    if (!mount.ok()) return mount.status();
-    captured.mount = *mount;
+    RETURN_IF_ERROR(FromProto(request.scan(), &captured.scan));
+    ASSIGN_OR_RETURN(captured.mount, MountFromProto(request.scan()));
   } else if (request.has_descriptors()) {
-    auto descriptor = FromProto(request.descriptors());
-    if (!descriptor.ok()) return descriptor.status();
-    captured.descriptor = *std::move(descriptor);
+    ASSIGN_OR_RETURN(captured.descriptor, FromProto(request.descriptors()));
   } else {
     return absl::InvalidArgumentError("the captured query has neither scan nor descriptors");
   }

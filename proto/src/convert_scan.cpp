@@ -11,6 +11,7 @@
 #include "absl/strings/string_view.h"
 #include "fields.hpp"
 #include "scanloc/core/limits.hpp"
+#include "scanloc/core/status_macros.hpp"
 #include "scanloc/proto/convert.hpp"
 
 namespace scanloc::proto {
@@ -28,11 +29,8 @@ void AppendBytes(Number number, std::string& bytes) {
 absl::StatusOr<Context> FromProto(absl::string_view field, const v1::Context& message) {
   for (const auto& [side, length] :
        {std::pair("num_rows", message.num_rows()), std::pair("num_cols", message.num_cols())}) {
-    if (auto status =
-            CheckRange(absl::StrCat(field, ".", side), length, 1, limits::kMaxDescriptorSide);
-        !status.ok()) {
-      return status;
-    }
+    RETURN_IF_ERROR(
+        CheckRange(absl::StrCat(field, ".", side), length, 1, limits::kMaxDescriptorSide));
   }
   Context context{.num_rows = message.num_rows(), .num_cols = message.num_cols(), .cells_cm = {}};
   const std::size_t num_cells = static_cast<std::size_t>(context.num_rows) * context.num_cols;
@@ -148,15 +146,12 @@ absl::StatusOr<SensorMount> MountFromProto(const v1::ScanPoints& message) {
   if (!message.has_mount()) return mount;
   const v1::SensorMount& given = message.mount();
   if (given.has_t_base_sensor()) {
-    const auto pose = PoseFromProto("scan.mount.T_base_sensor", given.t_base_sensor());
-    if (!pose.ok()) return pose.status();
-    mount.T_base_sensor = *pose;
+    ASSIGN_OR_RETURN(mount.T_base_sensor,
+                     PoseFromProto("scan.mount.T_base_sensor", given.t_base_sensor()));
   }
   mount.min_range_m = given.min_range_m();
   if (given.has_self_box()) {
-    const auto box = BoxFromProto("scan.mount.self_box", given.self_box());
-    if (!box.ok()) return box.status();
-    mount.self_box = *box;
+    ASSIGN_OR_RETURN(mount.self_box, BoxFromProto("scan.mount.self_box", given.self_box()));
   }
   if (auto status = Validate(mount); !status.ok()) {
     return absl::InvalidArgumentError(absl::StrCat("scan.mount: ", status.message()));
@@ -165,10 +160,7 @@ absl::StatusOr<SensorMount> MountFromProto(const v1::ScanPoints& message) {
 }
 
 absl::StatusOr<ScanHeader> HeaderFromProto(const v1::LocalizeRequest& message) {
-  if (auto status = CheckLength("frame_id", message.frame_id(), limits::kMaxNameBytes);
-      !status.ok()) {
-    return status;
-  }
+  RETURN_IF_ERROR(CheckLength("frame_id", message.frame_id(), limits::kMaxNameBytes));
   return ScanHeader{.stamp_ns = message.stamp_ns(), .frame_id = message.frame_id()};
 }
 
@@ -178,26 +170,17 @@ void SetHeader(const ScanHeader& header, v1::LocalizeRequest* message) {
 }
 
 absl::StatusOr<SignedDescriptor> FromProto(const v1::Descriptors& message) {
-  if (auto status = CheckLength("descriptors.signature", message.signature(), kMaxSignatureBytes);
-      !status.ok()) {
-    return status;
-  }
+  RETURN_IF_ERROR(CheckLength("descriptors.signature", message.signature(), kMaxSignatureBytes));
   SignedDescriptor result;
   result.signature = message.signature();
   if (message.has_polar()) {
-    auto polar = FromProto("descriptors.polar", message.polar());
-    if (!polar.ok()) return polar.status();
-    result.descriptor.polar = *std::move(polar);
+    ASSIGN_OR_RETURN(result.descriptor.polar, FromProto("descriptors.polar", message.polar()));
   }
   if (message.has_cart()) {
-    auto cart = FromProto("descriptors.cart", message.cart());
-    if (!cart.ok()) return cart.status();
-    result.descriptor.cart = *std::move(cart);
+    ASSIGN_OR_RETURN(result.descriptor.cart, FromProto("descriptors.cart", message.cart()));
   }
   if (message.has_structure()) {
-    auto structure = StructureFromProto(message.structure());
-    if (!structure.ok()) return structure.status();
-    result.descriptor.structure = *std::move(structure);
+    ASSIGN_OR_RETURN(result.descriptor.structure, StructureFromProto(message.structure()));
   }
   result.descriptor.num_voxels = message.num_voxels();
   result.descriptor.knows_up = !message.up_unknown();

@@ -8,6 +8,7 @@
 #include "absl/strings/str_cat.h"
 #include "fields.hpp"
 #include "scanloc/core/limits.hpp"
+#include "scanloc/core/status_macros.hpp"
 #include "scanloc/proto/convert.hpp"
 
 namespace scanloc {
@@ -43,7 +44,7 @@ absl::Status ReadOwn(const Map& map, std::int32_t place, ScanDescriptor* descrip
   if (map.params.cart.enabled) ids.push_back({place, Part::kCart, 0});
   if (map.params.structure.enabled) ids.push_back({place, Part::kStructure, 0});
   std::vector<std::shared_ptr<const Payload>> payloads;
-  if (auto status = map.payload->Read(ids, SearchControl(), payloads); !status.ok()) return status;
+  RETURN_IF_ERROR(map.payload->Read(ids, SearchControl(), payloads));
   for (std::size_t i = 0; i < payloads.size(); ++i) {
     const Payload& payload = *payloads[i];
     if (ids[i].part == Part::kStructure) descriptor->structure = payload.structure;
@@ -66,7 +67,7 @@ absl::StatusOr<PlaceDetails> DetailsOf(const Map& map, std::int32_t place) {
   }
   PlaceDetails details{.content_id = map.content_id, .place = map.places[place], .descriptor = {}};
   if (map.payload != nullptr) {
-    if (auto status = ReadOwn(map, place, &details.descriptor); !status.ok()) return status;
+    RETURN_IF_ERROR(ReadOwn(map, place, &details.descriptor));
     return details;
   }
   details.descriptor.polar = OwnContext(map.polar, place);
@@ -101,41 +102,30 @@ absl::StatusOr<SeenAnswer> SeenFromProto(const v1::SeenAnswer& message) {
   absl::Status status = CheckLength("request_id", message.request_id(), limits::kMaxNameBytes);
   status.Update(CheckLength("client", message.client(), kMaxReasonBytes));
   if (!status.ok()) return status;
-  auto reply = proto::FromProto(message.answer());
-  if (!reply.ok()) return reply.status();
+  ASSIGN_OR_RETURN(auto reply, proto::FromProto(message.answer()));
   SeenAnswer seen{.number = message.number(),
                   .answered_ns = message.answered_ns(),
                   .request_id = message.request_id(),
                   .client = message.client(),
-                  .reply = *std::move(reply),
+                  .reply = std::move(reply),
                   .structure = {},
                   .is_of_stream = message.is_of_stream()};
   if (!message.has_structure()) return seen;
-  auto structure = StructureFromProto(message.structure());
-  if (!structure.ok()) return structure.status();
-  seen.structure = *std::move(structure);
-  const auto T_query_structure = PoseFromProto("T_query_structure", message.t_query_structure());
-  if (!T_query_structure.ok()) return T_query_structure.status();
-  seen.T_query_structure = *T_query_structure;
+  ASSIGN_OR_RETURN(seen.structure, StructureFromProto(message.structure()));
+  ASSIGN_OR_RETURN(seen.T_query_structure,
+                   PoseFromProto("T_query_structure", message.t_query_structure()));
   return seen;
 }
 
 }  // namespace
 
 absl::StatusOr<PlaceDetails> FromProto(const v1::GetPlaceResponse& message) {
-  if (auto status = CheckLength("content_id", message.content_id(), kMaxContentIdBytes);
-      !status.ok()) {
-    return status;
-  }
-  const auto place = PlaceFromProto(message.place());
-  if (!place.ok()) return place.status();
-  auto descriptor = FromProto(message.descriptors());
-  if (!descriptor.ok()) return descriptor.status();
-  PlaceDetails details{message.content_id(), *place, std::move(descriptor->descriptor)};
+  RETURN_IF_ERROR(CheckLength("content_id", message.content_id(), kMaxContentIdBytes));
+  ASSIGN_OR_RETURN(const auto place, PlaceFromProto(message.place()));
+  ASSIGN_OR_RETURN(auto descriptor, FromProto(message.descriptors()));
+  PlaceDetails details{message.content_id(), place, std::move(descriptor.descriptor)};
   if (message.place().has_geo()) {
-    const auto geo = GeoPoseFromProto("place.geo", message.place().geo());
-    if (!geo.ok()) return geo.status();
-    details.geo = *geo;
+    ASSIGN_OR_RETURN(details.geo, GeoPoseFromProto("place.geo", message.place().geo()));
   }
   return details;
 }
@@ -241,9 +231,8 @@ absl::StatusOr<AnswersPage> FromProto(const v1::ListAnswersResponse& message) {
   AnswersPage page{.run = message.run(), .answers = {}, .next_after = message.next_after()};
   page.answers.reserve(message.answers_size());
   for (const v1::SeenAnswer& answer : message.answers()) {
-    auto seen = SeenFromProto(answer);
-    if (!seen.ok()) return seen.status();
-    page.answers.push_back(*std::move(seen));
+    ASSIGN_OR_RETURN(auto seen, SeenFromProto(answer));
+    page.answers.push_back(std::move(seen));
   }
   return page;
 }

@@ -4,6 +4,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "scanloc/core/limits.hpp"
+#include "scanloc/core/status_macros.hpp"
 
 namespace scanloc::proto {
 
@@ -91,14 +92,11 @@ v1::GeoPose GeoPoseToProto(const GeoPose& pose) {
 }
 
 absl::StatusOr<Place> PlaceFromProto(const v1::Place& message) {
-  const auto T_map_place = PoseFromProto("place.T_map_place", message.t_map_place());
-  if (!T_map_place.ok()) return T_map_place.status();
-  if (auto status = CheckRange("place.session", message.session(), 0,
-                               static_cast<double>(limits::kMaxSessions));
-      !status.ok()) {
-    return status;
-  }
-  return Place{*T_map_place, message.stamp_ns(), message.session()};
+  ASSIGN_OR_RETURN(const auto T_map_place,
+                   PoseFromProto("place.T_map_place", message.t_map_place()));
+  RETURN_IF_ERROR(
+      CheckRange("place.session", message.session(), 0, static_cast<double>(limits::kMaxSessions)));
+  return Place{T_map_place, message.stamp_ns(), message.session()};
 }
 
 v1::Place PlaceToProto(const Place& place, const GeoPose* geo) {

@@ -11,6 +11,7 @@
 #include "arrays.hpp"
 #include "bindings.hpp"
 #include "errors.hpp"
+#include "scanloc/core/status_macros.hpp"
 
 namespace nb = nanobind;
 
@@ -44,7 +45,7 @@ class SharedStream {
   }
   absl::StatusOr<bool> Close() {
     const std::lock_guard<std::mutex> lock(mutex_);
-    if (absl::Status status = stream_.Close(); !status.ok()) return status;
+    RETURN_IF_ERROR(stream_.Close());
     return true;
   }
 

@@ -10,6 +10,7 @@
 #include "bindings.hpp"
 #include "python_map.hpp"
 #include "python_scans.hpp"
+#include "scanloc/core/status_macros.hpp"
 #include "scanloc/eval/evaluation.hpp"
 
 namespace nb = nanobind;
@@ -103,11 +104,10 @@ void BindEvaluation(nb::module_& m) {
         options.num_timed = 0;
         options.read_query = [&](std::size_t i) { return scans(i); };
         return UnlockedReading(scans, [&]() -> absl::StatusOr<std::vector<MethodResult>> {
-          const auto localizer = Localizer::Create(map.map);
-          if (!localizer.ok()) return localizer.status();
+          ASSIGN_OR_RETURN(const auto localizer, Localizer::Create(map.map));
           std::vector<eval::EvalQuery> queries = QueriesOf(truth, num_scans);
           eval::FindRevisits(*map.map, within_m, &queries);
-          return eval::Evaluate(**localizer, queries, options,
+          return eval::Evaluate(*localizer, queries, options,
                                 [&](std::size_t) { scans.Call([] {}); });
         });
       },

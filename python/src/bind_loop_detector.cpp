@@ -10,6 +10,7 @@
 #include "errors.hpp"
 #include "keywords.hpp"
 #include "scanloc/core/loop_detector.hpp"
+#include "scanloc/core/status_macros.hpp"
 #include "scanloc/proto/messages.hpp"
 
 namespace nb = nanobind;
@@ -113,7 +114,7 @@ void BindLoopDetector(nb::module_& m) {
           [](SharedLoopDetector& self, nb::handle T_map_place) {
             const std::vector<Pose> poses = PosesOf(T_map_place, "T_map_place");
             self.With([&](LoopDetector& detector) -> absl::StatusOr<bool> {
-              if (absl::Status s = detector.MovePlaces(poses); !s.ok()) return s;
+              RETURN_IF_ERROR(detector.MovePlaces(poses));
               return true;
             });
           },

@@ -5,6 +5,7 @@
 #include "absl/strings/str_cat.h"
 #include "python_scans.hpp"
 #include "scanloc/core/map/spacing.hpp"
+#include "scanloc/core/status_macros.hpp"
 #include "scanloc/mapdb/calibrate_map.hpp"
 #include "scanloc/mapdb/check_session.hpp"
 #include "scanloc/mapdb/fix_params.hpp"
@@ -87,27 +88,26 @@ PythonMap BuildMap(mapdb::BuildOptions options, GivenDrive drive, const BuildSte
     });
   };
   return UnlockedReading(scans, [&]() -> absl::StatusOr<PythonMap> {
-    if (absl::Status s = mapdb::FixParams(fix, plan, load, options); !s.ok()) return s;
+    RETURN_IF_ERROR(mapdb::FixParams(fix, plan, load, options));
     if (steps.check) {
-      if (absl::Status s = CheckDrive(options, plan, load); !s.ok()) return s;
+      RETURN_IF_ERROR(CheckDrive(options, plan, load));
     }
-    if (absl::Status s = mapdb::BuildMap(options, plan, load, tell).status(); !s.ok()) return s;
+    RETURN_IF_ERROR(mapdb::BuildMap(options, plan, load, tell).status());
     if (steps.calibrate && options.params.structure.enabled) {
       const mapdb::CalibrateOptions calibration{
           .path = options.path,
           .num_threads = options.num_threads,
           .progress = [&](const mapdb::CalibrateProgress&) { scans.Call([] {}); },
           .is_cancelled = [&] { return scans.raised(); }};
-      if (absl::Status s = mapdb::CalibrateMap(calibration).status(); !s.ok()) return s;
+      RETURN_IF_ERROR(mapdb::CalibrateMap(calibration).status());
     }
     return OpenMap(options.path);
   });
 }
 
 absl::StatusOr<PythonMap> OpenMap(const std::string& path) {
-  absl::StatusOr<Map> map = mapdb::LoadMap(path);
-  if (!map.ok()) return map.status();
-  return PythonMap{std::make_shared<const Map>(*std::move(map)), path};
+  ASSIGN_OR_RETURN(Map map, mapdb::LoadMap(path));
+  return PythonMap{std::make_shared<const Map>(std::move(map)), path};
 }
 
 }  // namespace scanloc::python

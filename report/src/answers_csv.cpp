@@ -7,6 +7,7 @@
 #include <system_error>
 
 #include "absl/strings/str_cat.h"
+#include "scanloc/core/status_macros.hpp"
 #include "scanloc/report/csv.hpp"
 
 namespace scanloc::report {
@@ -32,26 +33,23 @@ absl::StatusOr<std::string> ReadText(const std::string& path) {
 absl::StatusOr<std::optional<Eigen::Vector2d>> ReadPoint(const CsvTable& table, std::size_t row,
                                                          const char* x_column,
                                                          const char* y_column) {
-  const absl::StatusOr<std::optional<double>> x = table.Number(row, x_column);
-  if (!x.ok()) return x.status();
-  const absl::StatusOr<std::optional<double>> y = table.Number(row, y_column);
-  if (!y.ok()) return y.status();
-  if (!x->has_value() || !y->has_value()) return std::nullopt;
-  return Eigen::Vector2d(**x, **y);
+  ASSIGN_OR_RETURN(const std::optional<double> x, table.Number(row, x_column));
+  ASSIGN_OR_RETURN(const std::optional<double> y, table.Number(row, y_column));
+  if (!x.has_value() || !y.has_value()) return std::nullopt;
+  return Eigen::Vector2d(*x, *y);
 }
 
 absl::StatusOr<CsvAnswer> ReadAnswer(const CsvTable& table, std::size_t row) {
   CsvAnswer answer{.query = table.Text(row, "query"), .outcome = table.Text(row, "outcome")};
-  const absl::StatusOr<std::optional<double>> place = table.Number(row, "place");
-  if (!place.ok()) return place.status();
-  if (place->has_value()) {
+  ASSIGN_OR_RETURN(const std::optional<double> place, table.Number(row, "place"));
+  if (place.has_value()) {
     constexpr double kMaxPlace = 1e15;
-    if (**place < 0.0 || **place > kMaxPlace || std::floor(**place) != **place) {
+    if (*place < 0.0 || *place > kMaxPlace || std::floor(*place) != *place) {
       return absl::InvalidArgumentError(absl::StrCat(answer.query, ": place is \"",
                                                      table.Text(row, "place").substr(0, 40),
                                                      "\", which is no index"));
     }
-    answer.place = static_cast<std::size_t>(**place);
+    answer.place = static_cast<std::size_t>(*place);
   }
   absl::StatusOr<std::optional<Eigen::Vector2d>> point = ReadPoint(table, row, "x", "y");
   if (!point.ok()) return point.status();
@@ -68,25 +66,22 @@ absl::StatusOr<CsvAnswer> ReadAnswer(const CsvTable& table, std::size_t row) {
 }
 
 absl::StatusOr<std::vector<CsvAnswer>> ReadAnswers(const std::string& path) {
-  const absl::StatusOr<std::string> text = ReadText(path);
-  if (!text.ok()) return text.status();
-  const absl::StatusOr<CsvTable> table = CsvTable::Parse(*text);
-  if (!table.ok()) return table.status();
+  ASSIGN_OR_RETURN(const std::string text, ReadText(path));
+  ASSIGN_OR_RETURN(const CsvTable table, CsvTable::Parse(text));
   for (const char* column : {"query", "outcome", "place", "x", "y"}) {
-    if (!table->HasColumn(column)) {
+    if (!table.HasColumn(column)) {
       return absl::InvalidArgumentError(absl::StrCat("it has no column \"", column,
                                                      "\", so it is not the CSV of scanloc locate"));
     }
   }
   std::vector<CsvAnswer> answers;
-  for (std::size_t row = 0; row < table->num_rows(); ++row) {
-    if (table->HasColumn("rank")) {
-      const std::string& rank = table->Text(row, "rank");
+  for (std::size_t row = 0; row < table.num_rows(); ++row) {
+    if (table.HasColumn("rank")) {
+      const std::string& rank = table.Text(row, "rank");
       if (!rank.empty() && rank != "1") continue;
     }
-    absl::StatusOr<CsvAnswer> answer = ReadAnswer(*table, row);
-    if (!answer.ok()) return answer.status();
-    answers.push_back(*std::move(answer));
+    ASSIGN_OR_RETURN(CsvAnswer answer, ReadAnswer(table, row));
+    answers.push_back(std::move(answer));
   }
   return answers;
 }

@@ -7,6 +7,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "scanloc/core/printable.hpp"
+#include "scanloc/core/status_macros.hpp"
 
 namespace scanloc::report {
 namespace {
@@ -24,9 +25,8 @@ class RowReader {
   [[nodiscard]] absl::StatusOr<std::vector<std::string>> Next() {
     std::vector<std::string> fields;
     for (;;) {
-      absl::StatusOr<std::string> field = NextField();
-      if (!field.ok()) return field.status();
-      fields.push_back(*std::move(field));
+      ASSIGN_OR_RETURN(std::string field, NextField());
+      fields.push_back(std::move(field));
       if (AtEnd() || text_[at_++] == '\n') break;  // else it was a comma
     }
     ++line_;
@@ -111,10 +111,9 @@ void AppendPoseFields(const Pose& pose, std::vector<std::string>* fields) {
 absl::StatusOr<CsvTable> CsvTable::Parse(const std::string& text) {
   RowReader reader(text);
   if (reader.AtEnd()) return absl::InvalidArgumentError("the file is empty");
-  const absl::StatusOr<std::vector<std::string>> header = reader.Next();
-  if (!header.ok()) return header.status();
+  ASSIGN_OR_RETURN(const std::vector<std::string> header, reader.Next());
   CsvTable table;
-  for (const std::string& name : *header) {
+  for (const std::string& name : header) {
     if (!table.columns_.emplace(name, table.columns_.size()).second) {
       return absl::InvalidArgumentError(
           absl::StrCat("line 1: the column \"", name, "\" is there twice"));
@@ -122,14 +121,13 @@ absl::StatusOr<CsvTable> CsvTable::Parse(const std::string& text) {
   }
   while (!reader.AtEnd()) {
     const std::size_t line = reader.line();
-    absl::StatusOr<std::vector<std::string>> fields = reader.Next();
-    if (!fields.ok()) return fields.status();
-    if (fields->size() == 1 && fields->front().empty()) continue;
-    if (fields->size() != header->size()) {
+    ASSIGN_OR_RETURN(std::vector<std::string> fields, reader.Next());
+    if (fields.size() == 1 && fields.front().empty()) continue;
+    if (fields.size() != header.size()) {
       return absl::InvalidArgumentError(absl::StrCat(
-          "line ", line, ": ", fields->size(), " fields, but the header has ", header->size()));
+          "line ", line, ": ", fields.size(), " fields, but the header has ", header.size()));
     }
-    table.rows_.push_back(*std::move(fields));
+    table.rows_.push_back(std::move(fields));
     table.lines_.push_back(line);
   }
   return table;

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "scanloc/core/status_macros.hpp"
 
 namespace scanloc::ros2 {
 
@@ -23,9 +24,7 @@ absl::StatusOr<TrackedReply> Asker::Ask(const Question& question) {
   const bool was_open = stream_.has_value();
   for (bool is_first = true;; is_first = false) {
     if (!stream_) {
-      auto opened = client_->OpenStream(options_);
-      if (!opened.ok()) return opened.status();
-      stream_ = *std::move(opened);
+      ASSIGN_OR_RETURN(stream_, client_->OpenStream(options_));
     }
     const bool continues = is_first && was_open;
     auto reply =

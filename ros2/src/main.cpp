@@ -20,6 +20,7 @@
 #include "scanloc/client/client.hpp"
 #include "scanloc/client/offline_client.hpp"
 #include "scanloc/core/printable.hpp"
+#include "scanloc/core/status_macros.hpp"
 #include "stop_signals.hpp"
 
 namespace scanloc::ros2 {
@@ -51,10 +52,9 @@ int Complain(const absl::Status& status, int exit_status) {
 absl::StatusOr<std::shared_ptr<const client::LocalizationClient>> MakeClient(
     const Options& options) {
   if (!options.map_file.empty()) return client::OfflineClient::Open(options.map_file);
-  auto client_options = cli::ClientOptionsOf(options.server);
-  if (!client_options.ok()) return client_options.status();
-  client_options->connect_timeout = std::chrono::milliseconds(0);  // it may come later
-  auto client = client::Client::Connect(*client_options);
+  ASSIGN_OR_RETURN(auto client_options, cli::ClientOptionsOf(options.server));
+  client_options.connect_timeout = std::chrono::milliseconds(0);  // it may come later
+  auto client = client::Client::Connect(client_options);
   if (!client.ok()) return client.status();
   return std::make_shared<const client::Client>(*std::move(client));
 }

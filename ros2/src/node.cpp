@@ -14,6 +14,7 @@
 #include "dds_messages.hpp"
 #include "ros_names.hpp"
 #include "scanloc/core/printable.hpp"
+#include "scanloc/core/status_macros.hpp"
 #include "socket_drops.hpp"
 #include "unheard.hpp"
 
@@ -134,9 +135,8 @@ absl::Status Node::Impl::Watch(dds_entity_t entity) {
 
 absl::StatusOr<dds_entity_t> Node::Impl::Topic(const std::string& name,
                                                const dds_topic_descriptor_t& type) {
-  const absl::StatusOr<std::string> full = DdsTopicName(options.ros_namespace, name);
-  if (!full.ok()) return full.status();
-  const dds_entity_t topic = dds_create_topic(participant, &type, full->c_str(), nullptr, nullptr);
+  ASSIGN_OR_RETURN(const std::string full, DdsTopicName(options.ros_namespace, name));
+  const dds_entity_t topic = dds_create_topic(participant, &type, full.c_str(), nullptr, nullptr);
   if (topic < 0) return Failed(absl::StrCat("no topic ", name), topic);
   return topic;
 }
@@ -144,8 +144,7 @@ absl::StatusOr<dds_entity_t> Node::Impl::Topic(const std::string& name,
 absl::Status Node::Impl::Read(const std::string& name, const dds_topic_descriptor_t& type,
                               QosPointer qos, dds_entity_t& reader) {
   if (name.empty()) return absl::OkStatus();
-  const auto topic = Topic(name, type);
-  if (!topic.ok()) return topic.status();
+  ASSIGN_OR_RETURN(const auto topic, Topic(name, type));
   dds_reliability_kind_t reliability = DDS_RELIABILITY_BEST_EFFORT;
   dds_durability_kind_t durability = DDS_DURABILITY_VOLATILE;
   (void)dds_qget_reliability(qos.get(), &reliability, nullptr);
@@ -159,7 +158,7 @@ absl::Status Node::Impl::Read(const std::string& name, const dds_topic_descripto
            &reader == &points
                ? "the publisher of the clouds is best effort; so must be --reliability"
                : ""});
-  reader = dds_create_reader(participant, *topic, qos.get(), nullptr);
+  reader = dds_create_reader(participant, topic, qos.get(), nullptr);
   if (reader < 0) return Failed(absl::StrCat("no reader of ", name), reader);
   const dds_entity_t has_messages = dds_create_readcondition(reader, DDS_ANY_STATE);
   if (has_messages < 0) return Failed(absl::StrCat("no reader of ", name), has_messages);
@@ -169,9 +168,8 @@ absl::Status Node::Impl::Read(const std::string& name, const dds_topic_descripto
 absl::Status Node::Impl::Write(const std::string& name, const dds_topic_descriptor_t& type,
                                int depth, dds_entity_t& writer) {
   if (name.empty()) return absl::OkStatus();
-  const auto topic = Topic(name, type);
-  if (!topic.ok()) return topic.status();
-  writer = dds_create_writer(participant, *topic, Qos(true, depth).get(), nullptr);
+  ASSIGN_OR_RETURN(const auto topic, Topic(name, type));
+  writer = dds_create_writer(participant, topic, Qos(true, depth).get(), nullptr);
   if (writer < 0) return Failed(absl::StrCat("no writer of ", name), writer);
   return absl::OkStatus();
 }
@@ -219,7 +217,7 @@ absl::StatusOr<std::unique_ptr<Node>> Node::Create(const NodeOptions& options) {
   CatchDdsLog();
   auto impl = std::make_unique<Impl>();
   impl->options = options;
-  if (absl::Status status = impl->Open(); !status.ok()) return status;
+  RETURN_IF_ERROR(impl->Open());
   return std::unique_ptr<Node>(new Node(std::move(impl)));
 }
 

@@ -31,6 +31,7 @@
 #include "rpc/reflection_service.hpp"
 #include "rpc/unary_call.hpp"
 #include "rpc/viewer_service.hpp"
+#include "scanloc/core/status_macros.hpp"
 #include "scanloc/v1/admin.grpc.pb.h"
 #include "scanloc/v1/localization.grpc.pb.h"
 #include "scanloc/v1/viewer.grpc.pb.h"
@@ -175,11 +176,9 @@ std::int64_t Server::State::AtHandBytes() const {
 }
 
 absl::Status Server::State::Listen() {
-  if (auto status = keeper.ExpectAll(); !status.ok()) return status;
+  RETURN_IF_ERROR(keeper.ExpectAll());
   if (options.catalogue.enabled()) {
-    auto opened = CatalogueMaps::Open(options.catalogue, keeper, maps, metrics);
-    if (!opened.ok()) return opened.status();
-    catalogue_maps = *std::move(opened);
+    ASSIGN_OR_RETURN(catalogue_maps, CatalogueMaps::Open(options.catalogue, keeper, maps, metrics));
     keeper.ServeWithoutMaps();
     keeper.OnDamage([this](const std::string& name) { catalogue_maps->Lost(name); });
     maps.OnUnknown([this](const std::string& name) { return catalogue_maps->Want(name); });
@@ -187,15 +186,11 @@ absl::Status Server::State::Listen() {
         [this](const Prior::GeoDisc& disc) { return catalogue_maps->Elsewhere(disc); });
   }
   if (!options.metrics_listen.empty()) {
-    auto endpoint = MetricsEndpoint::Listen(options.metrics_listen, metrics);
-    if (!endpoint.ok()) return endpoint.status();
-    metrics_endpoint = *std::move(endpoint);
+    ASSIGN_OR_RETURN(metrics_endpoint, MetricsEndpoint::Listen(options.metrics_listen, metrics));
     spdlog::info("metrics on http://{}/metrics", metrics_endpoint->address());
   }
   if (options.tls.enabled()) {
-    auto files = TlsFiles::Open(options.tls, metrics);
-    if (!files.ok()) return files.status();
-    tls = *std::move(files);
+    ASSIGN_OR_RETURN(tls, TlsFiles::Open(options.tls, metrics));
   }
   GuardedFront::Options guarded{
       .listen = options.listen,
@@ -210,23 +205,20 @@ absl::Status Server::State::Listen() {
       .asked_itself = [this](bool is_answered) { metrics.CountSelfCheck(is_answered); }};
   if (options.admin) guarded.services.push_back(&admin);
   if (options.reflection) guarded.services.push_back(&reflection);
-  auto opened = GuardedFront::Open(std::move(guarded), {receiving, sending}, memory);
-  if (!opened.ok()) return opened.status();
-  front = *std::move(opened);
+  ASSIGN_OR_RETURN(front, GuardedFront::Open(std::move(guarded), {receiving, sending}, memory));
   return absl::OkStatus();
 }
 
 absl::StatusOr<std::unique_ptr<Server>> Server::Start(const ServerOptions& options,
                                                       MapLoader load_map,
                                                       std::function<std::int64_t()> kept_bytes) {
-  if (auto status = Validate(options); !status.ok()) return status;
+  RETURN_IF_ERROR(Validate(options));
   std::unique_ptr<State> state;
   const absl::Status status = Guard([&] {
-    auto access = Access::Create(options.token_file);
-    if (!access.ok()) return access.status();
+    ASSIGN_OR_RETURN(auto access, Access::Create(options.token_file));
     absl::Status captures;
     state = std::make_unique<State>(
-        options, std::move(load_map), std::move(kept_bytes), *std::move(access),
+        options, std::move(load_map), std::move(kept_bytes), std::move(access),
         [&](Metrics& metrics) -> std::unique_ptr<QueryCapture> {
           if (options.capture_dir.empty()) return nullptr;
           auto capture =

@@ -10,6 +10,7 @@
 #include "absl/strings/match.h"
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
+#include "scanloc/core/status_macros.hpp"
 
 namespace scanloc::server {
 namespace {
@@ -58,7 +59,7 @@ absl::Status CheckMaps(const ServerOptions& options) {
   }
   std::set<std::string> names;
   for (const MapSource& map : maps) {
-    if (auto status = CheckMapName(map.name); !status.ok()) return status;
+    RETURN_IF_ERROR(CheckMapName(map.name));
     if (map.path.empty()) {
       return absl::InvalidArgumentError(absl::StrCat("map ", map.name, " has no file"));
     }

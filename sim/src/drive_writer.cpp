@@ -12,6 +12,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "poses.hpp"
+#include "scanloc/core/status_macros.hpp"
 #include "scanloc/jobs/jobs.hpp"
 #include "sim_text.hpp"
 
@@ -122,36 +123,35 @@ absl::Status MakeFolders(const fs::path& out, const fs::path& scans) {
 
 absl::Status WriteDrive(const SimulatedDrive& drive, const fs::path& out, int num_threads,
                         const DriveProgress& progress) {
-  if (auto s = CheckRange("num_threads", num_threads, 1, 256); !s.ok()) return s;
+  RETURN_IF_ERROR(CheckRange("num_threads", num_threads, 1, 256));
   const fs::path scans = out / "velodyne";
-  if (auto s = MakeFolders(out, scans); !s.ok()) return s;
-  if (auto s = WriteFile(out / "simulation.txt", Describe(drive.options())); !s.ok()) return s;
-  if (auto s = WriteFile(out / "times.txt", TimeRows(drive)); !s.ok()) return s;
+  RETURN_IF_ERROR(MakeFolders(out, scans));
+  RETURN_IF_ERROR(WriteFile(out / "simulation.txt", Describe(drive.options())));
+  RETURN_IF_ERROR(WriteFile(out / "times.txt", TimeRows(drive)));
   const auto write = [&](std::size_t i, std::size_t /*worker*/) {
     return WriteScan(drive, i, scans);
   };
   const auto tell = [&](std::size_t num_done) {
     if (progress) progress(num_done, drive.size());
   };
-  if (auto s = RunJobs(NumThreads(num_threads), drive.size(), write, tell); !s.ok()) return s;
+  RETURN_IF_ERROR(RunJobs(NumThreads(num_threads), drive.size(), write, tell));
   const std::vector<Pose> poses = PosesOf(drive);
   const SessionOptions& session = drive.options().session;
   if (session.odometry_noise_percent > 0.0) {
     const std::vector<Pose> reckoned =
         Reckon(poses, session.odometry_noise_percent, session.session_seed);
-    if (auto s = WriteFile(out / "odometry.txt", PoseRows(reckoned)); !s.ok()) return s;
+    RETURN_IF_ERROR(WriteFile(out / "odometry.txt", PoseRows(reckoned)));
   }
   if (!drive.town().rebuilt.empty()) {
-    if (auto s = WriteFile(out / "rebuilt.txt", RebuiltRows(drive)); !s.ok()) return s;
+    RETURN_IF_ERROR(WriteFile(out / "rebuilt.txt", RebuiltRows(drive)));
   }
   return WriteFile(out / "poses.txt", PoseRows(poses));
 }
 
 absl::Status Simulate(const SimulateOptions& options, const fs::path& out, int num_threads,
                       const DriveProgress& progress) {
-  absl::StatusOr<SimulatedDrive> drive = SimulatedDrive::Create(options);
-  if (!drive.ok()) return drive.status();
-  return WriteDrive(*drive, out, num_threads, progress);
+  ASSIGN_OR_RETURN(SimulatedDrive drive, SimulatedDrive::Create(options));
+  return WriteDrive(drive, out, num_threads, progress);
 }
 
 }  // namespace scanloc::sim

@@ -7,6 +7,7 @@
 #include "absl/strings/str_cat.h"
 #include "poses.hpp"
 #include "random.hpp"
+#include "scanloc/core/status_macros.hpp"
 #include "sim_text.hpp"
 #include "town/town_index.hpp"
 #include "town/town_traffic.hpp"
@@ -49,32 +50,29 @@ struct SimulatedDrive::State {
 };
 
 absl::Status Validate(const SessionOptions& options) {
-  if (auto s = CheckRange("lane_shift_m", options.lane_shift_m, -4, 7.5); !s.ok()) return s;
-  if (auto s = CheckRange("spacing_m", options.spacing_m, 0.1, 100); !s.ok()) return s;
-  if (auto s = CheckRange("tilt_deg", options.tilt_deg, 0, 30); !s.ok()) return s;
-  if (auto s = CheckRange("sensor_height_m", options.sensor_height_m, 0.1, 10); !s.ok()) return s;
+  RETURN_IF_ERROR(CheckRange("lane_shift_m", options.lane_shift_m, -4, 7.5));
+  RETURN_IF_ERROR(CheckRange("spacing_m", options.spacing_m, 0.1, 100));
+  RETURN_IF_ERROR(CheckRange("tilt_deg", options.tilt_deg, 0, 30));
+  RETURN_IF_ERROR(CheckRange("sensor_height_m", options.sensor_height_m, 0.1, 10));
   for (const double angle : options.mount_deg) {
-    if (auto s = CheckRange("mount_deg", angle, -180, 180); !s.ok()) return s;
+    RETURN_IF_ERROR(CheckRange("mount_deg", angle, -180, 180));
   }
-  if (auto s = CheckRange("from_m", options.from_m, 0, 1e6); !s.ok()) return s;
-  if (auto s = CheckRange("to_m", options.to_m, 0, 1e6); !s.ok()) return s;
+  RETURN_IF_ERROR(CheckRange("from_m", options.from_m, 0, 1e6));
+  RETURN_IF_ERROR(CheckRange("to_m", options.to_m, 0, 1e6));
   if (options.to_m > 0.0 && options.to_m <= options.from_m) {
     return absl::InvalidArgumentError(
         absl::StrCat("to_m is ", NumberText(options.to_m), "; it must be greater than from_m, ",
                      NumberText(options.from_m), ", or 0 for the end of the route"));
   }
-  if (auto s = CheckRange("odometry_noise_percent", options.odometry_noise_percent, 0, 50);
-      !s.ok()) {
-    return s;
-  }
-  if (auto s = CheckRange("parked_share", options.parked_share, 0, 1); !s.ok()) return s;
+  RETURN_IF_ERROR(CheckRange("odometry_noise_percent", options.odometry_noise_percent, 0, 50));
+  RETURN_IF_ERROR(CheckRange("parked_share", options.parked_share, 0, 1));
   return CheckRange("moving_per_km", options.moving_per_km, 0, 200);
 }
 
 absl::Status Validate(const SimulateOptions& options) {
-  if (auto s = Validate(options.town); !s.ok()) return s;
-  if (auto s = Validate(options.world); !s.ok()) return s;
-  if (auto s = Validate(options.session); !s.ok()) return s;
+  RETURN_IF_ERROR(Validate(options.town));
+  RETURN_IF_ERROR(Validate(options.world));
+  RETURN_IF_ERROR(Validate(options.session));
   return Validate(options.lidar);
 }
 
@@ -127,12 +125,11 @@ std::string Describe(const SimulateOptions& options) {
 }
 
 absl::StatusOr<SimulatedDrive> SimulatedDrive::Create(const SimulateOptions& options) {
-  if (auto s = Validate(options); !s.ok()) return s;
+  RETURN_IF_ERROR(Validate(options));
   std::unique_ptr<const State> state;
   if (options.world.kind == WorldKind::kTown) {
-    absl::StatusOr<Town> town = MakeTown(options.town);
-    if (!town.ok()) return town.status();
-    state = std::make_unique<const State>(options, *std::move(town));
+    ASSIGN_OR_RETURN(Town town, MakeTown(options.town));
+    state = std::make_unique<const State>(options, std::move(town));
   } else {
     state = std::make_unique<const State>(
         options, MakeScene({options.town.town_seed, options.session.session_seed,

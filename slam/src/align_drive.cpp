@@ -10,6 +10,7 @@
 #include "described_drive.hpp"
 #include "scanloc/core/localizer.hpp"
 #include "scanloc/core/scan/pose_difference.hpp"
+#include "scanloc/core/status_macros.hpp"
 #include "scanloc/jobs/jobs.hpp"
 
 namespace scanloc::slam {
@@ -28,11 +29,10 @@ absl::StatusOr<std::vector<FoundConstraint>> FindInMap(const Localizer& localize
   std::vector<std::optional<FoundConstraint>> answers(drive.size());
   const SearchControl control{.is_unwanted = options.graph.is_cancelled, .excluded = excluded};
   const auto ask = [&](std::size_t k, std::size_t) -> absl::Status {
-    const absl::StatusOr<Answer> answer =
-        localizer.Localize(QueryOf(drive.descriptors[k]), options.query, control);
-    if (!answer.ok()) return answer.status();
-    if (answer->outcome != Outcome::kLocalized) return absl::OkStatus();
-    const Candidate& best = answer->candidates.front();
+    ASSIGN_OR_RETURN(const Answer answer,
+                     localizer.Localize(QueryOf(drive.descriptors[k]), options.query, control));
+    if (answer.outcome != Outcome::kLocalized) return absl::OkStatus();
+    const Candidate& best = answer.candidates.front();
     FoundConstraint found;
     found.constraint.to = drive.scans[k];
     found.constraint.T_from_to = best.T_map_query;
@@ -46,7 +46,7 @@ absl::StatusOr<std::vector<FoundConstraint>> FindInMap(const Localizer& localize
     if (options.progress) options.progress("scans looked up", num_done, drive.size());
   };
   const std::size_t num_threads = std::min(NumThreads(options.num_threads), drive.size());
-  if (absl::Status s = RunJobs(num_threads, drive.size(), ask, told); !s.ok()) return s;
+  RETURN_IF_ERROR(RunJobs(num_threads, drive.size(), ask, told));
   std::vector<FoundConstraint> found;
   for (std::optional<FoundConstraint>& answer : answers) {
     if (answer) found.push_back(*std::move(answer));
@@ -127,46 +127,41 @@ absl::StatusOr<ClosedDrive> AlignDrive(std::shared_ptr<const Map> map,
                                        const mapdb::SessionPlan& plan,
                                        const mapdb::ScanLoader& load_scan,
                                        const DriveOptions& options, const std::string& without) {
-  if (absl::Status status = Validate(options); !status.ok()) return status;
-  if (absl::Status status = mapdb::Validate(plan); !status.ok()) return status;
-  const absl::StatusOr<std::shared_ptr<const Localizer>> localizer = Localizer::Create(map);
-  if (!localizer.ok()) return localizer.status();
-  const absl::StatusOr<DescribedDrive> described =
-      DescribeDrive(map->params, plan, load_scan, options);
-  if (!described.ok()) return described.status();
+  RETURN_IF_ERROR(Validate(options));
+  RETURN_IF_ERROR(mapdb::Validate(plan));
+  ASSIGN_OR_RETURN(const std::shared_ptr<const Localizer> localizer, Localizer::Create(map));
+  ASSIGN_OR_RETURN(const DescribedDrive described,
+                   DescribeDrive(map->params, plan, load_scan, options));
   const std::vector<bool> excluded = PlacesOf(*map, without);
-  absl::StatusOr<std::vector<FoundConstraint>> in_map =
-      FindInMap(**localizer, *described, options, &excluded);
-  if (!in_map.ok()) return in_map.status();
-  const Support support = FindSupport(*in_map, plan, WayOf(plan));
+  ASSIGN_OR_RETURN(std::vector<FoundConstraint> in_map,
+                   FindInMap(*localizer, described, options, &excluded));
+  const Support support = FindSupport(in_map, plan, WayOf(plan));
   if (support.num_agreeing < kMinAgreeing) {
-    return SharesNothing(*described, in_map->size(), support.num_agreeing, *map);
+    return SharesNothing(described, in_map.size(), support.num_agreeing, *map);
   }
 
   ClosedDrive drive;
-  drive.num_looked_at = described->size();
-  const Constraint& best = (*in_map)[support.best].constraint;
+  drive.num_looked_at = described.size();
+  const Constraint& best = in_map[support.best].constraint;
   const Pose T_map_odom = best.T_from_to * plan.scans[best.to].T_map_place.inverse();
   for (const mapdb::PlannedScan& scan : plan.scans) {
     drive.T_map_scan.push_back(T_map_odom * scan.T_map_place);
   }
-  const std::vector<Constraint> ahead = LookAhead(map->params, *described, plan);
+  const std::vector<Constraint> ahead = LookAhead(map->params, described, plan);
   // First by the map alone: with the drift taken out, loops beside the map show.
   for (const bool with_loops : {false, true}) {
-    std::vector<FoundConstraint> constraints = *in_map;
+    std::vector<FoundConstraint> constraints = in_map;
     if (with_loops) {
-      absl::StatusOr<std::vector<FoundConstraint>> loops =
-          FindLoops(map->params, *described, drive.T_map_scan, options);
-      if (!loops.ok()) return loops.status();
-      constraints.insert(constraints.end(), loops->begin(), loops->end());
+      ASSIGN_OR_RETURN(std::vector<FoundConstraint> loops,
+                       FindLoops(map->params, described, drive.T_map_scan, options));
+      constraints.insert(constraints.end(), loops.begin(), loops.end());
     }
-    absl::Status status = OptimizeDrive(plan, ahead, options.graph, std::move(constraints), drive);
-    if (!status.ok()) return status;
+    RETURN_IF_ERROR(OptimizeDrive(plan, ahead, options.graph, std::move(constraints), drive));
     ++drive.num_passes;
   }
   const std::size_t num_on = NumOfMap(drive, true);
   if (num_on < kMinAgreeing || 2 * num_on < NumOfMap(drive, false)) {
-    return SharesNothing(*described, in_map->size(), num_on, *map);
+    return SharesNothing(described, in_map.size(), num_on, *map);
   }
   return drive;
 }

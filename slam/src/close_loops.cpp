@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "described_drive.hpp"
+#include "scanloc/core/status_macros.hpp"
 
 namespace scanloc::slam {
 namespace {
@@ -20,27 +21,24 @@ std::size_t ClosedDrive::num_on() const {
 absl::StatusOr<ClosedDrive> CloseLoops(const Params& params, const mapdb::SessionPlan& plan,
                                        const mapdb::ScanLoader& load_scan,
                                        const DriveOptions& options) {
-  if (absl::Status status = Validate(options); !status.ok()) return status;
-  if (absl::Status status = mapdb::Validate(plan); !status.ok()) return status;
-  if (absl::Status status = scanloc::Validate(options.query, params); !status.ok()) return status;
-  const absl::StatusOr<DescribedDrive> described = DescribeDrive(params, plan, load_scan, options);
-  if (!described.ok()) return described.status();
+  RETURN_IF_ERROR(Validate(options));
+  RETURN_IF_ERROR(mapdb::Validate(plan));
+  RETURN_IF_ERROR(scanloc::Validate(options.query, params));
+  ASSIGN_OR_RETURN(const DescribedDrive described, DescribeDrive(params, plan, load_scan, options));
 
   ClosedDrive drive;
-  drive.num_looked_at = described->size();
+  drive.num_looked_at = described.size();
   for (const mapdb::PlannedScan& scan : plan.scans) drive.T_map_scan.push_back(scan.T_map_place);
-  const std::vector<Constraint> ahead = LookAhead(params, *described, plan);
+  const std::vector<Constraint> ahead = LookAhead(params, described, plan);
   // A spot that was passed twice with contradicting poses is ambiguous for the third visit: each
   // pass looks again with better poses, until no more loops hold.
   while (drive.num_passes < kMaxPasses) {
-    absl::StatusOr<std::vector<FoundConstraint>> loops =
-        FindLoops(params, *described, drive.T_map_scan, options);
-    if (!loops.ok()) return loops.status();
+    ASSIGN_OR_RETURN(std::vector<FoundConstraint> loops,
+                     FindLoops(params, described, drive.T_map_scan, options));
     ++drive.num_passes;
     const std::size_t num_before = drive.num_on();
-    if (loops->empty()) break;
-    absl::Status status = OptimizeDrive(plan, ahead, options.graph, *std::move(loops), drive);
-    if (!status.ok()) return status;
+    if (loops.empty()) break;
+    RETURN_IF_ERROR(OptimizeDrive(plan, ahead, options.graph, std::move(loops), drive));
     if (drive.num_on() <= num_before) break;
   }
   return drive;

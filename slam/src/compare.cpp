@@ -8,6 +8,7 @@
 #include "absl/strings/str_cat.h"
 #include "described_drive.hpp"
 #include "scanloc/core/scan/pose_difference.hpp"
+#include "scanloc/core/status_macros.hpp"
 #include "scanloc/core/structural/consistency.hpp"
 #include "scanloc/jobs/jobs.hpp"
 #include "scanloc/mapdb/map_file.hpp"
@@ -201,9 +202,7 @@ absl::StatusOr<std::vector<Comparison>> Compare(std::span<const Observation> see
     alone[i] = CompareOne(seen[i], grid, others, params);
     return absl::OkStatus();
   };
-  const absl::Status done =
-      RunJobs(NumThreads(num_threads), seen.size(), compare, [](std::size_t) {});
-  if (!done.ok()) return done;
+  RETURN_IF_ERROR(RunJobs(NumThreads(num_threads), seen.size(), compare, [](std::size_t) {}));
   std::vector<Comparison> comparisons = alone;
   for (std::size_t i = 0; i < seen.size(); ++i) {
     if (alone[i].other) comparisons[i].agreement = JudgedTogether(seen, alone, i);
@@ -213,23 +212,21 @@ absl::StatusOr<std::vector<Comparison>> Compare(std::span<const Observation> see
 }
 
 absl::StatusOr<std::vector<Observation>> ObserveMap(const std::string& path) {
-  const absl::StatusOr<mapdb::FileInfo> info = mapdb::ReadInfo(path);
-  if (!info.ok()) return info.status();
-  if (!info->params.structure.enabled) {
+  ASSIGN_OR_RETURN(const mapdb::FileInfo info, mapdb::ReadInfo(path));
+  if (!info.params.structure.enabled) {
     return absl::FailedPreconditionError(
         absl::StrCat("map '", path, "' holds no structures of its scans, which comparing needs; ",
                      "build it again with --keep-scans"));
   }
-  const absl::StatusOr<std::vector<mapdb::PlaceRecord>> records = mapdb::ReadPlaces(path);
-  if (!records.ok()) return records.status();
+  ASSIGN_OR_RETURN(const std::vector<mapdb::PlaceRecord> records, mapdb::ReadPlaces(path));
   std::vector<Observation> places;
-  places.reserve(records->size());
+  places.reserve(records.size());
   const absl::Status visited = mapdb::VisitDescriptors(
       path, [&](std::size_t i, const PlaceDescriptor& descriptor) -> absl::Status {
-        if (i >= records->size()) return absl::UnavailableError("the map was written meanwhile");
-        const mapdb::PlaceRecord& record = (*records)[i];
+        if (i >= records.size()) return absl::UnavailableError("the map was written meanwhile");
+        const mapdb::PlaceRecord& record = records[i];
         places.push_back({record.scan,
-                          info->sessions[static_cast<std::size_t>(record.place.session)].name,
+                          info.sessions[static_cast<std::size_t>(record.place.session)].name,
                           record.place.T_map_place, descriptor.structure});
         return absl::OkStatus();
       });
@@ -242,16 +239,15 @@ absl::StatusOr<std::vector<Observation>> ObserveDrive(const Params& params,
                                                       const mapdb::ScanLoader& load_scan,
                                                       const DriveOptions& options,
                                                       std::vector<std::size_t>& scans) {
-  if (absl::Status status = Validate(options); !status.ok()) return status;
-  if (absl::Status status = mapdb::Validate(plan); !status.ok()) return status;
-  absl::StatusOr<DescribedDrive> drive = DescribeDrive(params, plan, load_scan, options);
-  if (!drive.ok()) return drive.status();
+  RETURN_IF_ERROR(Validate(options));
+  RETURN_IF_ERROR(mapdb::Validate(plan));
+  ASSIGN_OR_RETURN(DescribedDrive drive, DescribeDrive(params, plan, load_scan, options));
   std::vector<Observation> seen;
-  for (std::size_t k = 0; k < drive->size(); ++k) {
-    const mapdb::PlannedScan& scan = plan.scans[drive->scans[k]];
-    seen.push_back({scan.name, "", scan.T_map_place, std::move(drive->descriptors[k].structure)});
+  for (std::size_t k = 0; k < drive.size(); ++k) {
+    const mapdb::PlannedScan& scan = plan.scans[drive.scans[k]];
+    seen.push_back({scan.name, "", scan.T_map_place, std::move(drive.descriptors[k].structure)});
   }
-  scans = std::move(drive->scans);
+  scans = std::move(drive.scans);
   return seen;
 }
 

@@ -7,6 +7,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "scanloc/core/loop_detector.hpp"
+#include "scanloc/core/status_macros.hpp"
 #include "scanloc/core/structural/consistency.hpp"
 #include "scanloc/jobs/jobs.hpp"
 
@@ -75,18 +76,17 @@ absl::StatusOr<DescribedDrive> DescribeDrive(const Params& params, const mapdb::
   DescribedDrive drive = ChooseScans(plan, options.spacing_m);
   drive.descriptors.resize(drive.size());
   const std::size_t num_threads = std::min(NumThreads(options.num_threads), drive.size());
-  absl::StatusOr<std::vector<Describer>> describers = MakeDescribers(params, num_threads);
-  if (!describers.ok()) return describers.status();
+  ASSIGN_OR_RETURN(std::vector<Describer> describers, MakeDescribers(params, num_threads));
   const auto describe = [&](std::size_t k, std::size_t worker) -> absl::Status {
     const absl::StatusOr<PointCloud> points = load_scan(drive.scans[k]);
     if (absl::IsCancelled(points.status())) return points.status();
-    if (points.ok()) drive.descriptors[k] = (*describers)[worker].DescribePlace(*points);
+    if (points.ok()) drive.descriptors[k] = describers[worker].DescribePlace(*points);
     return absl::OkStatus();
   };
   const auto told = [&](std::size_t num_done) {
     if (options.progress) options.progress("scans described", num_done, drive.size());
   };
-  if (absl::Status s = RunJobs(num_threads, drive.size(), describe, told); !s.ok()) return s;
+  RETURN_IF_ERROR(RunJobs(num_threads, drive.size(), describe, told));
   return WithoutEmpty(std::move(drive));
 }
 
@@ -103,30 +103,27 @@ absl::StatusOr<std::vector<FoundConstraint>> FindLoops(const Params& params,
                                                        const DescribedDrive& drive,
                                                        const std::vector<Pose>& T_map_scan,
                                                        const DriveOptions& options) {
-  absl::StatusOr<LoopDetector> detector = LoopDetector::Create(
-      {.params = params, .query = options.query, .window_s = options.window_m});
-  if (!detector.ok()) return detector.status();
+  ASSIGN_OR_RETURN(LoopDetector detector,
+                   LoopDetector::Create(
+                       {.params = params, .query = options.query, .window_s = options.window_m}));
   std::vector<FoundConstraint> found;
   for (std::size_t k = 0; k < drive.size(); ++k) {
     if (options.graph.is_cancelled && options.graph.is_cancelled()) {
       return absl::CancelledError("interrupted while loops were looked for");
     }
     const auto tick = static_cast<std::int64_t>(drive.along_m[k] * kTicksPerMetre);
-    const absl::StatusOr<LoopAnswer> said = detector->Query(QueryOf(drive.descriptors[k]), tick);
-    if (!said.ok()) return said.status();
-    if (said->loop) {
-      const Candidate& best = said->answer.candidates.front();
+    ASSIGN_OR_RETURN(const LoopAnswer said, detector.Query(QueryOf(drive.descriptors[k]), tick));
+    if (said.loop) {
+      const Candidate& best = said.answer.candidates.front();
       FoundConstraint loop;
-      loop.constraint.from = drive.scans[static_cast<std::size_t>(said->loop->place)];
+      loop.constraint.from = drive.scans[static_cast<std::size_t>(said.loop->place)];
       loop.constraint.to = drive.scans[k];
-      loop.constraint.T_from_to = said->loop->T_place_scan;
-      loop.constraint.information = said->loop->information.value_or(UntoldInformation());
+      loop.constraint.T_from_to = said.loop->T_place_scan;
+      loop.constraint.information = said.loop->information.value_or(UntoldInformation());
       loop.confidence = best.confidence.value_or(1.0);
       found.push_back(std::move(loop));
     }
-    const absl::StatusOr<std::int32_t> number =
-        detector->Add(drive.descriptors[k], tick, T_map_scan[drive.scans[k]]);
-    if (!number.ok()) return number.status();
+    RETURN_IF_ERROR(detector.Add(drive.descriptors[k], tick, T_map_scan[drive.scans[k]]).status());
     if (options.progress) options.progress("scans compared", k + 1, drive.size());
   }
   return found;
@@ -195,17 +192,16 @@ absl::Status OptimizeDrive(const mapdb::SessionPlan& plan, const std::vector<Con
   graph.T_map_scan = drive.T_map_scan;
   for (const FoundConstraint& one : found) graph.constraints.push_back(one.constraint);
   graph.constraints.insert(graph.constraints.end(), ahead.begin(), ahead.end());
-  absl::StatusOr<OptimizedGraph> optimized = Optimize(graph, options);
-  if (!optimized.ok()) return optimized.status();
-  drive.T_map_scan = std::move(optimized->T_map_scan);
-  drive.drift = optimized->drift;
-  drive.noise = optimized->noise;
+  ASSIGN_OR_RETURN(OptimizedGraph optimized, Optimize(graph, options));
+  drive.T_map_scan = std::move(optimized.T_map_scan);
+  drive.drift = optimized.drift;
+  drive.noise = optimized.noise;
   for (std::size_t i = 0; i < found.size(); ++i) {
     const Constraint& constraint = found[i].constraint;
     Pose stands = drive.T_map_scan[constraint.to];
     if (constraint.from) stands = drive.T_map_scan[*constraint.from].inverse() * stands;
-    found[i].is_on = optimized->is_on[i];
-    found[i].chi2 = optimized->chi2[i];
+    found[i].is_on = optimized.is_on[i];
+    found[i].chi2 = optimized.chi2[i];
     found[i].error = stands.inverse() * constraint.T_from_to;
   }
   drive.constraints = std::move(found);

@@ -10,6 +10,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "graph_errors.hpp"
+#include "scanloc/core/status_macros.hpp"
 
 namespace scanloc::slam {
 namespace {
@@ -73,10 +74,10 @@ class Solver {
   absl::StatusOr<OptimizedGraph> Run() {
     if (constraints_.empty()) return Result();  // odometry agrees with itself
     noise_ = options_.noise.Times(kLooseFactor, kLooseFactor);
-    if (absl::Status status = Graduate(); !status.ok()) return status;
+    RETURN_IF_ERROR(Graduate());
     for (int round = 0; round < kNoiseRounds; ++round) {
       FindNoise();
-      if (absl::Status status = Settle(); !status.ok()) return status;
+      RETURN_IF_ERROR(Settle());
     }
     return Result();
   }
@@ -89,7 +90,7 @@ class Solver {
     for (std::size_t i = 0; i < weights_.size(); ++i) {
       weights_[i] = constraints_[i].is_trusted ? 1.0 : 0.0;
     }
-    if (absl::Status status = Solve(kIterationsAtEnd, 1e-8); !status.ok()) return status;
+    RETURN_IF_ERROR(Solve(kIterationsAtEnd, 1e-8));
     MeasureConstraints();
     // Where odometry puts the scans, most constraints are off by its drift, and wrong ones by far
     // more: those do not get to bend the graph in the first place.
@@ -104,7 +105,7 @@ class Solver {
     double mu = options_.max_chi2 / (farthest - options_.max_chi2);
     for (int round = 0; round < kMaxRounds; ++round, mu *= kGrowth) {
       if (!Reweigh(mu)) break;
-      if (absl::Status status = Solve(kIterationsOfRound, 1e-5); !status.ok()) return status;
+      RETURN_IF_ERROR(Solve(kIterationsOfRound, 1e-5));
       MeasureConstraints();
     }
     SwitchHard();
@@ -115,7 +116,7 @@ class Solver {
   absl::Status Settle() {
     Build();
     for (int round = 0; round < kMaxSettling; ++round) {
-      if (absl::Status status = Solve(kIterationsAtEnd, 1e-10); !status.ok()) return status;
+      RETURN_IF_ERROR(Solve(kIterationsAtEnd, 1e-10));
       MeasureConstraints();
       if (!SwitchHard()) break;
     }
@@ -326,9 +327,9 @@ std::size_t OptimizedGraph::num_on() const {
 }
 
 absl::StatusOr<OptimizedGraph> Optimize(const PoseGraph& graph, const GraphOptions& options) {
-  if (absl::Status status = Check(graph, options); !status.ok()) return status;
+  RETURN_IF_ERROR(Check(graph, options));
   Solver solver(graph, options);
-  if (absl::Status status = solver.FindRoots(); !status.ok()) return status;
+  RETURN_IF_ERROR(solver.FindRoots());
   return solver.Run();
 }
 

@@ -12,6 +12,7 @@
 #include "openapi_document.hpp"
 #include "scanloc/client/error_reason.hpp"
 #include "scanloc/core/printable.hpp"
+#include "scanloc/core/status_macros.hpp"
 #include "scanloc/report/map_use_text.hpp"
 
 namespace scanloc::web {
@@ -133,72 +134,62 @@ Response Api::Handle(const Request& request) const {
 }
 
 Api::Answer Api::ListMaps(const Asked& asked) const {
-  const auto maps = asked.client->ListMaps();
-  if (!maps.ok()) return maps.status();
+  ASSIGN_OR_RETURN(const auto maps, asked.client->ListMaps());
   Json list = Json::array();
-  for (const MapSummary& map : *maps) list.push_back(ToJson(map));
+  for (const MapSummary& map : maps) list.push_back(ToJson(map));
   return Document200({{"maps", list}});
 }
 
 Api::Answer Api::GetMap(const Asked& asked) const {
-  const auto info = asked.client->GetMapInfo(asked.part("map"));
-  if (!info.ok()) return info.status();
-  return Document200(ToJson(*info));
+  ASSIGN_OR_RETURN(const auto info, asked.client->GetMapInfo(asked.part("map")));
+  return Document200(ToJson(info));
 }
 
 Api::Answer Api::ListPlaces(const Asked& asked) const {
-  const auto page = asked.client->ListPlaces(asked.part("map"),
-                                             asked.request.Parameter("page_token").value_or(""));
-  if (!page.ok()) return page.status();
-  return Document200(ToJson(*page));
+  ASSIGN_OR_RETURN(const auto page,
+                   asked.client->ListPlaces(asked.part("map"),
+                                            asked.request.Parameter("page_token").value_or("")));
+  return Document200(ToJson(page));
 }
 
 Api::Answer Api::GetPlace(const Asked& asked) const {
-  const auto index = ToNumber<std::int32_t>("place", asked.part("place"));
-  if (!index.ok()) return index.status();
-  const auto place = asked.client->GetPlace(asked.part("map"), *index);
-  if (!place.ok()) return place.status();
-  return Document200(ToJson(*index, *place));
+  ASSIGN_OR_RETURN(const auto index, ToNumber<std::int32_t>("place", asked.part("place")));
+  ASSIGN_OR_RETURN(const auto place, asked.client->GetPlace(asked.part("map"), index));
+  return Document200(ToJson(index, place));
 }
 
 Api::Answer Api::ListPairs(const Asked& asked) const {
-  const auto tiles = gateway_.TilesOf(*asked.client, asked.part("map"));
-  if (!tiles.ok()) return tiles.status();
-  const auto pairs = asked.client->ListConfusablePairs(asked.part("map"));
-  if (!pairs.ok()) return pairs.status();
-  if (pairs->content_id != (*tiles)->content_id()) {
+  ASSIGN_OR_RETURN(const auto tiles, gateway_.TilesOf(*asked.client, asked.part("map")));
+  ASSIGN_OR_RETURN(const auto pairs, asked.client->ListConfusablePairs(asked.part("map")));
+  if (pairs.content_id != tiles->content_id()) {
     return absl::AbortedError("the map was replaced just now; ask again");
   }
-  return Document200(ToJson(*pairs, **tiles));
+  return Document200(ToJson(pairs, *tiles));
 }
 
 Api::Answer Api::GetUse(const Asked& asked) const {
-  const auto use = asked.client->GetMapUse(asked.part("map"));
-  if (!use.ok()) return use.status();
-  return Document200(report::MapUseToJson(*use));
+  ASSIGN_OR_RETURN(const auto use, asked.client->GetMapUse(asked.part("map")));
+  return Document200(report::MapUseToJson(use));
 }
 
 Api::Answer Api::ListTiles(const Asked& asked) const {
-  const auto tiles = gateway_.TilesOf(*asked.client, asked.part("map"));
-  if (!tiles.ok()) return tiles.status();
-  return Document200(ToJson(**tiles));
+  ASSIGN_OR_RETURN(const auto tiles, gateway_.TilesOf(*asked.client, asked.part("map")));
+  return Document200(ToJson(*tiles));
 }
 
 Api::Answer Api::GetTile(const Asked& asked) const {
-  const auto number = ToNumber<std::uint32_t>("tile", asked.part("tile"));
-  if (!number.ok()) return number.status();
-  const auto tiles = gateway_.TilesOf(*asked.client, asked.part("map"));
-  if (!tiles.ok()) return tiles.status();
+  ASSIGN_OR_RETURN(const auto number, ToNumber<std::uint32_t>("tile", asked.part("tile")));
+  ASSIGN_OR_RETURN(const auto tiles, gateway_.TilesOf(*asked.client, asked.part("map")));
   const auto content_id = asked.request.Parameter("content_id");
-  if (content_id && *content_id != (*tiles)->content_id()) {
+  if (content_id && *content_id != tiles->content_id()) {
     return absl::AbortedError("the map was replaced since its tiles were listed; begin anew");
   }
-  if (*number >= (*tiles)->tiles().size()) {
-    return absl::NotFoundError(absl::StrCat("the map has no tile ", *number, "; it has ",
-                                            (*tiles)->tiles().size(), ", counted from 0"));
+  if (number >= tiles->tiles().size()) {
+    return absl::NotFoundError(absl::StrCat("the map has no tile ", number, "; it has ",
+                                            tiles->tiles().size(), ", counted from 0"));
   }
   return Response{.content_type = "application/octet-stream",
-                  .body = (*tiles)->Rows((*tiles)->tiles()[*number])};
+                  .body = tiles->Rows(tiles->tiles()[number])};
 }
 
 Api::Answer Api::Health(const Asked& asked) const {

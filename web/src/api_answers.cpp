@@ -9,6 +9,7 @@
 #include "json.hpp"
 #include "scanloc/core/method.hpp"
 #include "scanloc/core/scan/descriptor.hpp"
+#include "scanloc/core/status_macros.hpp"
 #include "scanloc/dataset/scan_reader.hpp"
 
 namespace scanloc::web {
@@ -30,19 +31,13 @@ absl::StatusOr<client::RequestOptions> OptionsOf(const Request& request) {
   client::RequestOptions options{.map = request.Parameter("map").value_or(""),
                                  .request_id = request.request_id};
   if (const auto method = request.Parameter("method")) {
-    auto parsed = ParseMethod(*method);
-    if (!parsed.ok()) return parsed.status();
-    options.query.method = *parsed;
+    ASSIGN_OR_RETURN(options.query.method, ParseMethod(*method));
   }
   if (const auto top = request.Parameter("top")) {
-    const auto number = ToNumber<int>("top", *top);
-    if (!number.ok()) return number.status();
-    options.query.max_answers = *number;
+    ASSIGN_OR_RETURN(options.query.max_answers, ToNumber<int>("top", *top));
   }
   if (const auto least = request.Parameter("min_confidence")) {
-    const auto number = ToNumber<double>("min_confidence", *least);
-    if (!number.ok()) return number.status();
-    options.query.min_confidence = *number;
+    ASSIGN_OR_RETURN(options.query.min_confidence, ToNumber<double>("min_confidence", *least));
   }
   return options;
 }
@@ -53,16 +48,14 @@ Api::Answer Api::ListAnswers(const Asked& asked) const {
   AnswersPage last;
   last.run = asked.request.Parameter("run").value_or("");
   if (const auto after = asked.request.Parameter("after")) {
-    const auto number = ToNumber<std::uint64_t>("after", *after);
-    if (!number.ok()) return number.status();
-    last.next_after = *number;
+    ASSIGN_OR_RETURN(last.next_after, ToNumber<std::uint64_t>("after", *after));
   }
-  const auto page = asked.client->ListAnswers(asked.request.Parameter("map").value_or(""), last);
-  if (!page.ok()) return page.status();
+  ASSIGN_OR_RETURN(const auto page,
+                   asked.client->ListAnswers(asked.request.Parameter("map").value_or(""), last));
   Json answers = Json::array();
-  for (const SeenAnswer& answer : page->answers) answers.push_back(ToJson(answer));
+  for (const SeenAnswer& answer : page.answers) answers.push_back(ToJson(answer));
   return Document200(
-      {{"run", page->run}, {"next_after", page->next_after}, {"answers", std::move(answers)}});
+      {{"run", page.run}, {"next_after", page.next_after}, {"answers", std::move(answers)}});
 }
 
 Api::Answer Api::WatchAnswers(const Asked& asked) const {
@@ -71,11 +64,10 @@ Api::Answer Api::WatchAnswers(const Asked& asked) const {
                                           ? asked.request.Parameter("last_event_id").value_or("")
                                           : asked.request.last_event_id);
   // Asked once before the stream begins, so that what is wrong is told as usual.
-  auto first = asked.client->ListAnswers(map, start);
-  if (!first.ok()) return first.status();
+  ASSIGN_OR_RETURN(auto first, asked.client->ListAnswers(map, start));
   // A quiet stream says that it is there, and finds out whether anybody listens.
   constexpr int kTurnsOfSilence = 20;
-  const auto next = [client = asked.client, map, page = *std::move(first), is_first = true,
+  const auto next = [client = asked.client, map, page = std::move(first), is_first = true,
                      silent = 0]() mutable -> std::optional<std::string> {
     if (!std::exchange(is_first, false)) {
       auto further = client->ListAnswers(map, page);
@@ -102,8 +94,7 @@ Api::Answer Api::WatchAnswers(const Asked& asked) const {
 
 Api::Answer Api::Localize(const Asked& asked) const {
   const Request& request = asked.request;
-  const auto options = OptionsOf(request);
-  if (!options.ok()) return options.status();
+  ASSIGN_OR_RETURN(const auto options, OptionsOf(request));
   if (request.body.empty()) {
     return absl::InvalidArgumentError(
         "the body is empty; it must be a scan: PCD, PLY, KITTI .bin or NAVER .npy");
@@ -114,18 +105,14 @@ Api::Answer Api::Localize(const Asked& asked) const {
     return absl::InvalidArgumentError(
         absl::StrCat("format is \"", format->substr(0, 40), "\"; it must be bin, npy, pcd or ply"));
   }
-  const auto scan = dataset::ReadScanBytes(request.body, name);
-  if (!scan.ok()) return scan.status();
-  const auto reply = asked.client->LocalizeByDescriptor(scan->points, *options);
-  if (!reply.ok()) return reply.status();
-  Json json = ToJson(*reply);
-  json["num_points"] = scan->points.size();
+  ASSIGN_OR_RETURN(const auto scan, dataset::ReadScanBytes(request.body, name));
+  ASSIGN_OR_RETURN(const auto reply, asked.client->LocalizeByDescriptor(scan.points, options));
+  Json json = ToJson(reply);
+  json["num_points"] = scan.points.size();
   if (request.Parameter("structure").value_or("") == "true") {
-    const auto info = asked.client->GetMapInfo(reply->map);
-    if (!info.ok()) return info.status();
-    auto describer = Describer::Create(info->params);
-    if (!describer.ok()) return describer.status();
-    json["posts_cm"] = PostsToJson(describer->Describe(scan->points).structure);
+    ASSIGN_OR_RETURN(const auto info, asked.client->GetMapInfo(reply.map));
+    ASSIGN_OR_RETURN(auto describer, Describer::Create(info.params));
+    json["posts_cm"] = PostsToJson(describer.Describe(scan.points).structure);
   }
   return Document200(json);
 }

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "scanloc/core/status_macros.hpp"
+
 namespace scanloc::web {
 namespace {
 
@@ -25,15 +27,14 @@ absl::StatusOr<std::shared_ptr<const PlaceTiles>> Fetch(const client::Client& ca
                                                         const std::string& content_id) {
   std::vector<Place> places;
   for (std::string token;;) {
-    auto page = caller.ListPlaces(map, token);
-    if (!page.ok()) return page.status();
-    if (page->content_id != content_id) {
+    ASSIGN_OR_RETURN(auto page, caller.ListPlaces(map, token));
+    if (page.content_id != content_id) {
       return absl::AbortedError("the map was replaced just now; ask again");
     }
-    places.insert(places.end(), page->places.begin(), page->places.end());
-    if (page->next_page_token.empty()) break;
-    if (page->places.empty()) return absl::InternalError("the server's pages of places do not end");
-    token = std::move(page->next_page_token);
+    places.insert(places.end(), page.places.begin(), page.places.end());
+    if (page.next_page_token.empty()) break;
+    if (page.places.empty()) return absl::InternalError("the server's pages of places do not end");
+    token = std::move(page.next_page_token);
   }
   return std::make_shared<const PlaceTiles>(content_id, places);
 }
@@ -65,14 +66,11 @@ std::shared_ptr<Gateway::Slot> Gateway::SlotOf(const std::string& map) {
 
 absl::StatusOr<std::shared_ptr<const PlaceTiles>> Gateway::TilesOf(const client::Client& caller,
                                                                    const std::string& map) {
-  const auto info = caller.GetMapInfo(map);
-  if (!info.ok()) return info.status();
+  ASSIGN_OR_RETURN(const auto info, caller.GetMapInfo(map));
   const auto slot = SlotOf(map);
   const std::lock_guard lock(slot->fetching);
-  if (slot->tiles == nullptr || slot->tiles->content_id() != info->content_id) {
-    auto fetched = Fetch(caller, map, info->content_id);
-    if (!fetched.ok()) return fetched.status();
-    slot->tiles = *std::move(fetched);
+  if (slot->tiles == nullptr || slot->tiles->content_id() != info.content_id) {
+    ASSIGN_OR_RETURN(slot->tiles, Fetch(caller, map, info.content_id));
   }
   return slot->tiles;
 }

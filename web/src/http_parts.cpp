@@ -4,6 +4,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
 #include "scanloc/core/printable.hpp"
+#include "scanloc/core/status_macros.hpp"
 #include "scanloc/report/json.hpp"
 
 namespace scanloc::web {
@@ -55,9 +56,7 @@ absl::Status ParseTarget(std::string_view target, Request* request) {
   if (!absl::StartsWith(parts.first, "/")) {
     return absl::InvalidArgumentError("the URL is not a path");
   }
-  auto path = Unescape(parts.first, false);
-  if (!path.ok()) return path.status();
-  request->path = *std::move(path);
+  ASSIGN_OR_RETURN(request->path, Unescape(parts.first, false));
   if (parts.second.empty()) return absl::OkStatus();
   for (const absl::string_view piece : absl::StrSplit(parts.second, '&')) {
     const std::pair<absl::string_view, absl::string_view> pair =

@@ -8,6 +8,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "http_session.hpp"
+#include "scanloc/core/status_macros.hpp"
 
 namespace scanloc::web {
 namespace {
@@ -96,10 +97,9 @@ absl::Status HttpServer::State::UseTls() {
 }
 
 absl::Status HttpServer::State::Listen() {
-  const auto address = ParseAddress(service.options.listen);
-  if (!address.ok()) return address.status();
-  if (auto status = UseTls(); !status.ok()) return status;
-  const auto& [host, port] = *address;
+  ASSIGN_OR_RETURN(const auto address, ParseAddress(service.options.listen));
+  RETURN_IF_ERROR(UseTls());
+  const auto& [host, port] = address;
   beast::error_code error;
   const auto found =
       Tcp::resolver(io).resolve(host, std::to_string(port), Tcp::resolver::passive, error);
@@ -200,7 +200,7 @@ asio::awaitable<void> HttpServer::State::RunSession(Stream& stream) {
 absl::StatusOr<std::unique_ptr<HttpServer>> HttpServer::Start(
     const HttpOptions& options, std::function<bool(const Request&)> takes_body, Handler handler) {
   auto state = std::make_unique<State>(options, std::move(takes_body), std::move(handler));
-  if (auto status = state->Listen(); !status.ok()) return status;
+  RETURN_IF_ERROR(state->Listen());
   asio::co_spawn(state->io, state->Accept(), asio::detached);
   state->thread = std::thread([io = &state->io] { io->run(); });
   return std::unique_ptr<HttpServer>(new HttpServer(std::move(state)));

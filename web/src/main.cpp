@@ -13,6 +13,7 @@
 #include "http_server.hpp"
 #include "page_files.hpp"
 #include "scanloc/core/printable.hpp"
+#include "scanloc/core/status_macros.hpp"
 
 namespace scanloc::web {
 namespace {
@@ -77,9 +78,8 @@ int Fail(int exit_status, const absl::Status& status) {
 }
 
 absl::Status CheckUsage(const CommandLine& line) {
-  const auto address = ParseAddress(line.http.listen);
-  if (!address.ok()) return address.status();
-  if (line.http.tls_cert_file.empty() && !line.allow_plaintext && !IsLoopback(address->first)) {
+  ASSIGN_OR_RETURN(const auto address, ParseAddress(line.http.listen));
+  if (line.http.tls_cert_file.empty() && !line.allow_plaintext && !IsLoopback(address.first)) {
     return absl::InvalidArgumentError(
         absl::StrCat("listening on ", line.http.listen,
                      " without HTTPS would show tokens and answers to the network; give "
@@ -92,9 +92,8 @@ absl::Status CheckUsage(const CommandLine& line) {
 }
 
 absl::Status WriteSnapshot(const CommandLine& line, const PageFiles& page, const Api& api) {
-  const auto text = page.Snapshot(api, line.map, "");
-  if (!text.ok()) return text.status();
-  return cli::WriteText(line.snapshot, *text);
+  ASSIGN_OR_RETURN(const auto text, page.Snapshot(api, line.map, ""));
+  return cli::WriteText(line.snapshot, text);
 }
 
 int Run(CommandLine line) {

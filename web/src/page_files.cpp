@@ -12,6 +12,7 @@
 #include "absl/strings/str_replace.h"
 #include "api.hpp"
 #include "json.hpp"
+#include "scanloc/core/status_macros.hpp"
 
 namespace scanloc::web {
 namespace {
@@ -118,13 +119,11 @@ absl::StatusOr<std::string> PageFiles::Snapshot(const Api& api, const std::strin
   Recorder recorder(api, token);
   const std::string base = absl::StrCat("/v1/maps/", map);
   for (const std::string& path : {base, base + "/pairs"}) {
-    if (const auto recorded = recorder.Record(path); !recorded.ok()) return recorded.status();
+    RETURN_IF_ERROR(recorder.Record(path).status());
   }
-  const auto tiles = recorder.Record(base + "/tiles");
-  if (!tiles.ok()) return tiles.status();
-  for (std::size_t i = 0; i < (*tiles)["tiles"].size(); ++i) {
-    const auto tile = recorder.Record(absl::StrCat(base, "/tiles/", i));
-    if (!tile.ok()) return tile.status();
+  ASSIGN_OR_RETURN(const auto tiles, recorder.Record(base + "/tiles"));
+  for (std::size_t i = 0; i < tiles["tiles"].size(); ++i) {
+    RETURN_IF_ERROR(recorder.Record(absl::StrCat(base, "/tiles/", i)).status());
   }
   const Json answers = recorder.RecordAnswers();
   std::set<std::int64_t> places;
@@ -135,8 +134,7 @@ absl::StatusOr<std::string> PageFiles::Snapshot(const Api& api, const std::strin
     }
   }
   for (const std::int64_t place : places) {
-    const auto recorded = recorder.Record(absl::StrCat(base, "/places/", place));
-    if (!recorded.ok()) return recorded.status();
+    RETURN_IF_ERROR(recorder.Record(absl::StrCat(base, "/places/", place)).status());
   }
   // No "<" in what is embedded: nothing in it ends the element that it stands in.
   const std::string data = absl::StrReplaceAll(

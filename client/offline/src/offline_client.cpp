@@ -9,6 +9,7 @@
 #include "absl/strings/str_cat.h"
 #include "scanloc/core/localizer.hpp"
 #include "scanloc/core/scan/descriptor.hpp"
+#include "scanloc/core/status_macros.hpp"
 #include "scanloc/core/track/tracker.hpp"
 #include "scanloc/geo/geo_frame.hpp"
 #include "scanloc/mapdb/map_file.hpp"
@@ -71,7 +72,7 @@ struct OfflineClient::State {
   };
   /// By a describer that nobody uses; it serves one thread at a time.
   [[nodiscard]] absl::StatusOr<Described> Describe(PointView scan, const SensorMount& mount) {
-    if (auto status = Validate(mount); !status.ok()) return status;
+    RETURN_IF_ERROR(Validate(mount));
     std::optional<Describer> describer;
     {
       const std::lock_guard lock(mutex);
@@ -98,11 +99,9 @@ struct OfflineClient::State {
                                                      const RequestOptions& options,
                                                      std::int64_t began_ns) const {
     const Terms terms{options.budget, options.timeout};
-    if (auto status = terms.Check(); !status.ok()) return status;
+    RETURN_IF_ERROR(terms.Check());
     Query query = options.query;
-    absl::StatusOr<Prior> prior = geo::InMapFrame(query.prior, geo);
-    if (!prior.ok()) return prior.status();
-    query.prior = *std::move(prior);
+    ASSIGN_OR_RETURN(query.prior, geo::InMapFrame(query.prior, geo));
     auto answer = localizer->Localize(descriptor, query, terms.ControlSince(began_ns));
     if (!answer.ok()) return terms.Told(answer.status());
     TellOfBase(mount, *answer);
@@ -129,20 +128,19 @@ class OfflineClient::TrackedRobot final : public RobotStream::Tracking {
   absl::StatusOr<TrackedReply> Locate(PointView scan, const std::optional<Pose>& T_last_scan,
                                       const ScanHeader& header) override {
     if (is_closed_) return absl::FailedPreconditionError("the stream has ended; open another");
-    const absl::StatusOr<State::Described> described = state_->Describe(scan, mount_);
-    if (!described.ok()) return described.status();
+    ASSIGN_OR_RETURN(const State::Described described, state_->Describe(scan, mount_));
     std::optional<Pose> T_last = T_last_scan;
     if (T_last) T_last = TurnedStep(mount_, proto::AsReceived(*T_last));
     auto told =
-        tracker_.Update(described->descriptor, T_last, terms_.ControlSince(described->began_ns));
+        tracker_.Update(described.descriptor, T_last, terms_.ControlSince(described.began_ns));
     if (!told.ok()) return terms_.Told(told.status());
     TellOfBase(mount_, told->answer);
     geo::TellOnEarth(state_->geo, told->answer);
     proto::MakeAsReceived(told->answer);
-    told->answer.times.describe_ns = described->describe_ns;
+    told->answer.times.describe_ns = described.describe_ns;
     return TrackedReply{.reply = {.answer = std::move(told->answer),
                                   .map = state_->info.name,
-                                  .scan_counts = described->counts,
+                                  .scan_counts = described.counts,
                                   .header = header},
                         .num_scans = told->num_scans,
                         .is_relocated = told->is_relocated};
@@ -162,9 +160,8 @@ class OfflineClient::TrackedRobot final : public RobotStream::Tracking {
 
 absl::StatusOr<std::shared_ptr<const OfflineClient>> OfflineClient::Open(
     const std::string& map_file, const std::string& name) {
-  auto map = mapdb::LoadMap(map_file);
-  if (!map.ok()) return map.status();
-  return Create(std::make_shared<const Map>(*std::move(map)), name);
+  ASSIGN_OR_RETURN(auto map, mapdb::LoadMap(map_file));
+  return Create(std::make_shared<const Map>(std::move(map)), name);
 }
 
 absl::StatusOr<std::shared_ptr<const OfflineClient>> OfflineClient::Create(
@@ -174,16 +171,11 @@ absl::StatusOr<std::shared_ptr<const OfflineClient>> OfflineClient::Create(
   state->info.generation = 1;
   state->signature = DescriptorSignature(map->params);
   if (map->geo_origin) {
-    auto frame = geo::GeoFrame::Create(*map->geo_origin);
-    if (!frame.ok()) return frame.status();
-    state->geo = *std::move(frame);
+    ASSIGN_OR_RETURN(state->geo, geo::GeoFrame::Create(*map->geo_origin));
   }
-  auto describer = Describer::Create(map->params);
-  if (!describer.ok()) return describer.status();
-  state->idle.push_back(*std::move(describer));
-  auto localizer = Localizer::Create(std::move(map));
-  if (!localizer.ok()) return localizer.status();
-  state->localizer = *std::move(localizer);
+  ASSIGN_OR_RETURN(auto describer, Describer::Create(map->params));
+  state->idle.push_back(std::move(describer));
+  ASSIGN_OR_RETURN(state->localizer, Localizer::Create(std::move(map)));
   return std::shared_ptr<const OfflineClient>(new OfflineClient(std::move(state)));
 }
 
@@ -200,13 +192,13 @@ absl::StatusOr<std::vector<MapSummary>> OfflineClient::ListMaps() const {
 }
 
 absl::StatusOr<MapInfo> OfflineClient::GetMapInfo(const std::string& map) const {
-  if (auto status = state_->CheckName(map); !status.ok()) return status;
+  RETURN_IF_ERROR(state_->CheckName(map));
   return state_->info;
 }
 
 absl::StatusOr<PlacesPage> OfflineClient::ListPlaces(const std::string& map,
                                                      const std::string& page_token) const {
-  if (auto status = state_->CheckName(map); !status.ok()) return status;
+  RETURN_IF_ERROR(state_->CheckName(map));
   auto page = PageOfPlaces(state_->localizer->map(), 0, page_token);
   if (page.ok() && state_->geo) page->geo = state_->geo->ToGeo(page->places);
   return page;
@@ -214,20 +206,19 @@ absl::StatusOr<PlacesPage> OfflineClient::ListPlaces(const std::string& map,
 
 absl::StatusOr<LocalizeReply> OfflineClient::LocalizeScan(PointView scan,
                                                           const RequestOptions& options) const {
-  if (auto status = state_->CheckName(options.map); !status.ok()) return status;
+  RETURN_IF_ERROR(state_->CheckName(options.map));
   const SensorMount mount = proto::AsReceived(options.mount);
-  const absl::StatusOr<State::Described> described = state_->Describe(scan, mount);
-  if (!described.ok()) return described.status();
-  auto reply = state_->Answer(described->descriptor, mount, options, described->began_ns);
+  ASSIGN_OR_RETURN(const State::Described described, state_->Describe(scan, mount));
+  auto reply = state_->Answer(described.descriptor, mount, options, described.began_ns);
   if (!reply.ok()) return reply;
-  reply->answer.times.describe_ns = described->describe_ns;
-  reply->scan_counts = described->counts;
+  reply->answer.times.describe_ns = described.describe_ns;
+  reply->scan_counts = described.counts;
   return reply;
 }
 
 absl::StatusOr<LocalizeReply> OfflineClient::LocalizeDescriptor(
     const SignedDescriptor& descriptor, const RequestOptions& options) const {
-  if (auto status = state_->CheckName(options.map); !status.ok()) return status;
+  RETURN_IF_ERROR(state_->CheckName(options.map));
   if (descriptor.signature != state_->signature) {
     return absl::FailedPreconditionError(absl::StrCat(
         "the descriptors were made with \"", absl::Utf8SafeCHexEscape(descriptor.signature),
@@ -238,16 +229,13 @@ absl::StatusOr<LocalizeReply> OfflineClient::LocalizeDescriptor(
 }
 
 absl::StatusOr<RobotStream> OfflineClient::OpenStream(const StreamOptions& options) const {
-  if (auto status = state_->CheckName(options.map); !status.ok()) return status;
+  RETURN_IF_ERROR(state_->CheckName(options.map));
   const Terms terms{options.budget, options.timeout};
-  if (auto status = terms.Check(); !status.ok()) return status;
+  RETURN_IF_ERROR(terms.Check());
   TrackerOptions tracked{.query = options.query, .max_step_m = options.max_step_m};
-  absl::StatusOr<Prior> prior = geo::InMapFrame(options.query.prior, state_->geo);
-  if (!prior.ok()) return prior.status();
-  tracked.query.prior = *std::move(prior);
-  auto tracker = Tracker::Create(state_->localizer, tracked);
-  if (!tracker.ok()) return tracker.status();
-  return RobotStream(std::make_unique<TrackedRobot>(state_, *std::move(tracker),
+  ASSIGN_OR_RETURN(tracked.query.prior, geo::InMapFrame(options.query.prior, state_->geo));
+  ASSIGN_OR_RETURN(auto tracker, Tracker::Create(state_->localizer, tracked));
+  return RobotStream(std::make_unique<TrackedRobot>(state_, std::move(tracker),
                                                     proto::AsReceived(options.mount), terms));
 }
 

@@ -12,6 +12,7 @@
 #include "absl/strings/strip.h"
 #include "bag/bag_file.hpp"
 #include "name_order.hpp"
+#include "scanloc/core/status_macros.hpp"
 #include "text.hpp"
 
 namespace scanloc::dataset {
@@ -107,9 +108,8 @@ absl::StatusOr<std::shared_ptr<const Bag>> Bag::Open(const std::vector<std::stri
       files.push_back(path);
       continue;
     }
-    const absl::StatusOr<std::vector<std::string>> inside = ListFolder(path, &notes);
-    if (!inside.ok()) return inside.status();
-    files.insert(files.end(), inside->begin(), inside->end());
+    ASSIGN_OR_RETURN(const std::vector<std::string> inside, ListFolder(path, &notes));
+    files.insert(files.end(), inside.begin(), inside.end());
   }
   if (files.empty()) return absl::InvalidArgumentError("no bag is given");
 
@@ -118,9 +118,8 @@ absl::StatusOr<std::shared_ptr<const Bag>> Bag::Open(const std::vector<std::stri
   Impl& impl = *bag->impl_;
   std::map<std::string, std::pair<FileTopic, std::string>> topics;  // by name; and of which file
   for (const std::string& path : files) {
-    absl::StatusOr<std::unique_ptr<BagFile>> file = OpenBagFile(path);
-    if (!file.ok()) return file.status();
-    for (const FileTopic& topic : (*file)->topics()) {
+    ASSIGN_OR_RETURN(std::unique_ptr<BagFile> file, OpenBagFile(path));
+    for (const FileTopic& topic : file->topics()) {
       const auto& [known, of] = topics.try_emplace(topic.name, topic, path).first->second;
       if (known.type != topic.type || known.format != topic.format) {
         return absl::InvalidArgumentError(
@@ -128,9 +127,9 @@ absl::StatusOr<std::shared_ptr<const Bag>> Bag::Open(const std::vector<std::stri
                          " but of ", Told(topic), " in ", path, "; read these apart"));
       }
     }
-    const auto& of_file = (*file)->notes();
+    const auto& of_file = file->notes();
     bag->notes_.insert(bag->notes_.end(), of_file.begin(), of_file.end());
-    impl.files.push_back(*std::move(file));
+    impl.files.push_back(std::move(file));
   }
   for (const auto& [name, topic] : topics) {
     bag->topics_.push_back({.name = name, .type = topic.first.type, .format = topic.first.format});
@@ -193,9 +192,8 @@ absl::Status Bag::ForEach(const std::vector<const BagTopic*>& topics, const Hand
 
 absl::Status Bag::Read(std::size_t id, const Handler& handle) const {
   const MessageRef& ref = impl_->Ref(id);
-  const absl::StatusOr<MessageBytes> read = impl_->files[impl_->entries[id].file]->Read(ref);
-  if (!read.ok()) return read.status();
-  return handle({&topics_[impl_->TopicOf(id)], ref.log_time_ns, read->bytes, id});
+  ASSIGN_OR_RETURN(const MessageBytes read, impl_->files[impl_->entries[id].file]->Read(ref));
+  return handle({&topics_[impl_->TopicOf(id)], ref.log_time_ns, read.bytes, id});
 }
 
 }  // namespace scanloc::dataset

@@ -12,6 +12,7 @@
 #include "bag/pose_gaps.hpp"
 #include "decimal_time.hpp"
 #include "file_bytes.hpp"
+#include "scanloc/core/status_macros.hpp"
 #include "scanloc/dataset/bag.hpp"
 #include "scanloc/dataset/deskew.hpp"
 #include "scanloc/dataset/frame_tree.hpp"
@@ -165,7 +166,7 @@ absl::Status BagScans::ReadHeads() {
     return Annotate(added, absl::StrCat(paths_, ": topic ", Quote(message.topic->name),
                                         ", message recorded at ", message.log_time_ns, " ns"));
   };
-  if (absl::Status status = bag_->ForEach(topics, add, &damage); !status.ok()) return status;
+  RETURN_IF_ERROR(bag_->ForEach(topics, add, &damage));
   if (!damage.empty()) notes_.push_back(damage.Text());
   if (clouds_.empty()) {
     return absl::DataLossError(absl::StrCat(paths_, ": no cloud is left: ", damage.Text()));
@@ -199,9 +200,7 @@ absl::Status BagScans::ReadHeads() {
 absl::Status BagScans::Connect(const BagDriveOptions& options) {
   if (pose_topic_ == nullptr && transform_topics_.empty()) return absl::OkStatus();
   if (pose_topic_ == nullptr) {
-    absl::StatusOr<FrameChain> chain = tree_.Connect(parent_, sensor_frame_);
-    if (!chain.ok()) return chain.status();
-    chain_ = *std::move(chain);
+    ASSIGN_OR_RETURN(chain_, tree_.Connect(parent_, sensor_frame_));
     notes_.push_back(absl::StrCat("poses are those of ", Quote(sensor_frame_), " in ",
                                   Quote(parent_), " by TF"));
     return absl::OkStatus();
@@ -213,9 +212,8 @@ absl::Status BagScans::Connect(const BagDriveOptions& options) {
     chain.AppendMount(*options.T_body_sensor);
     mount = "taken for those of the base";
   } else if (!options.calib_file.empty()) {
-    const absl::StatusOr<Pose> T_body_sensor = ReadCalib(options.calib_file);
-    if (!T_body_sensor.ok()) return T_body_sensor.status();
-    chain.AppendMount(*T_body_sensor);
+    ASSIGN_OR_RETURN(const Pose T_body_sensor, ReadCalib(options.calib_file));
+    chain.AppendMount(T_body_sensor);
     mount = absl::StrCat("with the mount in ", options.calib_file);
   } else if (!child_.empty() && child_ != sensor_frame_) {
     const absl::StatusOr<FrameChain> of_sensor = tree_.Connect(child_, sensor_frame_);
@@ -240,9 +238,7 @@ absl::Status BagScans::Connect(const BagDriveOptions& options) {
 }
 
 absl::Status BagScans::Open(const BagDriveOptions& options, bool needs_poses) {
-  absl::StatusOr<std::shared_ptr<const Bag>> bag = Bag::Open(options.paths);
-  if (!bag.ok()) return bag.status();
-  bag_ = *std::move(bag);
+  ASSIGN_OR_RETURN(bag_, Bag::Open(options.paths));
   notes_ = bag_->notes();
   paths_ = absl::StrJoin(options.paths, ", ");
   const auto topic =
@@ -252,7 +248,7 @@ absl::Status BagScans::Open(const BagDriveOptions& options, bool needs_poses) {
   if (absl::Status status = ChoosePoses(options, needs_poses); !status.ok()) {
     return Annotate(status, paths_);
   }
-  if (absl::Status status = ReadHeads(); !status.ok()) return status;
+  RETURN_IF_ERROR(ReadHeads());
   if (absl::Status status = Connect(options); !status.ok()) return Annotate(status, paths_);
   deskew_ = options.deskew && has_poses();
   return absl::OkStatus();

@@ -6,6 +6,8 @@
 #include <system_error>
 #include <utility>
 
+#include "scanloc/core/status_macros.hpp"
+
 namespace scanloc::dataset {
 namespace {
 
@@ -17,9 +19,8 @@ constexpr std::uint64_t kMostBytesAhead = 64 << 20;
 }  // namespace
 
 absl::StatusOr<ChunkCache::Records> ChunkCache::Read(std::uint32_t number) const {
-  absl::StatusOr<FileBytes> read = read_(number);
-  if (!read.ok()) return read.status();
-  return std::make_shared<const FileBytes>(*std::move(read));
+  ASSIGN_OR_RETURN(FileBytes read, read_(number));
+  return std::make_shared<const FileBytes>(std::move(read));
 }
 
 ChunkCache::Entries::iterator ChunkCache::Find(std::uint32_t number) {

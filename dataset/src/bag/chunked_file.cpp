@@ -8,6 +8,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "scanloc/core/limits.hpp"
+#include "scanloc/core/status_macros.hpp"
 #include "text.hpp"
 
 namespace scanloc::dataset {
@@ -52,7 +53,7 @@ void ChunkedFile::AddMessage(std::uint32_t channel, std::int64_t log_time_ns, st
 absl::StatusOr<FileBytes> ChunkedFile::ReadStored(std::uint64_t offset,
                                                   std::uint64_t num_bytes) const try {
   ByteArray stored = memory_->Take(num_bytes);
-  if (absl::Status s = file_.ReadAt(offset, num_bytes, stored.get()); !s.ok()) return s;
+  RETURN_IF_ERROR(file_.ReadAt(offset, num_bytes, stored.get()));
   return FileBytes(std::move(stored), num_bytes);
 } catch (const std::bad_alloc&) {
   return absl::ResourceExhaustedError(
@@ -90,7 +91,7 @@ absl::StatusOr<FileBytes> ChunkedFile::ReadChunk(std::uint32_t i) const {
     return Annotate(records.status(), absl::StrCat(file_.path(), ": chunk at ", chunk.offset));
   }
   if (checked_[i] != Checked::kRight) {
-    if (absl::Status status = Check(i, Crc32(records->view())); !status.ok()) return status;
+    RETURN_IF_ERROR(Check(i, Crc32(records->view())));
   }
   return records;
 }
@@ -132,11 +133,10 @@ absl::StatusOr<MessageBytes> ChunkedFile::ReadStoredMessage(const MessageRef& me
   const std::uint64_t end = is_last ? chunk.num_stored : std::min(next->at, chunk.num_stored);
   const std::uint64_t begin = std::min(message.at, end);
   for (std::uint64_t num_bytes = std::min(end - begin, kSmall);; num_bytes = end - begin) {
-    absl::StatusOr<FileBytes> read = ReadStored(chunk.offset + begin, num_bytes);
-    if (!read.ok()) return read.status();
-    const absl::StatusOr<std::string_view> payload = Payload(*read, 0, message);
+    ASSIGN_OR_RETURN(FileBytes read, ReadStored(chunk.offset + begin, num_bytes));
+    const absl::StatusOr<std::string_view> payload = Payload(read, 0, message);
     if (payload.ok()) {
-      return MessageBytes{std::make_shared<const FileBytes>(*std::move(read)), *payload};
+      return MessageBytes{std::make_shared<const FileBytes>(std::move(read)), *payload};
     }
     if (num_bytes == end - begin) return payload.status();
   }
@@ -145,15 +145,13 @@ absl::StatusOr<MessageBytes> ChunkedFile::ReadStoredMessage(const MessageRef& me
 absl::StatusOr<MessageBytes> ChunkedFile::Read(const MessageRef& message) const {
   const Chunk& chunk = chunks_[message.chunk];
   if (chunk.compression == Compression::kNone) {
-    if (absl::Status status = CheckStored(message.chunk); !status.ok()) return status;
+    RETURN_IF_ERROR(CheckStored(message.chunk));
     return ReadStoredMessage(message);
   }
   if (!cache_.WasGot(message.chunk)) ReadAhead(message);
-  absl::StatusOr<ChunkCache::Records> records = cache_.Get(message.chunk, chunk.num_bytes);
-  if (!records.ok()) return records.status();
-  const absl::StatusOr<std::string_view> payload = Payload(**records, message.at, message);
-  if (!payload.ok()) return payload.status();
-  return MessageBytes{*std::move(records), *payload};
+  ASSIGN_OR_RETURN(ChunkCache::Records records, cache_.Get(message.chunk, chunk.num_bytes));
+  ASSIGN_OR_RETURN(const std::string_view payload, Payload(*records, message.at, message));
+  return MessageBytes{std::move(records), payload};
 }
 
 void ChunkedFile::AddNoteOfFile(std::string_view note) {
@@ -212,14 +210,14 @@ absl::Status ChunkedFile::FinishIndex(std::string_view cut_off) {
   }
   for (std::uint32_t i = 0; i < chunks_.size(); ++i) {
     if (chunks_[i].is_indexed) continue;
-    if (absl::Status status = ScanChunk(i, true); !status.ok()) return status;
+    RETURN_IF_ERROR(ScanChunk(i, true));
   }
   // Channels stand in chunks, and once more at the end of a file that is whole.
   std::uint32_t last_scanned = std::numeric_limits<std::uint32_t>::max();
   for (const MessageRef& message : messages_) {
     if (channels_.contains(message.topic) || message.chunk == last_scanned) continue;
     last_scanned = message.chunk;
-    if (absl::Status status = ScanChunk(message.chunk, false); !status.ok()) return status;
+    RETURN_IF_ERROR(ScanChunk(message.chunk, false));
   }
   MakeTopics();
   std::ranges::stable_sort(messages_, IsBefore);
@@ -228,12 +226,10 @@ absl::Status ChunkedFile::FinishIndex(std::string_view cut_off) {
 
 absl::StatusOr<RandomFile> OpenWithMagic(const std::string& path, std::string_view magic,
                                          std::string_view otherwise) {
-  absl::StatusOr<RandomFile> file = RandomFile::Open(path);
-  if (!file.ok()) return file.status();
-  const absl::StatusOr<std::string> begin =
-      file->ReadText(0, std::min<std::uint64_t>(magic.size(), file->size()));
-  if (!begin.ok()) return begin.status();
-  if (*begin != magic) {
+  ASSIGN_OR_RETURN(RandomFile file, RandomFile::Open(path));
+  ASSIGN_OR_RETURN(const std::string begin,
+                   file.ReadText(0, std::min<std::uint64_t>(magic.size(), file.size())));
+  if (begin != magic) {
     return absl::InvalidArgumentError(absl::StrCat(path, ": ", ToAbsl(otherwise)));
   }
   return file;

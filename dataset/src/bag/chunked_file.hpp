@@ -18,6 +18,7 @@
 #include "bag/decompress.hpp"
 #include "bag/random_file.hpp"
 #include "bag/spare_memory.hpp"
+#include "scanloc/core/status_macros.hpp"
 
 namespace scanloc::dataset {
 
@@ -120,10 +121,9 @@ template <typename Kind>
 [[nodiscard]] absl::StatusOr<std::unique_ptr<BagFile>> OpenChunked(const std::string& path,
                                                                    std::string_view magic,
                                                                    std::string_view otherwise) {
-  absl::StatusOr<RandomFile> file = OpenWithMagic(path, magic, otherwise);
-  if (!file.ok()) return file.status();
-  auto bag = std::make_unique<Kind>(*std::move(file));
-  if (absl::Status status = bag->Index(); !status.ok()) return status;
+  ASSIGN_OR_RETURN(RandomFile file, OpenWithMagic(path, magic, otherwise));
+  auto bag = std::make_unique<Kind>(std::move(file));
+  RETURN_IF_ERROR(bag->Index());
   return bag;
 }
 

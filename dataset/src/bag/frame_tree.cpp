@@ -6,6 +6,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
+#include "scanloc/core/status_macros.hpp"
 #include "scanloc/dataset/bag_drive.hpp"
 #include "text.hpp"
 
@@ -111,10 +112,10 @@ absl::StatusOr<FrameChain> FrameTree::Connect(const std::string& parent,
   FrameChain chain;
   for (const std::string& frame : up) {
     if (frame == *meet) break;
-    if (absl::Status status = AppendEdge(frame, true, chain); !status.ok()) return status;
+    RETURN_IF_ERROR(AppendEdge(frame, true, chain));
   }
   for (auto frame = std::make_reverse_iterator(meet); frame != down.rend(); ++frame) {
-    if (absl::Status status = AppendEdge(*frame, false, chain); !status.ok()) return status;
+    RETURN_IF_ERROR(AppendEdge(*frame, false, chain));
   }
   return chain;
 }

@@ -6,6 +6,7 @@
 #include "absl/strings/str_cat.h"
 #include "bag/chunked_file.hpp"
 #include "bag/little_endian.hpp"
+#include "scanloc/core/status_macros.hpp"
 #include "text.hpp"
 
 namespace scanloc::dataset {
@@ -77,7 +78,7 @@ void Mcap::ReadSchemaOrChannel(unsigned char opcode, LittleEndian content) {
 
 absl::Status Mcap::ReadChunkHead(std::uint64_t at, std::uint64_t num_bytes) {
   std::string head(std::min<std::uint64_t>(num_bytes, 128), '\0');
-  if (absl::Status s = file().ReadAt(at, head.size(), head.data()); !s.ok()) return s;
+  RETURN_IF_ERROR(file().ReadAt(at, head.size(), head.data()));
   LittleEndian content(head);
   content.Skip(16);  // the times of its first and last message
   Chunk chunk{.num_bytes = content.Read<std::uint64_t>()};
@@ -119,16 +120,13 @@ absl::Status Mcap::ReadRecord(unsigned char opcode, std::uint64_t at, std::uint6
   if (opcode == kMessage) {
     // With its head, as it would stand in a chunk.
     const std::uint64_t num_record = num_bytes + kRecordHeadBytes;
-    if (absl::Status status = AddChunk({.offset = at - kRecordHeadBytes,
-                                        .num_stored = num_record,
-                                        .num_bytes = num_record,
-                                        .is_indexed = true});
-        !status.ok()) {
-      return status;
-    }
+    RETURN_IF_ERROR(AddChunk({.offset = at - kRecordHeadBytes,
+                              .num_stored = num_record,
+                              .num_bytes = num_record,
+                              .is_indexed = true}));
     std::array<char, kMessageHeadBytes> head{};
     if (num_bytes < head.size()) return absl::OkStatus();
-    if (absl::Status s = file().ReadAt(at, head.size(), head.data()); !s.ok()) return s;
+    RETURN_IF_ERROR(file().ReadAt(at, head.size(), head.data()));
     LittleEndian content({head.data(), head.size()});
     const auto channel = content.Read<std::uint16_t>();
     content.Skip(4);  // sequence
@@ -138,10 +136,9 @@ absl::Status Mcap::ReadRecord(unsigned char opcode, std::uint64_t at, std::uint6
   const bool is_text = opcode == kSchema || opcode == kChannel;
   if (!is_text && opcode != kMessageIndex) return absl::OkStatus();
   if (is_text && num_bytes > kMaxTextBytes) return absl::OkStatus();
-  const absl::StatusOr<std::string> content = file().ReadText(at, num_bytes);
-  if (!content.ok()) return content.status();
-  is_text ? ReadSchemaOrChannel(opcode, LittleEndian(*content))
-          : ReadMessageIndex(LittleEndian(*content));
+  ASSIGN_OR_RETURN(const std::string content, file().ReadText(at, num_bytes));
+  is_text ? ReadSchemaOrChannel(opcode, LittleEndian(content))
+          : ReadMessageIndex(LittleEndian(content));
   return absl::OkStatus();
 }
 
@@ -149,7 +146,7 @@ absl::Status Mcap::ReadDataEnd(std::uint64_t at, std::uint64_t num_bytes) {
   data_end_ = at - kRecordHeadBytes;
   std::array<char, 4> raw{};
   if (num_bytes < raw.size()) return absl::OkStatus();
-  if (absl::Status s = file().ReadAt(at, raw.size(), raw.data()); !s.ok()) return s;
+  RETURN_IF_ERROR(file().ReadAt(at, raw.size(), raw.data()));
   data_checksum_ = LittleEndian({raw.data(), raw.size()}).Read<std::uint32_t>();
   return ReadSummary(at + num_bytes);
 }
@@ -159,7 +156,7 @@ absl::StatusOr<std::string> Mcap::ReadDataSection() {
   std::uint64_t at = kMagic.size();
   while (at + kRecordHeadBytes <= file().size()) {
     std::array<char, kRecordHeadBytes> raw{};
-    if (absl::Status s = file().ReadAt(at, raw.size(), raw.data()); !s.ok()) return s;
+    RETURN_IF_ERROR(file().ReadAt(at, raw.size(), raw.data()));
     LittleEndian head({raw.data(), raw.size()});
     const auto opcode = head.Read<unsigned char>();
     const auto num_bytes = head.Read<std::uint64_t>();
@@ -168,10 +165,8 @@ absl::StatusOr<std::string> Mcap::ReadDataSection() {
     // Of what is cut off only a chunk is worth reading.
     if (num_bytes <= num_left || opcode == kChunk) {
       const std::uint64_t num_there = std::min(num_bytes, num_left);
-      const absl::Status status = opcode == kDataEnd
-                                      ? ReadDataEnd(at + kRecordHeadBytes, num_there)
-                                      : ReadRecord(opcode, at + kRecordHeadBytes, num_there);
-      if (!status.ok()) return status;
+      RETURN_IF_ERROR(opcode == kDataEnd ? ReadDataEnd(at + kRecordHeadBytes, num_there)
+                                         : ReadRecord(opcode, at + kRecordHeadBytes, num_there));
       if (opcode == kDataEnd) return "";
     }
     if (num_bytes > num_left) break;
@@ -190,16 +185,15 @@ absl::Status Mcap::ReadSummary(std::uint64_t begin) {
     AddNoteOfFile(kNotUsed);
     return absl::OkStatus();
   }
-  const absl::StatusOr<std::string> bytes = file().ReadText(begin, num_bytes);
-  if (!bytes.ok()) return bytes.status();
-  const std::string_view summary = std::string_view(*bytes).substr(0, num_bytes - kEndBytes);
-  LittleEndian footer(std::string_view(*bytes).substr(summary.size()));
+  ASSIGN_OR_RETURN(const std::string bytes, file().ReadText(begin, num_bytes));
+  const std::string_view summary = std::string_view(bytes).substr(0, num_bytes - kEndBytes);
+  LittleEndian footer(std::string_view(bytes).substr(summary.size()));
   bool is_whole = footer.Read<unsigned char>() == kFooter;
   is_whole &= footer.Read<std::uint64_t>() == kFooterBytes;
   footer.Skip(kFooterBytes - 4);
   const auto checksum = footer.Read<std::uint32_t>();
-  is_whole &= std::string_view(*bytes).substr(bytes->size() - kMagic.size()) == kMagic;
-  is_whole &= checksum == 0 || checksum == Crc32(std::string_view(*bytes).substr(
+  is_whole &= std::string_view(bytes).substr(bytes.size() - kMagic.size()) == kMagic;
+  is_whole &= checksum == 0 || checksum == Crc32(std::string_view(bytes).substr(
                                                0, summary.size() + kCheckedFooterBytes));
   if (!is_whole || !ScanRecords(summary, false).ok()) AddNoteOfFile(kNotUsed);
   return absl::OkStatus();
@@ -217,10 +211,9 @@ absl::Status Mcap::CheckDataSection() const {
 }
 
 absl::Status Mcap::Index() {
-  const absl::StatusOr<std::string> cut_off = ReadDataSection();
-  if (!cut_off.ok()) return cut_off.status();
-  if (absl::Status status = CheckDataSection(); !status.ok()) return status;
-  if (absl::Status status = FinishIndex(*cut_off); !status.ok()) return status;
+  ASSIGN_OR_RETURN(const std::string cut_off, ReadDataSection());
+  RETURN_IF_ERROR(CheckDataSection());
+  RETURN_IF_ERROR(FinishIndex(cut_off));
   if (num_messages_told_ && *num_messages_told_ != messages_.size()) {
     AddNoteOfFile(absl::StrCat("is damaged: of the ", *num_messages_told_,
                                " messages that it tells of there are ", messages_.size()));

@@ -14,6 +14,7 @@
 #include "bag/bag_file.hpp"
 #include "bag/decompress.hpp"
 #include "bag/random_file.hpp"
+#include "scanloc/core/status_macros.hpp"
 #include "text.hpp"
 
 namespace scanloc::dataset {
@@ -64,8 +65,7 @@ class TemporaryFile {
 
 // A whole file that rosbag2 compressed. Of one that is cut off or damaged, what comes before.
 absl::StatusOr<std::unique_ptr<BagFile>> OpenCompressed(const RandomFile& file) try {
-  const absl::StatusOr<std::unique_ptr<TemporaryFile>> plain = TemporaryFile::Make();
-  if (!plain.ok()) return plain.status();
+  ASSIGN_OR_RETURN(const std::unique_ptr<TemporaryFile> plain, TemporaryFile::Make());
   struct Free {
     void operator()(ZSTD_DStream* stream) const { ZSTD_freeDStream(stream); }
   };
@@ -78,7 +78,7 @@ absl::StatusOr<std::unique_ptr<BagFile>> OpenCompressed(const RandomFile& file) 
   std::size_t hint = 0;  // 0 after a whole frame
   for (std::uint64_t at = 0; at < file.size() && !is_damaged;) {
     const std::size_t num_in = std::min<std::uint64_t>(in.size(), file.size() - at);
-    if (absl::Status status = file.ReadAt(at, num_in, in.data()); !status.ok()) return status;
+    RETURN_IF_ERROR(file.ReadAt(at, num_in, in.data()));
     at += num_in;
     ZSTD_inBuffer input{in.data(), num_in, 0};
     for (bool is_full = true; (input.pos < input.size || is_full) && !is_damaged;) {
@@ -91,16 +91,14 @@ absl::StatusOr<std::unique_ptr<BagFile>> OpenCompressed(const RandomFile& file) 
         return absl::InvalidArgumentError(absl::StrCat(file.path(), ": decompresses to more than ",
                                                        limits::kMaxBagFileBytes, " bytes"));
       }
-      if (absl::Status status = (*plain)->Write({out.data(), output.pos}); !status.ok()) {
-        return status;
-      }
+      RETURN_IF_ERROR(plain->Write({out.data(), output.pos}));
     }
   }
   const std::string what =
       hint == 0 ? absl::StrCat(file.path(), ", decompressed")
                 : absl::StrCat(file.path(), " is ", is_damaged ? "damaged" : "cut off", ": ",
                                num_out, " bytes of it could be decompressed");
-  absl::StatusOr<std::unique_ptr<BagFile>> bag = OpenBagFile((*plain)->path());
+  absl::StatusOr<std::unique_ptr<BagFile>> bag = OpenBagFile(plain->path());
   if (!bag.ok()) return Annotate(bag.status(), what);
   if (hint != 0) (*bag)->AddNote(absl::StrCat(what, "; what they hold is read"));
   return bag;
@@ -117,15 +115,13 @@ std::string ShortType(std::string_view type) {
 }
 
 absl::StatusOr<std::unique_ptr<BagFile>> OpenBagFile(const std::string& path) {
-  const absl::StatusOr<RandomFile> file = RandomFile::Open(path);
-  if (!file.ok()) return file.status();
-  const absl::StatusOr<std::string> begin =
-      file->ReadText(0, std::min<std::uint64_t>(16, file->size()));
-  if (!begin.ok()) return begin.status();
+  ASSIGN_OR_RETURN(const RandomFile file, RandomFile::Open(path));
+  ASSIGN_OR_RETURN(const std::string begin,
+                   file.ReadText(0, std::min<std::uint64_t>(16, file.size())));
   for (const Kind& kind : kKinds) {
-    if (begin->compare(0, kind.magic.size(), kind.magic) == 0) return kind.open(path);
+    if (begin.compare(0, kind.magic.size(), kind.magic) == 0) return kind.open(path);
   }
-  if (begin->compare(0, kZstdMagic.size(), kZstdMagic) == 0) return OpenCompressed(*file);
+  if (begin.compare(0, kZstdMagic.size(), kZstdMagic) == 0) return OpenCompressed(file);
   return absl::InvalidArgumentError(
       absl::StrCat(path, ": is no bag; MCAP, rosbag2's .db3 and ROS 1's .bag are read"));
 }

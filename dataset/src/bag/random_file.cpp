@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "scanloc/core/status_macros.hpp"
 
 namespace scanloc::dataset {
 
@@ -68,7 +69,7 @@ absl::StatusOr<std::string> RandomFile::ReadText(std::uint64_t offset, std::size
     try {
   if (offset > size_ || num_bytes > size_ - offset) return ReadAt(offset, num_bytes, nullptr);
   std::string text(num_bytes, '\0');
-  if (absl::Status status = ReadAt(offset, num_bytes, text.data()); !status.ok()) return status;
+  RETURN_IF_ERROR(ReadAt(offset, num_bytes, text.data()));
   return text;
 } catch (const std::bad_alloc&) {
   return absl::ResourceExhaustedError(absl::StrCat(path_, ": no memory for ", num_bytes, " bytes"));
@@ -79,7 +80,7 @@ absl::StatusOr<std::uint32_t> RandomFile::ChecksumOf(std::uint64_t begin, std::u
   std::uint32_t checksum = 0;
   for (std::uint64_t at = begin; at < end; at += block.size()) {
     const std::size_t num_bytes = std::min<std::uint64_t>(block.size(), end - at);
-    if (absl::Status status = ReadAt(at, num_bytes, block.data()); !status.ok()) return status;
+    RETURN_IF_ERROR(ReadAt(at, num_bytes, block.data()));
     checksum = Crc32({block.data(), num_bytes}, checksum);
   }
   return checksum;

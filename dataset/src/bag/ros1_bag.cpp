@@ -7,6 +7,7 @@
 #include "bag/chunked_file.hpp"
 #include "bag/little_endian.hpp"
 #include "decimal_time.hpp"
+#include "scanloc/core/status_macros.hpp"
 #include "text.hpp"
 
 namespace scanloc::dataset {
@@ -77,19 +78,16 @@ absl::StatusOr<std::optional<Ros1Bag::FileRecord>> Ros1Bag::ReadRecordAt(std::ui
   const std::uint64_t size = file().size();
   const auto length_at = [&](std::uint64_t place) -> absl::StatusOr<std::uint32_t> {
     std::array<char, 4> raw{};
-    if (absl::Status s = file().ReadAt(place, raw.size(), raw.data()); !s.ok()) return s;
+    RETURN_IF_ERROR(file().ReadAt(place, raw.size(), raw.data()));
     return LittleEndian({raw.data(), raw.size()}).Read<std::uint32_t>();
   };
   if (size - at < 8) return std::nullopt;
-  const absl::StatusOr<std::uint32_t> num_head = length_at(at);
-  if (!num_head.ok()) return num_head.status();
-  if (*num_head > std::min<std::uint64_t>(size - at - 8, kMaxHeadBytes)) return std::nullopt;
-  absl::StatusOr<std::string> head = file().ReadText(at + 4, *num_head);
-  if (!head.ok()) return head.status();
-  const std::uint64_t data_at = at + 8 + *num_head;
-  const absl::StatusOr<std::uint32_t> num_data = length_at(data_at - 4);
-  if (!num_data.ok()) return num_data.status();
-  return FileRecord{at, *std::move(head), data_at, *num_data};
+  ASSIGN_OR_RETURN(const std::uint32_t num_head, length_at(at));
+  if (num_head > std::min<std::uint64_t>(size - at - 8, kMaxHeadBytes)) return std::nullopt;
+  ASSIGN_OR_RETURN(std::string head, file().ReadText(at + 4, num_head));
+  const std::uint64_t data_at = at + 8 + num_head;
+  ASSIGN_OR_RETURN(const std::uint32_t num_data, length_at(data_at - 4));
+  return FileRecord{at, std::move(head), data_at, num_data};
 }
 
 void Ros1Bag::AddConnection(std::string_view head, std::string_view data) {
@@ -133,28 +131,24 @@ absl::Status Ros1Bag::ReadRecord(const FileRecord& record) {
   if (record.num_data > file().size() - record.data_at) return absl::OkStatus();
   if (op == kMessageData) {
     const std::uint64_t num_record = record.data_at - record.begin + record.num_data;
-    if (absl::Status s = AddChunk({.offset = record.begin,
-                                   .num_stored = num_record,
-                                   .num_bytes = num_record,
-                                   .is_indexed = true});
-        !s.ok()) {
-      return s;
-    }
+    RETURN_IF_ERROR(AddChunk({.offset = record.begin,
+                              .num_stored = num_record,
+                              .num_bytes = num_record,
+                              .is_indexed = true}));
     AddMessageData(record.head, 0);
     return absl::OkStatus();
   }
   if (op != kConnection && op != kIndexData) return absl::OkStatus();
   if (op == kConnection && record.num_data > kMaxHeadBytes) return absl::OkStatus();
-  const absl::StatusOr<std::string> data = file().ReadText(record.data_at, record.num_data);
-  if (!data.ok()) return data.status();
+  ASSIGN_OR_RETURN(const std::string data, file().ReadText(record.data_at, record.num_data));
   if (op == kConnection) {
-    AddConnection(record.head, *data);
+    AddConnection(record.head, data);
     return absl::OkStatus();
   }
   const auto connection = NumberField<std::uint32_t>(record.head, "conn");
   if (!connection || last_chunk() == nullptr) return absl::OkStatus();
   last_chunk()->is_indexed = true;
-  LittleEndian entries(*data);
+  LittleEndian entries(data);
   while (entries.num_left() >= 12) {
     const std::int64_t log_time_ns = StampOf(entries);
     AddMessage(*connection, log_time_ns, entries.Read<std::uint32_t>());
@@ -167,13 +161,12 @@ absl::Status Ros1Bag::Index() {
   std::optional<std::uint32_t> num_chunks_told;
   std::uint32_t num_chunks = 0;
   for (std::uint64_t at = kRos1Magic.size(); at < file().size();) {
-    const absl::StatusOr<std::optional<FileRecord>> read = ReadRecordAt(at);
-    if (!read.ok()) return read.status();
-    if (!read->has_value() || (*read)->num_data > file().size() - (*read)->data_at) {
+    ASSIGN_OR_RETURN(const std::optional<FileRecord> read, ReadRecordAt(at));
+    if (!read.has_value() || read->num_data > file().size() - read->data_at) {
       cut_off = absl::StrCat("is cut off, or damaged, at byte ", at, " of ", file().size());
     }
-    if (!read->has_value()) break;
-    const FileRecord& record = **read;
+    if (!read.has_value()) break;
+    const FileRecord& record = *read;
     if (at == kRos1Magic.size()) {
       // Where the index at the end begins: 0 in a bag that was not closed.
       const auto index_at = NumberField<std::uint64_t>(record.head, "index_pos");
@@ -182,10 +175,10 @@ absl::Status Ros1Bag::Index() {
       num_chunks_told = NumberField<std::uint32_t>(record.head, "chunk_count");
     }
     num_chunks += NumberField<unsigned char>(record.head, "op") == kChunkRecord ? 1 : 0;
-    if (absl::Status status = ReadRecord(record); !status.ok()) return status;
+    RETURN_IF_ERROR(ReadRecord(record));
     at = record.data_at + record.num_data;
   }
-  if (absl::Status status = FinishIndex(cut_off); !status.ok()) return status;
+  RETURN_IF_ERROR(FinishIndex(cut_off));
   if (cut_off.empty() && num_chunks_told && *num_chunks_told != num_chunks) {
     AddNoteOfFile(absl::StrCat("is damaged: of the ", *num_chunks_told,
                                " chunks that it tells of there are ", num_chunks));

@@ -12,6 +12,7 @@
 #include "bag/bag_file.hpp"
 #include "bag/decompress.hpp"
 #include "file_bytes.hpp"
+#include "scanloc/core/status_macros.hpp"
 #include "text.hpp"
 
 namespace scanloc::dataset {
@@ -67,36 +68,34 @@ class Ros2Database : public BagFile {
 
 // A view, or a column that is computed, would run what the file says.
 absl::Status Ros2Database::CheckTables() const {
-  const absl::StatusOr<Statement> tables = Prepare(
-      "SELECT count(*) FROM sqlite_schema WHERE type = 'table' AND name IN ('topics', 'messages')"
-      " AND sql LIKE 'CREATE TABLE%'");
-  if (!tables.ok()) return tables.status();
-  if (sqlite3_step(tables->get()) != SQLITE_ROW) return Error("cannot be read");
-  if (sqlite3_column_int(tables->get(), 0) != 2) {
+  ASSIGN_OR_RETURN(const Statement tables, Prepare("SELECT count(*) FROM sqlite_schema WHERE type "
+                                                   "= 'table' AND name IN ('topics', 'messages')"
+                                                   " AND sql LIKE 'CREATE TABLE%'"));
+  if (sqlite3_step(tables.get()) != SQLITE_ROW) return Error("cannot be read");
+  if (sqlite3_column_int(tables.get(), 0) != 2) {
     return absl::InvalidArgumentError(absl::StrCat(
         path_, ": has no tables topics and messages: no database of rosbag2 that is read"));
   }
-  const absl::StatusOr<Statement> computed = Prepare(
-      "SELECT count(*) FROM (SELECT hidden FROM pragma_table_xinfo('topics') UNION ALL"
-      " SELECT hidden FROM pragma_table_xinfo('messages')) WHERE hidden != 0");
-  if (!computed.ok()) return computed.status();
-  if (sqlite3_step(computed->get()) != SQLITE_ROW) return Error("cannot be read");
-  if (sqlite3_column_int(computed->get(), 0) == 0) return absl::OkStatus();
+  ASSIGN_OR_RETURN(
+      const Statement computed,
+      Prepare("SELECT count(*) FROM (SELECT hidden FROM pragma_table_xinfo('topics') UNION ALL"
+              " SELECT hidden FROM pragma_table_xinfo('messages')) WHERE hidden != 0"));
+  if (sqlite3_step(computed.get()) != SQLITE_ROW) return Error("cannot be read");
+  if (sqlite3_column_int(computed.get(), 0) == 0) return absl::OkStatus();
   return absl::InvalidArgumentError(absl::StrCat(path_, ": has computed columns; none are read"));
 }
 
 absl::StatusOr<std::map<std::int64_t, std::uint32_t>> Ros2Database::ReadTopics() {
-  const absl::StatusOr<Statement> rows =
-      Prepare("SELECT id, name, type, serialization_format FROM topics ORDER BY id");
-  if (!rows.ok()) return rows.status();
+  ASSIGN_OR_RETURN(const Statement rows,
+                   Prepare("SELECT id, name, type, serialization_format FROM topics ORDER BY id"));
   std::map<std::int64_t, std::uint32_t> topic_of;
   int step = SQLITE_ROW;
-  while ((step = sqlite3_step(rows->get())) == SQLITE_ROW) {
+  while ((step = sqlite3_step(rows.get())) == SQLITE_ROW) {
     if (topics_.size() == kMaxTopics) return Error("has too many topics");
-    topic_of[sqlite3_column_int64(rows->get(), 0)] = static_cast<std::uint32_t>(topics_.size());
-    const bool is_cdr = Text(rows->get(), 3) == "cdr";
-    topics_.push_back({.name = std::string(Text(rows->get(), 1)),
-                       .type = ShortType(Text(rows->get(), 2)),
+    topic_of[sqlite3_column_int64(rows.get(), 0)] = static_cast<std::uint32_t>(topics_.size());
+    const bool is_cdr = Text(rows.get(), 3) == "cdr";
+    topics_.push_back({.name = std::string(Text(rows.get(), 1)),
+                       .type = ShortType(Text(rows.get(), 2)),
                        .format = is_cdr ? WireFormat::kCdr : WireFormat::kOther});
   }
   if (step != SQLITE_DONE) return Error("its topics cannot be read");
@@ -104,27 +103,25 @@ absl::StatusOr<std::map<std::int64_t, std::uint32_t>> Ros2Database::ReadTopics()
 }
 
 absl::Status Ros2Database::Index() {
-  if (absl::Status status = CheckTables(); !status.ok()) return status;
-  const auto topic_of = ReadTopics();
-  if (!topic_of.ok()) return topic_of.status();
-  const absl::StatusOr<Statement> rows =
-      Prepare("SELECT rowid, topic_id, timestamp FROM messages ORDER BY rowid");
-  if (!rows.ok()) return rows.status();
+  RETURN_IF_ERROR(CheckTables());
+  ASSIGN_OR_RETURN(const auto topic_of, ReadTopics());
+  ASSIGN_OR_RETURN(const Statement rows,
+                   Prepare("SELECT rowid, topic_id, timestamp FROM messages ORDER BY rowid"));
   // Pages that point at each other can hold more rows than the file has bytes.
   std::error_code error;
   const std::uintmax_t num_bytes = std::filesystem::file_size(path_, error);
   std::size_t num_nameless = 0;
   int step = SQLITE_ROW;
-  while ((step = sqlite3_step(rows->get())) == SQLITE_ROW) {
+  while ((step = sqlite3_step(rows.get())) == SQLITE_ROW) {
     if (messages_.size() + num_nameless > num_bytes)
       return Error("is damaged: holds more messages than bytes");
-    const auto topic = topic_of->find(sqlite3_column_int64(rows->get(), 1));
-    if (topic == topic_of->end()) {
+    const auto topic = topic_of.find(sqlite3_column_int64(rows.get(), 1));
+    if (topic == topic_of.end()) {
       ++num_nameless;
       continue;
     }
-    const std::int64_t row = sqlite3_column_int64(rows->get(), 0);
-    messages_.push_back({.log_time_ns = sqlite3_column_int64(rows->get(), 2),
+    const std::int64_t row = sqlite3_column_int64(rows.get(), 0);
+    messages_.push_back({.log_time_ns = sqlite3_column_int64(rows.get(), 2),
                          .topic = topic->second,
                          .at = static_cast<std::uint64_t>(row)});
   }
@@ -143,15 +140,14 @@ absl::Status Ros2Database::Index() {
 
 absl::StatusOr<MessageBytes> Ros2Database::Read(const MessageRef& message) const {
   const std::lock_guard lock(mutex_);
-  const absl::StatusOr<Statement> row = Prepare("SELECT data FROM messages WHERE rowid = ?");
-  if (!row.ok()) return row.status();
-  sqlite3_bind_int64(row->get(), 1, static_cast<std::int64_t>(message.at));
-  if (sqlite3_step(row->get()) != SQLITE_ROW) {
+  ASSIGN_OR_RETURN(const Statement row, Prepare("SELECT data FROM messages WHERE rowid = ?"));
+  sqlite3_bind_int64(row.get(), 1, static_cast<std::int64_t>(message.at));
+  if (sqlite3_step(row.get()) != SQLITE_ROW) {
     const absl::Status error = Error(absl::StrCat("message ", message.at, " cannot be read"));
     const bool is_damaged = sqlite3_errcode(database_.get()) == SQLITE_CORRUPT;
     return is_damaged ? absl::DataLossError(error.message()) : error;
   }
-  const std::string_view data = Text(row->get(), 0);
+  const std::string_view data = Text(row.get(), 0);
   MessageBytes read;
   // Messages that were compressed one by one begin as zstd's frames do, which CDR does not.
   const bool is_compressed = data.substr(0, kZstdMagic.size()) == kZstdMagic;
@@ -195,7 +191,7 @@ absl::StatusOr<std::unique_ptr<BagFile>> OpenRos2Database(const std::string& pat
   sqlite3_db_config(raw, SQLITE_DBCONFIG_ENABLE_VIEW, 0, nullptr);
   sqlite3_db_config(raw, SQLITE_DBCONFIG_ENABLE_TRIGGER, 0, nullptr);
   auto bag = std::make_unique<Ros2Database>(std::move(database), path);
-  if (absl::Status status = bag->Index(); !status.ok()) return status;
+  RETURN_IF_ERROR(bag->Index());
   const std::string wal = absl::StrCat(path, "-wal");
   std::error_code error;
   if (const std::uintmax_t num_bytes = std::filesystem::file_size(wal, error);

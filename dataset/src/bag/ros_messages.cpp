@@ -10,6 +10,7 @@
 #include "decimal_time.hpp"
 #include "scan_decoders.hpp"
 #include "scanloc/core/limits.hpp"
+#include "scanloc/core/status_macros.hpp"
 #include "text.hpp"
 
 namespace scanloc::dataset {
@@ -129,40 +130,36 @@ absl::StatusOr<BinaryLayout> FindCoordinates(const CloudLayout& layout) {
 }  // namespace
 
 absl::StatusOr<MessageHead> DecodeHead(WireFormat format, std::string_view bytes) {
-  absl::StatusOr<WireReader> reader = WireReader::Create(format, bytes);
-  if (!reader.ok()) return reader.status();
-  MessageHead head = ReadHead(*reader);
-  if (!reader->ok()) return NotWhole();
+  ASSIGN_OR_RETURN(WireReader reader, WireReader::Create(format, bytes));
+  MessageHead head = ReadHead(reader);
+  if (!reader.ok()) return NotWhole();
   return head;
 }
 
 absl::StatusOr<CloudMessage> DecodeCloud(WireFormat format, std::string_view bytes, bool with_times,
                                          bool with_intensities) {
-  absl::StatusOr<WireReader> reader = WireReader::Create(format, bytes);
-  if (!reader.ok()) return reader.status();
-  CloudMessage cloud{.head = ReadHead(*reader)};
-  const absl::StatusOr<CloudLayout> layout = ReadLayout(*reader, with_intensities);
-  if (!layout.ok()) return layout.status();
-  const std::string_view data = reader->ReadBytes();
-  if (!reader->ok()) return NotWhole();
-  if (absl::Status status = CheckLayout(*layout, data.size()); !status.ok()) return status;
+  ASSIGN_OR_RETURN(WireReader reader, WireReader::Create(format, bytes));
+  CloudMessage cloud{.head = ReadHead(reader)};
+  ASSIGN_OR_RETURN(const CloudLayout layout, ReadLayout(reader, with_intensities));
+  const std::string_view data = reader.ReadBytes();
+  if (!reader.ok()) return NotWhole();
+  RETURN_IF_ERROR(CheckLayout(layout, data.size()));
   // Without points there need be no fields either.
-  if (layout->width == 0 || layout->height == 0) return cloud;
-  const absl::StatusOr<BinaryLayout> xyz = FindCoordinates(*layout);
-  if (!xyz.ok()) return xyz.status();
+  if (layout.width == 0 || layout.height == 0) return cloud;
+  ASSIGN_OR_RETURN(const BinaryLayout xyz, FindCoordinates(layout));
 
-  const std::size_t row_bytes = std::size_t{layout->width} * layout->point_step;
-  const bool is_padded = layout->height > 1 && layout->row_step != row_bytes;
-  const std::size_t num_rows = is_padded ? layout->height : 1;
-  const std::size_t num_points = is_padded ? layout->width : layout->width * layout->height;
-  const PointField* const times = with_times ? FindTimes(layout->fields) : nullptr;
+  const std::size_t row_bytes = std::size_t{layout.width} * layout.point_step;
+  const bool is_padded = layout.height > 1 && layout.row_step != row_bytes;
+  const std::size_t num_rows = is_padded ? layout.height : 1;
+  const std::size_t num_points = is_padded ? layout.width : layout.width * layout.height;
+  const PointField* const times = with_times ? FindTimes(layout.fields) : nullptr;
   std::vector<double> values;
   for (std::size_t row = 0; row < num_rows; ++row) {
-    const std::string_view rest = data.substr(row * layout->row_step * (is_padded ? 1 : 0));
-    Scan read = ReadBinary(*xyz, num_points, rest);
+    const std::string_view rest = data.substr(row * layout.row_step * (is_padded ? 1 : 0));
+    Scan read = ReadBinary(xyz, num_points, rest);
     if (times != nullptr) {
       // Of the points that are kept.
-      AppendTimes(*times, *xyz, num_points, rest, values);
+      AppendTimes(*times, xyz, num_points, rest, values);
     }
     if (row == 0) {
       cloud.scan = std::move(read);
@@ -178,15 +175,14 @@ absl::StatusOr<CloudMessage> DecodeCloud(WireFormat format, std::string_view byt
 }
 
 absl::StatusOr<std::optional<GnssFix>> DecodeFix(WireFormat format, std::string_view bytes) {
-  absl::StatusOr<WireReader> reader = WireReader::Create(format, bytes);
-  if (!reader.ok()) return reader.status();
-  GnssFix fix{.stamp_ns = ReadHead(*reader).stamp_ns};
-  const bool is_fix = reader->Read<std::int8_t>() >= 0;
-  (void)reader->Read<std::uint16_t>();  // which satellites
-  fix.latitude_deg = reader->Read<double>();
-  fix.longitude_deg = reader->Read<double>();
-  fix.altitude_m = reader->Read<double>();
-  if (!reader->ok()) return NotWhole();
+  ASSIGN_OR_RETURN(WireReader reader, WireReader::Create(format, bytes));
+  GnssFix fix{.stamp_ns = ReadHead(reader).stamp_ns};
+  const bool is_fix = reader.Read<std::int8_t>() >= 0;
+  (void)reader.Read<std::uint16_t>();  // which satellites
+  fix.latitude_deg = reader.Read<double>();
+  fix.longitude_deg = reader.Read<double>();
+  fix.altitude_m = reader.Read<double>();
+  if (!reader.ok()) return NotWhole();
   return is_fix ? std::optional(fix) : std::nullopt;
 }
 
@@ -202,18 +198,17 @@ bool IsPoseType(std::string_view type) {
 
 absl::StatusOr<std::vector<StampedPose>> DecodePoses(std::string_view type, WireFormat format,
                                                      std::string_view bytes, std::size_t& num_bad) {
-  absl::StatusOr<WireReader> reader = WireReader::Create(format, bytes);
-  if (!reader.ok()) return reader.status();
-  const std::uint32_t num = IsTransformType(type) ? reader->Read<std::uint32_t>() : 1;
+  ASSIGN_OR_RETURN(WireReader reader, WireReader::Create(format, bytes));
+  const std::uint32_t num = IsTransformType(type) ? reader.Read<std::uint32_t>() : 1;
   const bool has_child = IsTransformType(type) || type == "nav_msgs/Odometry" ||
                          type == "geometry_msgs/TransformStamped";
   std::vector<StampedPose> poses;
-  for (std::uint32_t i = 0; i < num && reader->ok(); ++i) {
-    MessageHead head = ReadHead(*reader);
+  for (std::uint32_t i = 0; i < num && reader.ok(); ++i) {
+    MessageHead head = ReadHead(reader);
     StampedPose stamped{.stamp_ns = head.stamp_ns, .parent = std::move(head.frame)};
-    if (has_child) stamped.child = FrameName(reader->ReadString());
-    const std::optional<Pose> pose = ReadPose(*reader);
-    if (!reader->ok()) break;
+    if (has_child) stamped.child = FrameName(reader.ReadString());
+    const std::optional<Pose> pose = ReadPose(reader);
+    if (!reader.ok()) break;
     if (pose) {
       stamped.T_parent_child = *pose;
       poses.push_back(std::move(stamped));
@@ -221,7 +216,7 @@ absl::StatusOr<std::vector<StampedPose>> DecodePoses(std::string_view type, Wire
       ++num_bad;
     }
   }
-  if (!reader->ok()) return NotWhole();
+  if (!reader.ok()) return NotWhole();
   return poses;
 }
 

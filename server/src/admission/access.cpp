@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "scanloc/core/status_macros.hpp"
 
 namespace scanloc::server {
 namespace {
@@ -110,9 +111,8 @@ void Access::StartWatching(FileWatch::Tell tell) {
 void Access::StopWatching() { watch_.Stop(); }
 
 absl::Status Access::TakeUp(const std::string& text) {
-  auto tokens = Parse(text);
-  if (!tokens.ok()) return tokens.status();
-  auto next = std::make_shared<const Tokens>(*std::move(tokens));
+  ASSIGN_OR_RETURN(auto tokens, Parse(text));
+  auto next = std::make_shared<const Tokens>(std::move(tokens));
   spdlog::info("token file read: {} tokens", next->size());
   const std::lock_guard lock(mutex_);
   tokens_.swap(next);
@@ -155,9 +155,8 @@ absl::StatusOr<Caller> Access::Admit(const grpc::CallbackServerContext& context,
   const std::string_view value(header->second.data(), header->second.size());
   if (value.substr(0, kScheme.size()) != kScheme) return NoToken("the call carries no token");
   const Digest digest = DigestOf(value.substr(kScheme.size()));
-  auto name = Look(digest, role);
-  if (!name.ok()) return name.status();
-  return Caller{.name = *std::move(name),
+  ASSIGN_OR_RETURN(auto name, Look(digest, role));
+  return Caller{.name = std::move(name),
                 .digest = std::string(reinterpret_cast<const char*>(digest.data()), digest.size())};
 }
 

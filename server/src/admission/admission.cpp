@@ -9,6 +9,7 @@
 #include "absl/strings/str_format.h"
 #include "ops/clock.hpp"
 #include "rpc/unary_call.hpp"
+#include "scanloc/core/status_macros.hpp"
 
 namespace scanloc::server {
 namespace {
@@ -69,7 +70,7 @@ Call Admission::Begin(grpc::CallbackServerContext& context, const char* method, 
 }
 
 absl::Status Admission::AdmitNext(const Call& call) {
-  if (auto status = access_.AdmitAgain(call.caller, Role::kQuery); !status.ok()) return status;
+  RETURN_IF_ERROR(access_.AdmitAgain(call.caller, Role::kQuery));
   absl::Status status = rates_.Take(call.client);
   if (!status.ok()) metrics_.CountRejected("rate");
   return status;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstddef>
 
+#include "scanloc/core/status_macros.hpp"
 #include "scanloc/proto/status.hpp"
 
 namespace scanloc::server {
@@ -30,7 +31,7 @@ absl::Status IdleCalls::Enter(const std::shared_ptr<IdleCall>& call, const std::
     if (fresh_.size() >= kMaxFresh) return absl::ResourceExhaustedError(options_.full);
     const bool has_grace = options_.grace.count() > 0.0;
     if (!has_grace) {
-      if (auto status = MakeRoomFor(client, evicted); !status.ok()) return status;
+      RETURN_IF_ERROR(MakeRoomFor(client, evicted));
     }
     call->item_ =
         fresh_.insert(fresh_.end(), {.call = call, .client = client, .entered = Clock::now()});

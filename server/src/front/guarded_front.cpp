@@ -8,6 +8,7 @@
 #include "front/credentials.hpp"
 #include "front/memory.hpp"
 #include "ops/service_manager.hpp"
+#include "scanloc/core/status_macros.hpp"
 
 namespace scanloc::server {
 namespace {
@@ -21,15 +22,13 @@ constexpr std::int64_t kCopiesOfReceived = 4;
 absl::StatusOr<std::unique_ptr<GuardedFront>> GuardedFront::Open(Options options,
                                                                  const CallWaits& waits,
                                                                  MemoryBound& memory) {
-  auto identity = MakeOwnIdentity();
-  if (!identity.ok()) return identity.status();
-  auto tls = ProbeTls::Make(*identity);
-  if (!tls.ok()) return tls.status();
-  auto listener = Listener::Open(options.listen, MaxConnections(options.max_memory_bytes));
-  if (!listener.ok()) return listener.status();
+  ASSIGN_OR_RETURN(auto identity, MakeOwnIdentity());
+  ASSIGN_OR_RETURN(auto tls, ProbeTls::Make(identity));
+  ASSIGN_OR_RETURN(auto listener,
+                   Listener::Open(options.listen, MaxConnections(options.max_memory_bytes)));
   auto guarded = std::unique_ptr<GuardedFront>(new GuardedFront(
-      std::move(options), waits, memory, *std::move(listener), identity->cert, *std::move(tls)));
-  if (auto status = guarded->MakeFront(); !status.ok()) return status;
+      std::move(options), waits, memory, std::move(listener), identity.cert, std::move(tls)));
+  RETURN_IF_ERROR(guarded->MakeFront());
   GuardedFront& own = *guarded;
   own.watchdog_ = std::make_unique<Watchdog>(
       Watchdog::Ward{.ask =
@@ -69,13 +68,11 @@ GuardedFront::GuardedFront(Options options, const CallWaits& waits, MemoryBound&
       tls_(std::move(tls)) {}
 
 absl::Status GuardedFront::MakeFront() {
-  auto front = Front::Open(*listener_, waits_,
-                           {.services = options_.services,
-                            .credentials = MakeCredentials(options_.tls, own_cert_),
-                            .max_message_bytes = options_.max_message_bytes,
-                            .max_memory_bytes = options_.max_memory_bytes});
-  if (!front.ok()) return front.status();
-  front_ = *std::move(front);
+  ASSIGN_OR_RETURN(front_, Front::Open(*listener_, waits_,
+                                       {.services = options_.services,
+                                        .credentials = MakeCredentials(options_.tls, own_cert_),
+                                        .max_message_bytes = options_.max_message_bytes,
+                                        .max_memory_bytes = options_.max_memory_bytes}));
   return absl::OkStatus();
 }
 

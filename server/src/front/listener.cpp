@@ -19,6 +19,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "front/listen_sockets.hpp"
+#include "scanloc/core/status_macros.hpp"
 
 namespace scanloc::server {
 namespace {
@@ -93,12 +94,11 @@ int MaxConnections(std::int64_t max_memory_bytes) {
 
 absl::StatusOr<std::unique_ptr<Listener>> Listener::Open(const std::string& listen,
                                                          int max_connections) {
-  auto listening = ListenAt(listen);
-  if (!listening.ok()) return listening.status();
+  ASSIGN_OR_RETURN(auto listening, ListenAt(listen));
   auto listener = std::unique_ptr<Listener>(
-      new Listener(std::move(listening->sockets),
-                   absl::StrCat(listen.substr(0, listen.rfind(':')), ":", listening->port),
-                   listening->own_address, max_connections));
+      new Listener(std::move(listening.sockets),
+                   absl::StrCat(listen.substr(0, listen.rfind(':')), ":", listening.port),
+                   listening.own_address, max_connections));
   if (listener->epoll_ < 0 || listener->wake_ < 0) {
     return absl::UnavailableError(
         absl::StrCat("cannot listen on ", listen, ": ", std::strerror(errno)));

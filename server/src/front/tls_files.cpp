@@ -12,6 +12,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/time/time.h"
+#include "scanloc/core/status_macros.hpp"
 
 namespace scanloc::server {
 namespace {
@@ -82,9 +83,7 @@ absl::StatusOr<TlsMaterial> MaterialOf(const TlsOptions& options, const FileWatc
                                                    "' does not belong to the certificate '",
                                                    options.cert_file, "', or one is damaged"));
   }
-  const auto expires_s = ExpiryOf(*chain.front());
-  if (!expires_s.ok()) return expires_s.status();
-  found.expires_s = *expires_s;
+  ASSIGN_OR_RETURN(found.expires_s, ExpiryOf(*chain.front()));
   if (!options.client_ca_file.empty() && ParseCertificates(found.client_ca).empty()) {
     return NoCertificate(options.client_ca_file, "the clients' CA");
   }
@@ -124,12 +123,11 @@ std::shared_ptr<const TlsMaterial> TlsFiles::Current() const {
 }
 
 absl::Status TlsFiles::TakeUp(const FileWatch::Texts& texts) {
-  auto found = MaterialOf(options_, texts);
-  if (!found.ok()) return found.status();
+  ASSIGN_OR_RETURN(auto found, MaterialOf(options_, texts));
   spdlog::info("TLS certificate in force, good until {}",
-               absl::FormatTime(absl::FromUnixSeconds(found->expires_s), absl::UTCTimeZone()));
-  metrics_.SetTlsExpiry(found->expires_s);
-  auto next = std::make_shared<const TlsMaterial>(*std::move(found));
+               absl::FormatTime(absl::FromUnixSeconds(found.expires_s), absl::UTCTimeZone()));
+  metrics_.SetTlsExpiry(found.expires_s);
+  auto next = std::make_shared<const TlsMaterial>(std::move(found));
   const std::lock_guard lock(mutex_);
   current_.swap(next);
   return absl::OkStatus();

@@ -7,6 +7,7 @@
 
 #include "absl/strings/escaping.h"
 #include "absl/strings/str_cat.h"
+#include "scanloc/core/status_macros.hpp"
 
 namespace scanloc::server {
 namespace {
@@ -26,14 +27,11 @@ absl::StatusOr<std::unique_ptr<CatalogueMaps>> CatalogueMaps::Open(const Catalog
                                                                    MapKeeper& keeper,
                                                                    MapRegistry& maps,
                                                                    Metrics& metrics) {
-  auto opened = catalogue::OpenCatalogue(options.catalogue);
-  if (!opened.ok()) return opened.status();
-  auto store = catalogue::OpenStore(options.store);
-  if (!store.ok()) return store.status();
-  auto folder = MapCacheDir::Open(options.cache_dir);
-  if (!folder.ok()) return folder.status();
+  ASSIGN_OR_RETURN(auto opened, catalogue::OpenCatalogue(options.catalogue));
+  ASSIGN_OR_RETURN(auto store, catalogue::OpenStore(options.store));
+  ASSIGN_OR_RETURN(auto folder, MapCacheDir::Open(options.cache_dir));
   return std::unique_ptr<CatalogueMaps>(new CatalogueMaps(
-      options, *std::move(folder), *std::move(opened), *std::move(store), keeper, maps, metrics));
+      options, std::move(folder), std::move(opened), std::move(store), keeper, maps, metrics));
 }
 
 CatalogueMaps::CatalogueMaps(const CatalogueOptions& options, MapCacheDir folder,
@@ -254,7 +252,7 @@ void CatalogueMaps::FetchAll() {
 
 absl::Status CatalogueMaps::Serve(const catalogue::Version& version, bool is_asked_for) {
   if (!folder_.Has(version)) {
-    if (absl::Status status = Fetch(version, is_asked_for); !status.ok()) return status;
+    RETURN_IF_ERROR(Fetch(version, is_asked_for));
   }
   if (absl::Status status = keeper_.LoadFile({version.region, folder_.PathOf(version)});
       !status.ok()) {

@@ -14,6 +14,7 @@
 #include "maps/map_sources.hpp"
 #include "scanloc/catalogue/store.hpp"
 #include "scanloc/catalogue/version_file.hpp"
+#include "scanloc/core/status_macros.hpp"
 
 namespace scanloc::server {
 namespace {
@@ -86,12 +87,11 @@ absl::Status MapCacheDir::Keep(const catalogue::Version& version,
     unlink(part.c_str());
     return fetched;
   }
-  const absl::StatusOr<std::string> sha256 = catalogue::Sha256OfFile(part);
-  if (!sha256.ok()) return sha256.status();
-  if (*sha256 != version.sha256) {
+  ASSIGN_OR_RETURN(const std::string sha256, catalogue::Sha256OfFile(part));
+  if (sha256 != version.sha256) {
     unlink(part.c_str());
     return absl::DataLossError(absl::StrCat("what the store has as ", version.FileName(),
-                                            " is not what was published: its hash is ", *sha256,
+                                            " is not what was published: its hash is ", sha256,
                                             ", not ", version.sha256));
   }
   if (rename(part.c_str(), PathOf(version).c_str()) == 0) return absl::OkStatus();

@@ -12,6 +12,7 @@
 #include "front/memory.hpp"
 #include "ops/clock.hpp"
 #include "rpc/unary_call.hpp"
+#include "scanloc/core/status_macros.hpp"
 
 namespace scanloc::server {
 
@@ -72,10 +73,9 @@ void MapKeeper::TakeOut(const ServedMap& map, const absl::Status& why) {
 
 absl::Status MapKeeper::ExpectAll() {
   health_.Set("", false);
-  const auto known = sources_.List();
-  if (!known.ok()) return known.status();
+  ASSIGN_OR_RETURN(const auto known, sources_.List());
   const std::lock_guard lock(mutex_);
-  for (const MapSource& source : *known) Expect(source.name);
+  for (const MapSource& source : known) Expect(source.name);
   return absl::OkStatus();
 }
 
@@ -101,9 +101,9 @@ absl::Status MapKeeper::LoadNow(const MapSource& source) {
   spdlog::debug("loading map {} from {}", source.name, source.path);
   absl::Status status = Guard([&]() -> absl::Status {
     const auto served = maps_.Find(source.name);
-    auto map = load_map_(source.path, served.ok() ? &(*served)->localizer->map() : nullptr);
-    if (!map.ok()) return map.status();
-    return PutInService(source, *std::move(map));
+    ASSIGN_OR_RETURN(auto map,
+                     load_map_(source.path, served.ok() ? &(*served)->localizer->map() : nullptr));
+    return PutInService(source, std::move(map));
   });
   // What the loading or the map before held would stay, a little more of it after every reload.
   ReturnFreedMemory();
@@ -144,10 +144,7 @@ absl::Status MapKeeper::PutInService(const MapSource& source, Map map) {
   const std::string calibration_id = map.calibration_id;
   const bool complete = map.complete;
   auto use = uses_.Open(source.path, content_id, static_cast<std::int64_t>(map.places.size()));
-  if (auto status = maps_.Serve(source.name, source.path, std::move(map), std::move(use));
-      !status.ok()) {
-    return status;
-  }
+  RETURN_IF_ERROR(maps_.Serve(source.name, source.path, std::move(map), std::move(use)));
   spdlog::info("map {} in service: {} places, content id {}, calibration id {}", source.name,
                num_places, content_id, calibration_id.empty() ? "none" : calibration_id);
   if (const auto served = maps_.Find(source.name); served.ok()) {
@@ -164,11 +161,10 @@ absl::Status MapKeeper::PutInService(const MapSource& source, Map map) {
 }
 
 absl::Status MapKeeper::LoadAll() {
-  const auto sources = sources_.List();
-  if (!sources.ok()) return sources.status();
+  ASSIGN_OR_RETURN(const auto sources, sources_.List());
   absl::Status first_error;
   std::size_t num_loaded = 0;
-  for (const MapSource& source : *sources) {
+  for (const MapSource& source : sources) {
     const absl::Status status = Load(source);
     if (is_stopping_) return absl::CancelledError("the server was stopped while loading maps");
     if (status.ok()) {
@@ -177,10 +173,10 @@ absl::Status MapKeeper::LoadAll() {
     }
     if (first_error.ok()) first_error = status;
     // Alone, it is told by who called; among others it must not go unseen.
-    if (sources->size() > 1) spdlog::error("{}", absl::StrCat(status.message()));
+    if (sources.size() > 1) spdlog::error("{}", absl::StrCat(status.message()));
   }
   if (num_loaded == 0 && !first_error.ok()) return first_error;
-  if (sources->empty() && !serves_without_maps_) {
+  if (sources.empty() && !serves_without_maps_) {
     spdlog::warn("no map to serve; put NAME.scanloc into the maps folder, then send SIGHUP");
   }
   const std::lock_guard lock(mutex_);
@@ -218,9 +214,8 @@ absl::Status MapKeeper::Reload(const std::string& name) {
   if (!IsKnown(name)) {
     return absl::NotFoundError(absl::StrCat("no map is named ", absl::Utf8SafeCHexEscape(name)));
   }
-  const auto source = sources_.Find(name);
-  if (!source.ok()) return source.status();
-  return Load(*source);
+  ASSIGN_OR_RETURN(const auto source, sources_.Find(name));
+  return Load(source);
 }
 
 absl::Status MapKeeper::LoadNew(const std::string& name) {
@@ -229,10 +224,9 @@ absl::Status MapKeeper::LoadNew(const std::string& name) {
     return absl::AlreadyExistsError(absl::StrCat("map ", name, " is in service; reload it"));
   };
   if (is_served()) return exists();
-  const auto source = sources_.Find(name);
-  if (!source.ok()) return source.status();
+  ASSIGN_OR_RETURN(const auto source, sources_.Find(name));
   const std::lock_guard lock(MutexOf(name));
-  return is_served() ? exists() : LoadNow(*source);
+  return is_served() ? exists() : LoadNow(source);
 }
 
 absl::Status MapKeeper::Unload(const std::string& name) {
@@ -242,7 +236,7 @@ absl::Status MapKeeper::Unload(const std::string& name) {
 }
 
 absl::Status MapKeeper::Remove(const std::string& name) {
-  if (auto status = maps_.Remove(name); !status.ok()) return status;
+  RETURN_IF_ERROR(maps_.Remove(name));
   const std::lock_guard lock(mutex_);
   health_.Set(HealthName(name), false);
   TellHealth();

@@ -6,6 +6,7 @@
 
 #include "absl/strings/escaping.h"
 #include "absl/strings/str_cat.h"
+#include "scanloc/core/status_macros.hpp"
 #include "scanloc/jobs/jobs.hpp"
 #include "scanloc/proto/status.hpp"
 
@@ -61,9 +62,7 @@ absl::Status MapRegistry::Serve(const std::string& name, const std::string& path
   next->signature = DescriptorSignature(map.params);
   next->info = InfoOf(name, map);
   if (map.geo_origin) {
-    auto frame = geo::GeoFrame::Create(*map.geo_origin);
-    if (!frame.ok()) return frame.status();
-    next->geo = *std::move(frame);
+    ASSIGN_OR_RETURN(next->geo, geo::GeoFrame::Create(*map.geo_origin));
   }
   auto localizer = Localizer::Create(
       std::make_shared<const Map>(std::move(map)),
@@ -149,17 +148,14 @@ absl::StatusOr<std::vector<std::shared_ptr<const ServedMap>>> MapRegistry::FindA
   if (name.empty()) {
     std::set<std::string> elsewhere;
     if (on_earth && find_elsewhere_) {
-      auto told = find_elsewhere_(*on_earth);
-      if (!told.ok()) return told.status();
-      elsewhere = *std::move(told);
+      ASSIGN_OR_RETURN(elsewhere, find_elsewhere_(*on_earth));
     }
     std::set<std::string> contents;
     const std::lock_guard lock(mutex_);
     for (const Slots::const_iterator slot : Unnamed()) {
       if (elsewhere.contains(slot->first)) continue;
-      auto map = ServedIn(*slot);
-      if (!map.ok()) return map.status();
-      if (contents.insert((*map)->info.content_id).second) found.push_back(*std::move(map));
+      ASSIGN_OR_RETURN(auto map, ServedIn(*slot));
+      if (contents.insert(map->info.content_id).second) found.push_back(std::move(map));
     }
     if (found.size() > kMaxMapsAtOnce) {
       return absl::NotFoundError(absl::StrCat("the request names no map and this server has ",
@@ -173,9 +169,8 @@ absl::StatusOr<std::vector<std::shared_ptr<const ServedMap>>> MapRegistry::FindA
                                             " m of latitude ", on_earth->latitude_deg,
                                             ", longitude ", on_earth->longitude_deg));
   }
-  auto only = Find(name);
-  if (!only.ok()) return only.status();
-  found.push_back(*std::move(only));
+  ASSIGN_OR_RETURN(auto only, Find(name));
+  found.push_back(std::move(only));
   return found;
 }
 

@@ -12,6 +12,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "scanloc/core/printable.hpp"
+#include "scanloc/core/status_macros.hpp"
 
 namespace scanloc::server {
 namespace {
@@ -67,9 +68,8 @@ absl::StatusOr<std::string> ReadSmallFile(const std::string& path) {
 
 absl::Status FileWatch::ReadAll(Texts& texts) const {
   for (const std::string& path : subject_.paths) {
-    auto text = ReadSmallFile(path);
-    if (!text.ok()) return text.status();
-    texts.push_back(*std::move(text));
+    ASSIGN_OR_RETURN(auto text, ReadSmallFile(path));
+    texts.push_back(std::move(text));
   }
   return absl::OkStatus();
 }

@@ -14,6 +14,7 @@
 #include "absl/strings/str_cat.h"
 #include "grpc/health/v1/health.grpc.pb.h"
 #include "ops/file_watch.hpp"
+#include "scanloc/core/status_macros.hpp"
 #include "scanloc/proto/status.hpp"
 
 namespace scanloc::server {
@@ -56,9 +57,8 @@ absl::Status ProbeHealth(const Probe& probe) {
   using grpc::health::v1::Health;
   using grpc::health::v1::HealthCheckResponse;
   constexpr std::chrono::seconds kPatience(4);
-  const auto credentials = CredentialsOf(probe);
-  if (!credentials.ok()) return credentials.status();
-  const auto health = Health::NewStub(grpc::CreateChannel(probe.address, *credentials));
+  ASSIGN_OR_RETURN(const auto credentials, CredentialsOf(probe));
+  const auto health = Health::NewStub(grpc::CreateChannel(probe.address, credentials));
   grpc::ClientContext context;
   context.set_deadline(std::chrono::system_clock::now() + kPatience);
   HealthCheckResponse response;

@@ -5,6 +5,7 @@
 
 #include "ops/logs.hpp"
 #include "rpc/unary_call.hpp"
+#include "scanloc/core/status_macros.hpp"
 #include "scanloc/proto/convert.hpp"
 #include "scanloc/v1/admin.pb.h"
 
@@ -44,7 +45,7 @@ AdminService::AdminService(const MapRegistry& maps, const CallWaits& waits, Admi
 template <typename Request, typename Response>
 void AdminService::Offer(const char* path, const char* method, const Action& action) {
   const auto run = [this, &action](const Request& message, Call& call) -> absl::StatusOr<Response> {
-    if (auto name = proto::CheckAskedMap(message.map()); !name.ok()) return name;
+    RETURN_IF_ERROR(proto::CheckAskedMap(message.map()));
     call.map = message.map();
     const absl::Status done = action(message.map());
     LogWith(done.ok() ? spdlog::level::info : spdlog::level::err, "administration",
@@ -64,7 +65,7 @@ void AdminService::Offer(const char* path, const char* method, const Action& act
     if (!call->admitted.ok())
       return InboundCall::Refuse(waits_, *context, call->client, call->admitted, std::move(ended));
     const auto work = [call, context, run](InboundCall& inbound) {
-      if (auto status = CheckStillWanted(*context); !status.ok()) return status;
+      RETURN_IF_ERROR(CheckStillWanted(*context));
       return Respond<Request>(inbound.request(), inbound.response(),
                               [&](const Request& message) { return run(message, *call); });
     };

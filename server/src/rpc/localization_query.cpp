@@ -13,6 +13,7 @@
 #include "rpc/localization_service.hpp"
 #include "scanloc/core/among_maps.hpp"
 #include "scanloc/core/method.hpp"
+#include "scanloc/core/status_macros.hpp"
 #include "scanloc/proto/convert.hpp"
 #include "scanloc/proto/status.hpp"
 
@@ -85,9 +86,7 @@ absl::StatusOr<std::vector<MapAnswer>> AskEach(
     }
     Query query = asked;
     LimitCandidates(map->info.params, max_candidates, query);
-    absl::StatusOr<Prior> prior = PriorOf(maps, *map, asked.prior);
-    if (!prior.ok()) return prior.status();
-    query.prior = *std::move(prior);
+    ASSIGN_OR_RETURN(query.prior, PriorOf(maps, *map, asked.prior));
     const ScanDescriptor& descriptor = described.at(map->signature).descriptor;
     auto answer = map->localizer->Localize(descriptor, query, control);
     if (!answer.ok()) return error_of(answer.status(), *map);
@@ -110,12 +109,10 @@ void LimitCandidates(const Params& params, int max_candidates, Query& query) {
 
 absl::StatusOr<LocalizationService::Asked> LocalizationService::AskedBy(
     const v1::LocalizeRequest& request) const {
-  auto query = proto::FromProto(request.options());
-  if (!query.ok()) return query.status();
-  if (auto status = CheckCost(*query); !status.ok()) return status;
-  const auto budget = proto::BudgetFromProto(request.options());
-  if (!budget.ok()) return budget.status();
-  return Asked{*std::move(query), *budget};
+  ASSIGN_OR_RETURN(auto query, proto::FromProto(request.options()));
+  RETURN_IF_ERROR(CheckCost(query));
+  ASSIGN_OR_RETURN(const auto budget, proto::BudgetFromProto(request.options()));
+  return Asked{std::move(query), budget};
 }
 
 absl::Status LocalizationService::CheckCost(const Query& query) const {
@@ -156,52 +153,48 @@ SearchControl LocalizationService::ControlOf(const grpc::CallbackServerContext& 
 absl::StatusOr<LocalizeReply> LocalizationService::Answer(
     const v1::LocalizeRequest& request, const Arrival& arrival,
     const grpc::CallbackServerContext& context, QueryDescriber& describer, const Call& call) {
-  if (auto status = proto::CheckAskedMap(request.map()); !status.ok()) return status;
-  auto asked = AskedBy(request);
-  if (!asked.ok()) return asked.status();
-  auto header = proto::HeaderFromProto(request);
-  if (!header.ok()) return header.status();
-  const auto maps = maps_.FindAll(request.map(), asked->query.prior.on_earth);
-  if (!maps.ok()) return maps.status();
-  for (const auto& map : *maps) {
-    if (auto status = Validate(asked->query, map->info.params); !status.ok()) return status;
+  RETURN_IF_ERROR(proto::CheckAskedMap(request.map()));
+  ASSIGN_OR_RETURN(auto asked, AskedBy(request));
+  ASSIGN_OR_RETURN(auto header, proto::HeaderFromProto(request));
+  ASSIGN_OR_RETURN(const auto maps, maps_.FindAll(request.map(), asked.query.prior.on_earth));
+  for (const auto& map : maps) {
+    RETURN_IF_ERROR(Validate(asked.query, map->info.params));
   }
-  if (auto status = CheckComparable(*maps, asked->query); !status.ok()) return status;
+  RETURN_IF_ERROR(CheckComparable(maps, asked.query));
 
-  const auto num_asked = static_cast<std::size_t>(asked->query.max_answers);
-  if (recent_.is_on() && maps->size() == 1) {  // rivals are shown, be they asked for or not
+  const auto num_asked = static_cast<std::size_t>(asked.query.max_answers);
+  if (recent_.is_on() && maps.size() == 1) {  // rivals are shown, be they asked for or not
     const int most = std::min(kMaxSeenCandidates, limits_.max_candidates);
-    asked->query.max_answers = std::max(asked->query.max_answers, most);
+    asked.query.max_answers = std::max(asked.query.max_answers, most);
   }
   DescribedBySignature described;
   std::int64_t describe_ns = 0;
-  for (const auto& map : *maps) {
+  for (const auto& map : maps) {
     if (described.contains(map->signature)) continue;
-    auto as_map = describer.Describe(request, *map, limits_.max_points);
-    if (!as_map.ok()) return as_map.status();
-    describe_ns += as_map->describe_ns;
-    described[map->signature] = *std::move(as_map);
+    ASSIGN_OR_RETURN(auto as_map, describer.Describe(request, *map, limits_.max_points));
+    describe_ns += as_map.describe_ns;
+    described[map->signature] = std::move(as_map);
   }
   const std::int64_t decode_ns = NowNs() - arrival.started_ns - describe_ns;
 
   auto answers = AskEach(
-      *maps, described, asked->query, limits_.max_candidates, ControlOf(context, asked->budget),
+      maps, described, asked.query, limits_.max_candidates, ControlOf(context, asked.budget),
       [this](const absl::Status& failed, const ServedMap& map) { return ErrorOf(failed, map); });
   if (!answers.ok()) return answers.status();
   const QueryDescriber::Described& of_scan = described.begin()->second;
   MapAnswer told = answers->size() == 1 ? std::move(answers->front())
-                                        : AmongMaps(*std::move(answers), asked->query);
+                                        : AmongMaps(*std::move(answers), asked.query);
   told.answer.times.describe_ns = describe_ns;
   TellOfBase(of_scan.mount, told.answer);
-  TellWhereOnEarth(*maps, told.answer);
+  TellWhereOnEarth(maps, told.answer);
   LocalizeReply reply{.answer = std::move(told.answer),
                       .map = std::move(told.map),
                       .queue_ns = arrival.started_ns - arrival.arrived_ns,
                       .decode_ns = decode_ns,
                       .scan_counts = of_scan.scan_counts,
-                      .header = *std::move(header)};
-  for (const auto& map : *maps) {
-    if (map->info.name == reply.map) CountUse(*map, asked->query, reply.answer, std::nullopt);
+                      .header = std::move(header)};
+  for (const auto& map : maps) {
+    if (map->info.name == reply.map) CountUse(*map, asked.query, reply.answer, std::nullopt);
   }
   Show(reply, of_scan, call);
   if (reply.answer.candidates.size() > num_asked) reply.answer.candidates.resize(num_asked);

@@ -7,6 +7,7 @@
 #include "ops/clock.hpp"
 #include "rpc/small_call.hpp"
 #include "rpc/unary_call.hpp"
+#include "scanloc/core/status_macros.hpp"
 #include "scanloc/proto/convert.hpp"
 #include "scanloc/proto/status.hpp"
 #include "scanloc/server/build_info.hpp"
@@ -103,15 +104,15 @@ RawService::Reactor* LocalizationService::Localize(grpc::CallbackServerContext* 
 
 absl::Status LocalizationService::Serve(InboundCall& inbound, Call& call,
                                         const grpc::CallbackServerContext& context, int worker) {
-  if (auto status = CheckStillWanted(context); !status.ok()) return status;
+  RETURN_IF_ERROR(CheckStillWanted(context));
   const Arrival arrival{call.arrived_ns, NowNs()};
   return Respond<v1::LocalizeRequest>(
       inbound.request(), inbound.response(),
       [&](const v1::LocalizeRequest& message) -> absl::StatusOr<v1::LocalizeResponse> {
-        const auto reply = Answer(message, arrival, context, describers_[worker], call);
-        if (!reply.ok()) return reply.status();
-        v1::LocalizeResponse told = proto::ToProto(*reply);
-        Note(message, *reply, told, call);
+        ASSIGN_OR_RETURN(const auto reply,
+                         Answer(message, arrival, context, describers_[worker], call));
+        v1::LocalizeResponse told = proto::ToProto(reply);
+        Note(message, reply, told, call);
         return told;
       });
 }
@@ -148,11 +149,10 @@ RawService::Reactor* LocalizationService::GetMapInfo(grpc::CallbackServerContext
   return AnswerHere<v1::GetMapInfoRequest>(
       waits_, admission_, "GetMapInfo", Role::kQuery, context,
       [this](const v1::GetMapInfoRequest& message) -> absl::StatusOr<v1::GetMapInfoResponse> {
-        if (auto status = proto::CheckAskedMap(message.map()); !status.ok()) return status;
-        const auto map = maps_.Find(message.map());
-        if (!map.ok()) return map.status();
+        RETURN_IF_ERROR(proto::CheckAskedMap(message.map()));
+        ASSIGN_OR_RETURN(const auto map, maps_.Find(message.map()));
         v1::GetMapInfoResponse result;
-        *result.mutable_info() = proto::ToProto((*map)->info);
+        *result.mutable_info() = proto::ToProto(map->info);
         return result;
       });
 }
@@ -161,14 +161,12 @@ RawService::Reactor* LocalizationService::ListPlaces(grpc::CallbackServerContext
   return AnswerHere<v1::ListPlacesRequest>(
       waits_, admission_, "ListPlaces", Role::kQuery, context,
       [this](const v1::ListPlacesRequest& message) -> absl::StatusOr<v1::ListPlacesResponse> {
-        if (auto status = proto::CheckAskedMap(message.map()); !status.ok()) return status;
-        const auto map = maps_.Find(message.map());
-        if (!map.ok()) return map.status();
-        auto page =
-            PageOfPlaces((*map)->localizer->map(), message.page_size(), message.page_token());
-        if (!page.ok()) return page.status();
-        if ((*map)->geo) page->geo = (*map)->geo->ToGeo(page->places);
-        return proto::ToProto(*page);
+        RETURN_IF_ERROR(proto::CheckAskedMap(message.map()));
+        ASSIGN_OR_RETURN(const auto map, maps_.Find(message.map()));
+        ASSIGN_OR_RETURN(auto page, PageOfPlaces(map->localizer->map(), message.page_size(),
+                                                 message.page_token()));
+        if (map->geo) page.geo = map->geo->ToGeo(page.places);
+        return proto::ToProto(page);
       });
 }
 

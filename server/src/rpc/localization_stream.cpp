@@ -5,6 +5,7 @@
 
 #include "ops/clock.hpp"
 #include "rpc/localization_service.hpp"
+#include "scanloc/core/status_macros.hpp"
 #include "scanloc/core/track/tracker.hpp"
 #include "scanloc/proto/convert.hpp"
 #include "scanloc/proto/status.hpp"
@@ -54,9 +55,8 @@ RawService::Reactor* LocalizationService::LocalizeStream(grpc::CallbackServerCon
     robot->call.arrived_ns = arrived_ns;
     v1::LocalizeStreamResponse response;
     if (robot->config == std::nullopt) {
-      auto opened = Configure(request, *robot);
-      if (!opened.ok()) return opened.status();
-      *response.mutable_opened() = *std::move(opened);
+      ASSIGN_OR_RETURN(auto opened, Configure(request, *robot));
+      *response.mutable_opened() = std::move(opened);
       return response;
     }
     if (!request.has_scan()) {
@@ -91,19 +91,16 @@ absl::StatusOr<v1::StreamOpened> LocalizationService::Configure(
     return absl::InvalidArgumentError("the first request of a stream must be its configuration");
   }
   const v1::StreamConfig& config = request.config();
-  if (auto status = proto::CheckAskedMap(config.map()); !status.ok()) return status;
+  RETURN_IF_ERROR(proto::CheckAskedMap(config.map()));
   v1::LocalizeRequest query;
   *query.mutable_options() = config.options();
-  const auto asked = AskedBy(query);
-  if (!asked.ok()) return asked.status();
-  robot.asked = *asked;
+  ASSIGN_OR_RETURN(robot.asked, AskedBy(query));
   if (config.has_max_step_m()) robot.max_step_m = config.max_step_m();
   robot.config = config;
-  const auto map = ReadyMap(robot);
-  if (!map.ok()) return map.status();
+  ASSIGN_OR_RETURN(const auto map, ReadyMap(robot));
   v1::StreamOpened opened;
-  opened.set_map((*map)->info.name);
-  opened.set_content_id((*map)->info.content_id);
+  opened.set_map(map->info.name);
+  opened.set_content_id(map->info.content_id);
   return opened;
 }
 
@@ -112,12 +109,9 @@ absl::StatusOr<std::shared_ptr<const ServedMap>> LocalizationService::ReadyMap(R
   if (!map.ok() || *map == robot.map) return map;
   TrackerOptions tracker_options{.query = robot.asked.query, .max_step_m = robot.max_step_m};
   LimitCandidates((*map)->info.params, limits_.max_candidates, tracker_options.query);
-  auto prior = geo::InMapFrame(tracker_options.query.prior, (*map)->geo);
-  if (!prior.ok()) return prior.status();
-  tracker_options.query.prior = *std::move(prior);
-  auto tracker = Tracker::Create((*map)->localizer, tracker_options);
-  if (!tracker.ok()) return tracker.status();
-  robot.tracker = *std::move(tracker);
+  ASSIGN_OR_RETURN(tracker_options.query.prior,
+                   geo::InMapFrame(tracker_options.query.prior, (*map)->geo));
+  ASSIGN_OR_RETURN(robot.tracker, Tracker::Create((*map)->localizer, tracker_options));
   robot.map = *map;
   robot.last_found.reset();
   return map;
@@ -136,10 +130,9 @@ absl::StatusOr<v1::TrackedAnswer> LocalizationService::AnswerScan(v1::StreamScan
   }
   // The rate was asked for the first scan when the stream was opened.
   if (std::exchange(robot.is_admitted, true)) {
-    if (auto status = admission_.AdmitNext(robot.call); !status.ok()) return status;
+    RETURN_IF_ERROR(admission_.AdmitNext(robot.call));
   }
-  const auto map = ReadyMap(robot);
-  if (!map.ok()) return map.status();
+  ASSIGN_OR_RETURN(const auto map, ReadyMap(robot));
 
   v1::LocalizeRequest query;
   query.set_map(robot.config->map());
@@ -148,33 +141,31 @@ absl::StatusOr<v1::TrackedAnswer> LocalizationService::AnswerScan(v1::StreamScan
   if (scan.has_descriptors()) query.mutable_descriptors()->Swap(scan.mutable_descriptors());
   query.set_stamp_ns(scan.stamp_ns());
   query.set_frame_id(scan.frame_id());
-  auto header = proto::HeaderFromProto(query);
-  if (!header.ok()) return header.status();
-  auto described = describer.Describe(query, **map, limits_.max_points);
-  if (!described.ok()) return described.status();
-  const std::int64_t decode_ns = NowNs() - arrival.started_ns - described->describe_ns;
+  ASSIGN_OR_RETURN(auto header, proto::HeaderFromProto(query));
+  ASSIGN_OR_RETURN(auto described, describer.Describe(query, *map, limits_.max_points));
+  const std::int64_t decode_ns = NowNs() - arrival.started_ns - described.describe_ns;
   std::optional<Pose> T_last = robot.motion.T_answered_scan;
-  if (T_last) T_last = TurnedStep(described->mount, *T_last);
-  auto told = robot.tracker->Update(described->descriptor, T_last,
+  if (T_last) T_last = TurnedStep(described.mount, *T_last);
+  auto told = robot.tracker->Update(described.descriptor, T_last,
                                     ControlOf(*robot.context, robot.asked.budget));
-  if (!told.ok()) return ErrorOf(told.status(), **map);
+  if (!told.ok()) return ErrorOf(told.status(), *map);
   robot.motion = {};
-  told->answer.times.describe_ns = described->describe_ns;
-  TellOfBase(described->mount, told->answer);
-  geo::TellOnEarth((*map)->geo, told->answer);
-  CountUse(**map, robot.asked.query, told->answer, robot.last_found);
+  told->answer.times.describe_ns = described.describe_ns;
+  TellOfBase(described.mount, told->answer);
+  geo::TellOnEarth(map->geo, told->answer);
+  CountUse(*map, robot.asked.query, told->answer, robot.last_found);
   if (told->answer.outcome == Outcome::kLocalized && !told->answer.candidates.empty()) {
     robot.last_found = told->answer.candidates.front().place;
   }
   const TrackedReply reply{.reply = {.answer = std::move(told->answer),
-                                     .map = (*map)->info.name,
+                                     .map = map->info.name,
                                      .queue_ns = arrival.started_ns - arrival.arrived_ns,
                                      .decode_ns = decode_ns,
-                                     .scan_counts = described->scan_counts,
-                                     .header = *std::move(header)},
+                                     .scan_counts = described.scan_counts,
+                                     .header = std::move(header)},
                            .num_scans = told->num_scans,
                            .is_relocated = told->is_relocated};
-  Show(reply.reply, *described, robot.call);
+  Show(reply.reply, described, robot.call);
   v1::TrackedAnswer response = proto::ToProto(reply);
   Note(query, reply.reply, response.answer(), robot.call);
   return response;

@@ -5,6 +5,7 @@
 #include "absl/strings/escaping.h"
 #include "absl/strings/str_cat.h"
 #include "ops/clock.hpp"
+#include "scanloc/core/status_macros.hpp"
 #include "scanloc/proto/convert.hpp"
 #include "scanloc/proto/status.hpp"
 
@@ -44,10 +45,9 @@ absl::StatusOr<QueryDescriber::Described> QueryDescriber::Describe(
     case v1::LocalizeRequest::kScan:
       return DescribeScan(request.scan(), map, max_points);
     case v1::LocalizeRequest::kDescriptors: {
-      auto query = proto::FromProto(request.descriptors());
-      if (!query.ok()) return query.status();
-      if (auto status = CheckSignature(*query, map); !status.ok()) return status;
-      return Described{.descriptor = std::move(query->descriptor)};
+      ASSIGN_OR_RETURN(auto query, proto::FromProto(request.descriptors()));
+      RETURN_IF_ERROR(CheckSignature(query, map));
+      return Described{.descriptor = std::move(query.descriptor)};
     }
     default:
       return absl::InvalidArgumentError(
@@ -65,16 +65,14 @@ absl::StatusOr<QueryDescriber::Described> QueryDescriber::DescribeScan(const v1:
         absl::ResourceExhaustedError(
             absl::StrCat("the scan has ", num_points, " points; this server allows ", max_points)));
   }
-  if (auto status = proto::FromProto(scan, &points_); !status.ok()) return status;
-  auto mount = proto::MountFromProto(scan);
-  if (!mount.ok()) return mount.status();
-  const auto describer = DescriberFor(map);
-  if (!describer.ok()) return describer.status();
-  Described result{.mount = *std::move(mount)};
+  RETURN_IF_ERROR(proto::FromProto(scan, &points_));
+  ASSIGN_OR_RETURN(auto mount, proto::MountFromProto(scan));
+  ASSIGN_OR_RETURN(const auto describer, DescriberFor(map));
+  Described result{.mount = std::move(mount)};
   held_bytes_ += static_cast<std::int64_t>(kBytesPerPoint * points_.size());
   const std::int64_t start_ns = NowNs();
   const std::size_t num_masked = ApplyMount(result.mount, points_);
-  result.descriptor = (*describer)->Describe(points_, &result.scan_counts.emplace());
+  result.descriptor = describer->Describe(points_, &result.scan_counts.emplace());
   result.scan_counts->num_masked = num_masked;
   result.describe_ns = NowNs() - start_ns;
   KeepWhatIsUsual(map.signature);
@@ -101,10 +99,9 @@ absl::StatusOr<Describer*> QueryDescriber::DescriberFor(const ServedMap& map) {
   if (const auto found = describers_.find(map.signature); found != describers_.end()) {
     return &found->second;
   }
-  auto describer = Describer::Create(map.info.params);
-  if (!describer.ok()) return describer.status();
+  ASSIGN_OR_RETURN(auto describer, Describer::Create(map.info.params));
   if (describers_.size() >= kMaxDescribersKept) describers_.clear();
-  return &describers_.emplace(map.signature, *std::move(describer)).first->second;
+  return &describers_.emplace(map.signature, std::move(describer)).first->second;
 }
 
 }  // namespace scanloc::server

@@ -12,6 +12,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/strings/str_cat.h"
+#include "scanloc/core/status_macros.hpp"
 
 /// What every RPC of one request and one response does around its work. Requests come in as bytes:
 /// typed callback methods answer UNIMPLEMENTED to bytes that are no message, and unpack large ones
@@ -59,10 +60,9 @@ absl::Status Respond(const grpc::ByteBuffer& request_bytes, grpc::ByteBuffer* re
                      Act&& act) {
   return Guard([&]() -> absl::Status {
     Request request;
-    if (auto status = Parse(request_bytes, &request); !status.ok()) return status;
-    const auto response = act(request);
-    if (!response.ok()) return response.status();
-    return Serialize(*response, response_bytes);
+    RETURN_IF_ERROR(Parse(request_bytes, &request));
+    ASSIGN_OR_RETURN(const auto response, act(request));
+    return Serialize(response, response_bytes);
   });
 }
 

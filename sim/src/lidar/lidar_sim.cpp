@@ -10,6 +10,7 @@
 #include "absl/strings/str_cat.h"
 #include "lidar/lidar_sim_hits.hpp"
 #include "random.hpp"
+#include "scanloc/core/status_macros.hpp"
 #include "sim_text.hpp"
 
 namespace scanloc::sim {
@@ -182,23 +183,19 @@ double CastBeam(const Turn& turn, const std::vector<SeenSolid>& seen, const Grou
 }  // namespace
 
 absl::Status Validate(const LidarOptions& options) {
-  if (auto s = CheckRange("num_rays", options.num_rays, 16, 128); !s.ok()) return s;
-  if (auto s = CheckRange("min_elevation_deg", options.min_elevation_deg, -50, 50); !s.ok()) {
-    return s;
-  }
-  if (auto s = CheckRange("max_elevation_deg", options.max_elevation_deg, -50, 50); !s.ok()) {
-    return s;
-  }
+  RETURN_IF_ERROR(CheckRange("num_rays", options.num_rays, 16, 128));
+  RETURN_IF_ERROR(CheckRange("min_elevation_deg", options.min_elevation_deg, -50, 50));
+  RETURN_IF_ERROR(CheckRange("max_elevation_deg", options.max_elevation_deg, -50, 50));
   if (options.max_elevation_deg <= options.min_elevation_deg) {
     return absl::InvalidArgumentError(
         absl::StrCat("max_elevation_deg is ", NumberText(options.max_elevation_deg),
                      "; it must be greater than min_elevation_deg, which is ",
                      NumberText(options.min_elevation_deg)));
   }
-  if (auto s = CheckRange("num_azimuths", options.num_azimuths, 90, 4096); !s.ok()) return s;
-  if (auto s = CheckRange("fov_deg", options.fov_deg, 10, 360); !s.ok()) return s;
-  if (auto s = CheckRange("max_range_m", options.max_range_m, 5, 300); !s.ok()) return s;
-  if (auto s = CheckRange("range_sigma_m", options.range_sigma_m, 0, 1); !s.ok()) return s;
+  RETURN_IF_ERROR(CheckRange("num_azimuths", options.num_azimuths, 90, 4096));
+  RETURN_IF_ERROR(CheckRange("fov_deg", options.fov_deg, 10, 360));
+  RETURN_IF_ERROR(CheckRange("max_range_m", options.max_range_m, 5, 300));
+  RETURN_IF_ERROR(CheckRange("range_sigma_m", options.range_sigma_m, 0, 1));
   return CheckRange("dropout", options.dropout, 0, 0.2);
 }
 

@@ -5,6 +5,7 @@
 #include <numeric>
 #include <utility>
 
+#include "scanloc/core/status_macros.hpp"
 #include "sim_text.hpp"
 #include "town/town_builder.hpp"
 #include "town/town_network.hpp"
@@ -153,12 +154,12 @@ class Frontages {
 }  // namespace
 
 absl::Status Validate(const TownOptions& options) {
-  if (auto s = CheckRange("rebuilt_share", options.rebuilt_share, 0, 1); !s.ok()) return s;
+  RETURN_IF_ERROR(CheckRange("rebuilt_share", options.rebuilt_share, 0, 1));
   return CheckRange("length_m", options.length_m, 20, 100'000);
 }
 
 absl::StatusOr<Town> MakeTown(const TownOptions& options) {
-  if (auto s = Validate(options); !s.ok()) return s;
+  RETURN_IF_ERROR(Validate(options));
   const std::uint64_t seed = Mix(options.town_seed, 0x70);
   const Network network = MakeNetwork(options.length_m, Random(Mix(seed, 1)));
   Town town;

@@ -4,6 +4,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
+#include "scanloc/core/status_macros.hpp"
 #include "sim_text.hpp"
 #include "worlds/scene.hpp"
 
@@ -49,8 +50,8 @@ std::vector<std::string> WorldKindNames() {
 }
 
 absl::Status Validate(const WorldOptions& options) {
-  if (auto s = CheckRange("num_floors", options.num_floors, 1, 30); !s.ok()) return s;
-  if (auto s = CheckRange("num_aisles", options.num_aisles, 1, 60); !s.ok()) return s;
+  RETURN_IF_ERROR(CheckRange("num_floors", options.num_floors, 1, 30));
+  RETURN_IF_ERROR(CheckRange("num_aisles", options.num_aisles, 1, 60));
   return CheckRange("changed_share", options.changed_share, 0, 1);
 }
 
