@@ -1,9 +1,9 @@
 #include "client_options.hpp"
 
 #include "absl/strings/str_cat.h"
+#include "call_metadata.hpp"
 #include "scanloc/core/limits.hpp"
 #include "scanloc/core/status_macros.hpp"
-#include "token.hpp"
 
 namespace scanloc::client {
 namespace {

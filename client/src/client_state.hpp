@@ -13,10 +13,9 @@
 #include "absl/status/statusor.h"
 #include "absl/strings/str_cat.h"
 #include "backoff.hpp"
+#include "call_metadata.hpp"
 #include "channel.hpp"
 #include "map_cache.hpp"
-#include "request_id.hpp"
-#include "request_text.hpp"
 #include "scanloc/client/client.hpp"
 #include "scanloc/core/status_macros.hpp"
 #include "scanloc/proto/convert.hpp"
@@ -25,7 +24,6 @@
 #include "scanloc/v1/admin.grpc.pb.h"
 #include "scanloc/v1/localization.grpc.pb.h"
 #include "scanloc/v1/viewer.grpc.pb.h"
-#include "token.hpp"
 
 namespace scanloc::client {
 

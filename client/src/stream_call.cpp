@@ -2,11 +2,9 @@
 
 #include <utility>
 
-#include "request_id.hpp"
-#include "request_text.hpp"
+#include "call_metadata.hpp"
 #include "scanloc/core/status_macros.hpp"
 #include "scanloc/proto/status.hpp"
-#include "token.hpp"
 
 namespace scanloc::client {
 
