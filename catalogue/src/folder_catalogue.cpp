@@ -1,5 +1,3 @@
-#include "folder_catalogue.hpp"
-
 #include <fcntl.h>
 #include <sys/file.h>
 #include <sys/stat.h>
@@ -14,6 +12,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "kinds.hpp"
 #include "scanloc/core/status_macros.hpp"
 #include "text_file.hpp"
 #include "version_json.hpp"

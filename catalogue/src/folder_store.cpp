@@ -1,5 +1,3 @@
-#include "folder_store.hpp"
-
 #include <fcntl.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -12,6 +10,7 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "kinds.hpp"
 #include "text_file.hpp"
 
 namespace scanloc::catalogue {

@@ -1,5 +1,3 @@
-#include "http_store.hpp"
-
 #include <curl/curl.h>
 #include <unistd.h>
 
@@ -15,6 +13,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
 #include "absl/strings/strip.h"
+#include "kinds.hpp"
 #include "scanloc/core/status_macros.hpp"
 
 namespace scanloc::catalogue {

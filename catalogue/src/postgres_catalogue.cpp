@@ -1,5 +1,3 @@
-#include "postgres_catalogue.hpp"
-
 #include <libpq-fe.h>
 #include <poll.h>
 
@@ -11,6 +9,7 @@
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_join.h"
 #include "absl/strings/str_split.h"
+#include "kinds.hpp"
 #include "scanloc/core/status_macros.hpp"
 
 namespace scanloc::catalogue {
