@@ -36,9 +36,7 @@ struct HttpServer::State {
   /// Serves the connection, or closes it.
   void Admit(Tcp::socket socket);
   asio::awaitable<void> Serve(Tcp::socket socket, std::string network);
-  template <typename Stream>
   asio::awaitable<void> RunSession(Stream& stream);
-  template <typename Stream>
   static asio::awaitable<void> Drain(Stream& stream);
 
   /// Of a connection, for as long as it lasts. Used by the one thread of io only.
@@ -159,27 +157,22 @@ asio::awaitable<void> HttpServer::State::Serve(Tcp::socket socket, std::string n
   const Slot slot(*this, std::move(network), socket.native_handle());
   beast::error_code error;
   socket.set_option(Tcp::no_delay(true), error);
-  beast::tcp_stream plain(std::move(socket));
-  if (service.options.tls_cert_file.empty()) {
-    co_await RunSession(plain);
-    plain.socket().shutdown(Tcp::socket::shutdown_send, error);
-    co_await Drain(plain);
-    co_return;
+  const bool is_plain = service.options.tls_cert_file.empty();
+  Stream stream(std::move(socket), is_plain ? nullptr : &tls);
+  if (!is_plain) {
+    stream.tcp().expires_after(service.options.idle);
+    co_await stream.async_handshake(asio::redirect_error(asio::use_awaitable, error));
+    if (error) co_return;
   }
-  beast::ssl_stream<beast::tcp_stream> stream(std::move(plain), tls);
-  beast::get_lowest_layer(stream).expires_after(service.options.idle);
-  co_await stream.async_handshake(asio::ssl::stream_base::server,
-                                  asio::redirect_error(asio::use_awaitable, error));
-  if (error) co_return;
   co_await RunSession(stream);
+  if (is_plain) stream.tcp().socket().shutdown(Tcp::socket::shutdown_send, error);
   co_await Drain(stream);
 }
 
 /// Reads what the client still sends, for a little while: a connection that is closed with bytes
 /// unread is reset, and takes the response with it.
-template <typename Stream>
 asio::awaitable<void> HttpServer::State::Drain(Stream& stream) {
-  beast::get_lowest_layer(stream).expires_after(kLinger);
+  stream.tcp().expires_after(kLinger);
   std::array<char, 16 << 10> unread;
   for (beast::error_code error; !error;) {
     co_await stream.async_read_some(asio::buffer(unread),
@@ -187,10 +180,9 @@ asio::awaitable<void> HttpServer::State::Drain(Stream& stream) {
   }
 }
 
-template <typename Stream>
 asio::awaitable<void> HttpServer::State::RunSession(Stream& stream) {
   try {
-    Session<Stream> session(stream, service);
+    Session session(stream, service);
     co_await session.Run();
   } catch (const std::exception&) {
     // Out of memory: this connection ends, the others go on.

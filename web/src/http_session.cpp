@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <new>
+#include <sstream>
 
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
@@ -17,8 +18,7 @@ constexpr const char* kPolicy =
 
 std::string Text(beast::string_view text) { return {text.data(), text.size()}; }
 
-template <typename Body>
-void Dress(http::response<Body>& response) {
+void Dress(http::response<http::empty_body>& response) {
   response.set(http::field::server, "scanloc-web");
   response.set("X-Content-Type-Options", "nosniff");
   response.set("Referrer-Policy", "no-referrer");
@@ -35,8 +35,7 @@ bool IsMyName(const Service& service, const std::string& host) {
 
 }  // namespace
 
-template <typename Stream>
-asio::awaitable<void> Session<Stream>::Run() {
+asio::awaitable<void> Session::Run() {
   buffer_.max_size(service_.options.max_header_bytes + (64 << 10));
   while (!service_.is_stopping) {
     Parser parser;
@@ -56,8 +55,7 @@ asio::awaitable<void> Session<Stream>::Run() {
   }
 }
 
-template <typename Stream>
-asio::awaitable<bool> Session<Stream>::ReadHeader(Parser& parser) {
+asio::awaitable<bool> Session::ReadHeader(Parser& parser) {
   parser.header_limit(static_cast<std::uint32_t>(service_.options.max_header_bytes));
   parser.body_limit(service_.options.max_body_bytes);
   ExpireAfter(service_.options.idle);
@@ -81,9 +79,7 @@ asio::awaitable<bool> Session<Stream>::ReadHeader(Parser& parser) {
   co_return false;
 }
 
-template <typename Stream>
-std::optional<Response> Session<Stream>::Examine(const Parser& parser, Request* request,
-                                                 Share* bytes) {
+std::optional<Response> Session::Examine(const Parser& parser, Request* request, Share* bytes) {
   const auto& message = parser.get();
   request->method = Text(message.method_string());
   if (auto status = ParseTarget(Text(message.target()), request); !status.ok()) {
@@ -120,8 +116,7 @@ std::optional<Response> Session<Stream>::Examine(const Parser& parser, Request* 
   return std::nullopt;
 }
 
-template <typename Stream>
-asio::awaitable<bool> Session<Stream>::ReadBody(Parser& parser, Request* request) {
+asio::awaitable<bool> Session::ReadBody(Parser& parser, Request* request) {
   if (parser.is_done()) co_return true;
   ExpireAfter(service_.options.receive);
   // GCC 12 goes astray where only one side of && or || waits.
@@ -136,9 +131,8 @@ asio::awaitable<bool> Session<Stream>::ReadBody(Parser& parser, Request* request
   co_return true;
 }
 
-template <typename Stream>
-asio::awaitable<Response> Session<Stream>::Handle(const Request& request) {
-  beast::get_lowest_layer(stream_).expires_never();
+asio::awaitable<Response> Session::Handle(const Request& request) {
+  stream_.tcp().expires_never();
   Share turn;
   if (!turn.Take(service_.waiting, 1)) {
     Response busy =
@@ -158,37 +152,39 @@ asio::awaitable<Response> Session<Stream>::Handle(const Request& request) {
   co_return co_await OnWorker(service_.workers, work);
 }
 
-template <typename Stream>
-asio::awaitable<bool> Session<Stream>::Send(Response response, bool is_head, bool keep) {
+asio::awaitable<bool> Session::Send(Response response, bool is_head, bool keep) {
   Share stream;
   if (response.events && !is_head && !stream.Take(service_.event_streams, 1)) {
     response = ErrorResponse(503, "RESOURCE_EXHAUSTED",
                              "as many watch as may; try again later, or ask /v1/answers");
     response.headers.emplace_back("Retry-After", "10");
   }
-  const bool is_events = static_cast<bool>(response.events);
-  http::response<http::string_body> message(static_cast<http::status>(response.status), 11);
+  const bool goes_on = response.events && !is_head;
+  http::response<http::empty_body> message(static_cast<http::status>(response.status), 11);
   for (const auto& [name, value] : response.headers) message.set(name, value);
   message.set(http::field::content_type, response.content_type);
   Dress(message);
-  message.keep_alive(keep && !is_events);
-  ExpireAfter(service_.options.send);
-  if (is_events && !is_head) {
+  message.keep_alive(keep && !response.events);
+  if (goes_on) {
     message.chunked(true);
-    http::response_serializer<http::string_body> serializer(message);
-    co_await http::async_write_header(stream_, serializer,
-                                      asio::redirect_error(asio::use_awaitable, error_));
-    if (!error_) co_await SendEvents(response.events);
+  } else {
+    message.content_length(response.body.size());
+  }
+  // As text: what Beast writes with would take longer to compile than all else here.
+  std::ostringstream header;
+  header << message.base();
+  const std::string head = header.str();
+  ExpireAfter(service_.options.send);
+  bool is_sent = co_await Write(head);
+  if (is_sent && goes_on) {
+    co_await SendEvents(response.events);
     co_return false;
   }
-  message.content_length(response.body.size());
-  if (!is_head) message.body() = std::move(response.body);
-  co_await http::async_write(stream_, message, asio::redirect_error(asio::use_awaitable, error_));
-  co_return !error_;
+  if (is_sent && !is_head) is_sent = co_await Write(response.body);
+  co_return is_sent;
 }
 
-template <typename Stream>
-asio::awaitable<void> Session<Stream>::SendEvents(const Events& events) {
+asio::awaitable<void> Session::SendEvents(const Events& events) {
   asio::steady_timer timer(stream_.get_executor());
   while (!service_.is_stopping) {
     const std::optional<std::string> piece =
@@ -196,26 +192,21 @@ asio::awaitable<void> Session<Stream>::SendEvents(const Events& events) {
     if (!piece) break;
     if (!piece->empty()) {
       ExpireAfter(service_.options.send);
-      co_await asio::async_write(stream_,
-                                 http::make_chunk(asio::const_buffer(piece->data(), piece->size())),
-                                 asio::redirect_error(asio::use_awaitable, error_));
-      if (error_) co_return;
+      const std::string chunk = absl::StrCat(absl::Hex(piece->size()), "\r\n", *piece, "\r\n");
+      const bool is_sent = co_await Write(chunk);
+      if (!is_sent) co_return;
     }
     timer.expires_after(service_.options.event_interval);
     co_await timer.async_wait(asio::redirect_error(asio::use_awaitable, error_));
   }
-  co_await asio::async_write(stream_, http::make_chunk_last(),
-                             asio::redirect_error(asio::use_awaitable, error_));
+  const std::string last_chunk = "0\r\n\r\n";
+  (void)co_await Write(last_chunk);
 }
 
-template <typename Stream>
-asio::awaitable<bool> Session<Stream>::Write(const std::string& bytes) {
+asio::awaitable<bool> Session::Write(const std::string& bytes) {
   co_await asio::async_write(stream_, asio::buffer(bytes),
                              asio::redirect_error(asio::use_awaitable, error_));
   co_return !error_;
 }
-
-template class Session<beast::tcp_stream>;
-template class Session<beast::ssl_stream<beast::tcp_stream>>;
 
 }  // namespace scanloc::web

@@ -54,6 +54,45 @@ struct Service {
   Counted event_streams;
 };
 
+/// A connection, with or without TLS: of two kinds of streams, all of the session would be compiled
+/// twice.
+class Stream {
+ public:
+  using executor_type = beast::tcp_stream::executor_type;
+
+  /// No context: no TLS.
+  Stream(Tcp::socket socket, asio::ssl::context* tls) {
+    if (tls == nullptr) {
+      plain_.emplace(std::move(socket));
+    } else {
+      encrypted_.emplace(std::move(socket), *tls);
+    }
+  }
+
+  executor_type get_executor() { return tcp().get_executor(); }
+  beast::tcp_stream& tcp() { return plain_ ? *plain_ : beast::get_lowest_layer(*encrypted_); }
+
+  /// First of all, and only with TLS.
+  template <typename Token>
+  auto async_handshake(Token&& token) {
+    return encrypted_->async_handshake(asio::ssl::stream_base::server, std::forward<Token>(token));
+  }
+  template <typename Buffers, typename Token>
+  auto async_read_some(const Buffers& buffers, Token&& token) {
+    return plain_ ? plain_->async_read_some(buffers, std::forward<Token>(token))
+                  : encrypted_->async_read_some(buffers, std::forward<Token>(token));
+  }
+  template <typename Buffers, typename Token>
+  auto async_write_some(const Buffers& buffers, Token&& token) {
+    return plain_ ? plain_->async_write_some(buffers, std::forward<Token>(token))
+                  : encrypted_->async_write_some(buffers, std::forward<Token>(token));
+  }
+
+ private:
+  std::optional<beast::tcp_stream> plain_;
+  std::optional<beast::ssl_stream<beast::tcp_stream>> encrypted_;
+};
+
 /// Runs the work on a worker, and comes back with what it made.
 template <typename Work>
 asio::awaitable<std::invoke_result_t<Work>> OnWorker(asio::thread_pool& workers, Work work) {
@@ -65,7 +104,6 @@ asio::awaitable<std::invoke_result_t<Work>> OnWorker(asio::thread_pool& workers,
       asio::use_awaitable);
 }
 
-template <typename Stream>
 class Session {
  public:
   Session(Stream& stream, Service& service) : stream_(stream), service_(service) {}
@@ -85,9 +123,7 @@ class Session {
   asio::awaitable<void> SendEvents(const Events& events);
   asio::awaitable<bool> Write(const std::string& bytes);
 
-  void ExpireAfter(std::chrono::milliseconds time) {
-    beast::get_lowest_layer(stream_).expires_after(time);
-  }
+  void ExpireAfter(std::chrono::milliseconds time) { stream_.tcp().expires_after(time); }
 
   Stream& stream_;
   Service& service_;
