@@ -5,7 +5,7 @@ if(CMAKE_CXX_COMPILER_ID MATCHES Clang)
   set(CMAKE_DISABLE_PRECOMPILE_HEADERS ON)
 endif()
 
-# scanloc_declare_precompiled(grpc DEPS scanloc::wire HEADERS <grpcpp/grpcpp.h> [OPTIONS -O1])
+# scanloc_declare_precompiled(grpc DEPS scanloc_wire_headers HEADERS <grpcpp/grpcpp.h> [OPTIONS -O1])
 function(scanloc_declare_precompiled name)
   cmake_parse_arguments(ARG "" "" "DEPS;HEADERS;OPTIONS" ${ARGN})
   set(target scanloc_precompiled_${name})
@@ -32,15 +32,24 @@ function(scanloc_precompile target name)
   target_precompile_headers(${target} REUSE_FROM scanloc_precompiled_${name})
 endfunction()
 
-scanloc_declare_precompiled(common)
-# What reads the command line is run once, and CLI11 is large. Some libraries have all that use them
-# compiled with -pthread, in which no source may differ.
-scanloc_declare_precompiled(cli DEPS CLI11::CLI11 HEADERS <CLI/CLI.hpp> OPTIONS -O1 -pthread)
+set(common_headers <absl/strings/numbers.h> <absl/strings/str_join.h> <absl/strings/str_split.h> <array>
+  <atomic> <charconv> <condition_variable> <deque> <fstream> <limits> <list> <nlohmann/json.hpp> <numbers>
+  <numeric> <random> <set> <variant>)
+scanloc_declare_precompiled(common DEPS nlohmann_json::nlohmann_json HEADERS ${common_headers})
+# Only for what reads the command line, which is run once: of CLI11, which is large, every source that
+# sees it compiles a part. Some libraries have all that use them compiled with -pthread, in which no
+# source may differ; how far sources are optimised may.
+scanloc_declare_precompiled(cli DEPS CLI11::CLI11 nlohmann_json::nlohmann_json
+  HEADERS <CLI/CLI.hpp> ${common_headers} OPTIONS -O1 -pthread)
 set(grpc_headers <grpcpp/grpcpp.h> <scanloc/v1/localization.grpc.pb.h>)
-scanloc_declare_precompiled(grpc DEPS scanloc::wire HEADERS ${grpc_headers})
+scanloc_declare_precompiled(grpc DEPS scanloc_wire_headers nlohmann_json::nlohmann_json
+  HEADERS ${grpc_headers} ${common_headers} <absl/functional/any_invocable.h>
+    <grpc/health/v1/health.grpc.pb.h> <scanloc/v1/admin.grpc.pb.h> <scanloc/v1/capture.pb.h>
+    <scanloc/v1/viewer.grpc.pb.h>
+  OPTIONS -O2)
 if(SCANLOC_BUILD_TESTS)
   set(test_headers <gtest/gtest.h> <gmock/gmock.h>)
   scanloc_declare_precompiled(tests DEPS GTest::gmock HEADERS ${test_headers} OPTIONS -O1 -pthread)
-  scanloc_declare_precompiled(grpc_tests DEPS scanloc::wire GTest::gmock
+  scanloc_declare_precompiled(grpc_tests DEPS scanloc_wire_headers GTest::gmock
     HEADERS ${test_headers} ${grpc_headers} OPTIONS -O1 -pthread)
 endif()

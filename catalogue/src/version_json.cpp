@@ -46,14 +46,14 @@ nlohmann::json ToJson(const Version& version) {
 
 absl::StatusOr<Version> FromJson(const nlohmann::json& json) {
   try {
-    Version version{.region = json.at("region"),
-                    .content_id = json.at("content_id"),
-                    .sha256 = json.at("sha256"),
-                    .num_bytes = json.at("num_bytes"),
-                    .num_places = json.at("num_places"),
-                    .area = {},
-                    .published_by = json.at("published_by"),
-                    .published_ms = json.at("published_ms")};
+    Version version;
+    json.at("region").get_to(version.region);
+    json.at("content_id").get_to(version.content_id);
+    json.at("sha256").get_to(version.sha256);
+    json.at("num_bytes").get_to(version.num_bytes);
+    json.at("num_places").get_to(version.num_places);
+    json.at("published_by").get_to(version.published_by);
+    json.at("published_ms").get_to(version.published_ms);
     version.area = AreaOf(json);
     if (absl::Status status = Validate(version); !status.ok()) {
       return absl::DataLossError(status.message());
