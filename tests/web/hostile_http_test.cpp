@@ -127,6 +127,20 @@ TEST_F(HostileHttpTest, BoundsConnectionsAndEventStreams) {
   while (Get("/v1/maps").status != 200) std::this_thread::yield();
 }
 
+TEST_F(HostileHttpTest, TellsClientsApartByAddressWhateverItListensOn) {
+  for (const char* listen : {"0.0.0.0:0", "[::]:0"}) {
+    HttpOptions options;
+    options.listen = listen;
+    options.max_of_address = 2;
+    StartWeb(options);
+    const test::TcpConnection first(address_, "127.0.0.7");
+    const test::TcpConnection second(address_, "127.0.0.7");
+    const test::TcpConnection one_too_many(address_, "127.0.0.7");
+    EXPECT_EQ(one_too_many.ReadAll(), "");
+    EXPECT_EQ(Get("/v1/maps").status, 200) << listen;
+  }
+}
+
 TEST_F(HostileHttpTest, LetsGoOfThoseWhoDoNotRead) {
   HttpOptions options;
   options.send = milliseconds(300);

@@ -65,16 +65,17 @@ class HttpTest : public testing::Test {
     server_ = test::StartServer(maps_, options);
   }
 
+  /// At a free port of 127.0.0.1, unless the options listen elsewhere.
   void StartWeb(HttpOptions options = {}) {
+    if (options.listen == HttpOptions().listen) options.listen = "127.0.0.1:0";
     if (server_ == nullptr) StartServer();
-    options.listen = "127.0.0.1:0";
     gateway_ = std::make_unique<Gateway>(client::ClientOptions{.address = server_->address()});
     api_ = std::make_unique<Api>(*gateway_);
     auto web = HttpServer::Start(options, Api::TakesBody,
                                  [this](const Request& request) { return api_->Handle(request); });
     ASSERT_TRUE(web.ok()) << web.status();
     web_ = *std::move(web);
-    address_ = web_->url().substr(std::string("http://").size());
+    address_ = "127.0.0.1" + web_->url().substr(web_->url().rfind(':'));
   }
 
   [[nodiscard]] Said Ask(const std::string& bytes) const {

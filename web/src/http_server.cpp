@@ -20,7 +20,10 @@ constexpr std::chrono::seconds kLinger(1);
 /// Of an IPv6 address only the network counts: whoever has one has all of its addresses.
 std::string NetworkOf(const asio::ip::address& address) {
   if (address.is_v4()) return address.to_string();
-  const auto bytes = address.to_v6().to_bytes();
+  const asio::ip::address_v6 v6 = address.to_v6();
+  // As they come to a socket that listens on [::].
+  if (v6.is_v4_mapped()) return asio::ip::make_address_v4(asio::ip::v4_mapped, v6).to_string();
+  const auto bytes = v6.to_bytes();
   return std::string(bytes.begin(), bytes.begin() + 8);
 }
 
