@@ -32,8 +32,16 @@ class ScanlocWebTest : public testing::Test {
     server_ = line.substr(line.rfind(' ') + 1);
   }
 
-  std::string StartWeb() {
-    web_.emplace(Command({"--server", server_, "--listen", "127.0.0.1:0"}));
+  /// What starts a program that may have so many files open.
+  [[nodiscard]] static std::vector<std::string> WithDescriptors(int limit) {
+    return {"/bin/sh", "-c", "ulimit -n " + std::to_string(limit) + "; exec \"$@\"", "sh"};
+  }
+
+  /// `before`: what the program is started by.
+  std::string StartWeb(std::vector<std::string> before = {}) {
+    const auto command = Command({"--server", server_, "--listen", "127.0.0.1:0"});
+    before.insert(before.end(), command.begin(), command.end());
+    web_.emplace(before);
     const std::string line = web_->ReadLine();
     EXPECT_THAT(line, StartsWith("scanloc-web ready on http://127.0.0.1:")) << web_->stderr_text();
     return line.substr(line.rfind('/') + 1);
@@ -64,6 +72,25 @@ TEST_F(ScanlocWebTest, StartsBeforeItsServerDoes) {
   const test::TcpConnection connection(address);
   connection.Send(RequestText("GET", "/v1/health"));
   EXPECT_EQ(Parse(connection.ReadAll()).status, 503);
+}
+
+TEST_F(ScanlocWebTest, HasDescriptorsLeftForTheServerWhateverGuestsTake) {
+  StartScanlocd();
+  const std::string address = StartWeb(WithDescriptors(256));
+  std::vector<test::TcpConnection> guests;
+  for (const char* from : {"127.0.0.1", "127.0.0.2", "127.0.0.3"}) {
+    for (int i = 0; i < 120; ++i) guests.emplace_back(address, from);
+  }
+  guests.front().Send(RequestText("GET", "/v1/maps", "", "Authorization: Bearer anew\r\n"));
+  EXPECT_EQ(Parse(guests.front().ReadAll()).status, 200);
+
+  std::vector<std::string> command = WithDescriptors(128);
+  for (const std::string& word : Command({"--server", server_, "--listen", "127.0.0.1:0"})) {
+    command.push_back(word);
+  }
+  test::Process too_few(command);
+  EXPECT_EQ(too_few.Wait(), 1);
+  EXPECT_THAT(too_few.stderr_text(), HasSubstr("only 128 files"));
 }
 
 TEST_F(ScanlocWebTest, RefusesWhatItCannotServeSafely) {

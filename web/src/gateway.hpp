@@ -17,6 +17,9 @@ namespace scanloc::web {
 /// The way to the server: as the caller, by his token. Thread-safe.
 class Gateway {
  public:
+  /// Callers with tokens of their own whose connections to the server are kept.
+  static constexpr std::size_t kMaxClients = 64;
+
   /// The options' token is that of callers without one.
   explicit Gateway(client::ClientOptions options) : options_(std::move(options)) {}
 
@@ -32,7 +35,6 @@ class Gateway {
   [[nodiscard]] const std::string& address() const { return options_.address; }
 
  private:
-  static constexpr std::size_t kMaxClients = 64;
   static constexpr std::size_t kMaxMaps = 16;
 
   /// One is fetched at a time.

@@ -9,6 +9,7 @@
 #include "cli/connection_options.hpp"
 #include "cli/declared_options.hpp"
 #include "cli/output.hpp"
+#include "descriptors.hpp"
 #include "gateway.hpp"
 #include "http_server.hpp"
 #include "page_files.hpp"
@@ -122,6 +123,15 @@ int Run(CommandLine line) {
   if (!page.ok()) {
     std::fprintf(stderr, "scanloc-web: %s; serving /v1 alone\n",
                  Printable(std::string(page.status().message())).c_str());
+  }
+  const auto connections = ConnectionsThatFit(line.http);
+  if (!connections.ok()) return Fail(kExitFailed, connections.status());
+  if (*connections < line.http.max_connections) {
+    std::fprintf(stderr,
+                 "scanloc-web: serving at most %d connections: no more files may be open "
+                 "(ulimit -n, LimitNOFILE)\n",
+                 *connections);
+    line.http.max_connections = *connections;
   }
   const auto server =
       HttpServer::Start(line.http, Api::TakesBody, [&](const Request& request) -> Response {
