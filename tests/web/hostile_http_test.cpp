@@ -1,5 +1,9 @@
 // What strangers may send to the HTTP server, and leave unsent.
+#include <algorithm>
+#include <atomic>
+#include <future>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "http_fixture.hpp"
@@ -170,6 +174,72 @@ TEST_F(HostileHttpTest, LetsGoOfThoseWhoDoNotRead) {
     ASSERT_LT(std::chrono::steady_clock::now(), end);
     std::this_thread::sleep_for(milliseconds(20));
   }
+}
+
+TEST_F(HostileHttpTest, WatchersKeepNoRequestWaiting) {
+  StartWeb();
+  HttpOptions options;
+  options.listen = "127.0.0.1:0";
+  std::atomic<int> num_hanging = 0;
+  std::promise<void> let_go;
+  const std::shared_future<void> is_let_go = let_go.get_future().share();
+  auto web = HttpServer::Start(
+      options, [](const Request&) { return false; },
+      [&](const Request& request) {
+        if (request.path == "/quick") return Response{.body = "x"};
+        return Response{.events = [&num_hanging, is_let_go, is_first = true]() mutable {
+          if (std::exchange(is_first, false)) ++num_hanging;
+          is_let_go.wait();  // as for a server that does not answer
+          return std::string();
+        }};
+      });
+  ASSERT_TRUE(web.ok()) << web.status();
+  const std::string address = (*web)->url().substr(7);
+  std::vector<test::TcpConnection> watching;
+  for (int i = 0; i < options.num_workers; ++i) {
+    watching.emplace_back(address).Send("GET / HTTP/1.1\r\nHost: localhost\r\n\r\n");
+    ASSERT_TRUE(watching.back().AwaitSomething());
+  }
+  while (num_hanging < options.num_watchers) std::this_thread::yield();
+  const test::TcpConnection quick(address);
+  quick.Send(RequestText("GET", "/quick"));
+  EXPECT_EQ(Parse(quick.ReadAll()).status, 200);
+  let_go.set_value();
+}
+
+TEST_F(HostileHttpTest, BeginsNothingMoreOnceItEnds) {
+  StartWeb();
+  HttpOptions options;
+  options.listen = "127.0.0.1:0";
+  options.num_workers = 1;
+  options.max_waiting = 4;
+  std::atomic<int> num_begun = 0;
+  std::promise<void> let_go;
+  auto web = HttpServer::Start(
+      options, [](const Request&) { return false; },
+      [&](const Request& request) {
+        if (request.path == "/watch") return Response{.events = [] { return std::string(" "); }};
+        ++num_begun;
+        let_go.get_future().wait();  // of the first; as for a server that does not answer
+        return Response{};
+      });
+  ASSERT_TRUE(web.ok()) << web.status();
+  const std::string address = (*web)->url().substr(7);
+  const test::TcpConnection watching(address);
+  watching.Send(RequestText("GET", "/watch"));
+  ASSERT_TRUE(watching.AwaitSomething());
+  std::vector<test::TcpConnection> asking;
+  for (int i = 0; i <= options.max_waiting; ++i) {
+    asking.emplace_back(address).Send(RequestText("GET", "/"));
+  }
+  // One is refused as soon as all others wait.
+  while (std::ranges::all_of(asking, &test::TcpConnection::IsOpen)) std::this_thread::yield();
+  while (num_begun == 0) std::this_thread::yield();
+  std::thread ending([&] { web->reset(); });
+  static_cast<void>(watching.ReadAll());  // it has begun to end
+  let_go.set_value();
+  ending.join();
+  EXPECT_EQ(num_begun, 1);
 }
 
 TEST_F(HostileHttpTest, ServesItsOwnNamesOnly) {

@@ -222,6 +222,7 @@ HttpServer::~HttpServer() {
   asio::post(state.io, [&look] { look({}); });
   state.thread.join();
   state.service.workers.join();
+  state.service.watchers.join();
 }
 
 const std::string& HttpServer::url() const { return state_->url; }

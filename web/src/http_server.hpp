@@ -30,7 +30,7 @@ struct Request {
 };
 
 /// Makes the next piece of an event stream, maybe an empty one; none: it is over. Called every
-/// HttpOptions::event_interval, on a worker.
+/// HttpOptions::event_interval, on a watcher.
 using Events = std::function<std::optional<std::string>()>;
 
 struct Response {
@@ -57,6 +57,7 @@ struct HttpOptions {
   int max_of_address = 128;   ///< of these, from one address
   int max_event_streams = 32;
   int num_workers = 8;
+  int num_watchers = 2;  ///< threads for event streams, which keep no request waiting
   int max_waiting = 64;  ///< requests that run or wait for a worker; one more gets 503
   std::size_t max_header_bytes = 16 << 10;
   std::size_t max_body_bytes = 64 << 20;
@@ -81,7 +82,8 @@ class HttpServer {
   [[nodiscard]] static absl::StatusOr<std::unique_ptr<HttpServer>> Start(
       const HttpOptions& options, std::function<bool(const Request&)> takes_body, Handler handler);
 
-  /// Ends at once what waits for a client, and gives what is at work a little time.
+  /// Ends at once what waits for a client, and refuses what has not begun. Waits for the handlers
+  /// at work, whose responses are sent if they take little time.
   ~HttpServer();
   HttpServer(const HttpServer&) = delete;
   HttpServer& operator=(const HttpServer&) = delete;

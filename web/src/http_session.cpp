@@ -141,6 +141,7 @@ asio::awaitable<Response> Session::Handle(const Request& request) {
     co_return busy;
   }
   const auto work = [this, &request]() -> Response {
+    if (service_.is_stopping) return ErrorResponse(503, "UNAVAILABLE", "the service is stopping");
     try {
       return service_.handler(request);
     } catch (const std::bad_alloc&) {
@@ -188,7 +189,10 @@ asio::awaitable<void> Session::SendEvents(const Events& events) {
   asio::steady_timer timer(stream_.get_executor());
   while (!service_.is_stopping) {
     const std::optional<std::string> piece =
-        co_await OnWorker(service_.workers, [&events] { return events(); });
+        co_await OnWorker(service_.watchers, [this, &events]() -> std::optional<std::string> {
+          if (service_.is_stopping) return std::nullopt;
+          return events();
+        });
     if (!piece) break;
     if (!piece->empty()) {
       ExpireAfter(service_.options.send);

@@ -39,6 +39,7 @@ struct Service {
         takes_body(std::move(body_rule)),
         handler(std::move(on_request)),
         workers(static_cast<std::size_t>(http_options.num_workers)),
+        watchers(static_cast<std::size_t>(http_options.num_watchers)),
         waiting(http_options.max_waiting),
         bytes_at_hand(http_options.max_bytes_at_hand),
         event_streams(http_options.max_event_streams) {}
@@ -46,9 +47,10 @@ struct Service {
   const HttpOptions options;
   const std::function<bool(const Request&)> takes_body;
   const Handler handler;
-  bool is_local = false;  // listens on this machine only
-  std::atomic<bool> is_stopping = false;
+  bool is_local = false;                  // listens on this machine only
+  std::atomic<bool> is_stopping = false;  ///< begins nothing more
   asio::thread_pool workers;
+  asio::thread_pool watchers;
   Counted waiting;
   Counted bytes_at_hand;
   Counted event_streams;
