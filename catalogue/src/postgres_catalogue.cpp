@@ -2,6 +2,7 @@
 #include <poll.h>
 
 #include <charconv>
+#include <chrono>
 #include <utility>
 
 #include "absl/strings/numbers.h"
@@ -60,6 +61,13 @@ constexpr const char* kColumns =
 constexpr const char* kNotify = "SELECT pg_notify('scanloc_live', $1)";
 constexpr const char* kListen = "LISTEN scanloc_live";
 
+/// A database gives up a statement after its time, and who asks it a little later: a database that
+/// hangs says nothing. Less than what scanlocd has to end.
+constexpr const char* kOptions =
+    "-c statement_timeout=8000 -c lock_timeout=8000 -c client_min_messages=warning";
+constexpr std::chrono::seconds kPatience(9);
+
+using Clock = std::chrono::steady_clock;
 using Texts = std::vector<std::string>;
 
 template <typename T>
@@ -178,7 +186,7 @@ class PostgresCatalogue : public Catalogue {
   using Result = std::unique_ptr<PGresult, Finish>;
 
   /// Unavailable; the next call connects anew.
-  absl::Status Lost(absl::string_view why) {
+  absl::Status Lost(const std::string& why) {
     connection_.reset();
     is_listening_ = false;
     return absl::UnavailableError(
@@ -192,16 +200,15 @@ class PostgresCatalogue : public Catalogue {
     }
     is_listening_ = false;
     // A host that is gone is noticed within seconds, in a query, too.
-    constexpr const char* kOptions =
-        "-c statement_timeout=10000 -c lock_timeout=10000 -c client_min_messages=warning";
     const char* names[] = {"dbname",          "connect_timeout", "tcp_user_timeout",
                            "keepalives_idle", "options",         nullptr};
     const char* values[] = {url_.c_str(), "5", "5000", "5", kOptions, nullptr};
     connection_.reset(PQconnectdbParams(names, values, 1));
     if (connection_ == nullptr) return absl::ResourceExhaustedError("out of memory");
     if (PQstatus(connection_.get()) != CONNECTION_OK) {
-      return Lost(absl::StripAsciiWhitespace(PQerrorMessage(connection_.get())));
+      return Lost(ErrorText());
     }
+    PQsetnonblocking(connection_.get(), 1);
     return MakeTables();
   }
 
@@ -220,13 +227,43 @@ class PostgresCatalogue : public Catalogue {
     std::vector<const char*> values;
     values.reserve(parameters.size());
     for (const std::string& parameter : parameters) values.push_back(parameter.c_str());
-    Result result(PQexecParams(connection_.get(), sql.c_str(), static_cast<int>(values.size()),
-                               nullptr, values.data(), nullptr, nullptr, 0));
+    if (PQsendQueryParams(connection_.get(), sql.c_str(), static_cast<int>(values.size()), nullptr,
+                          values.data(), nullptr, nullptr, 0) == 0) {
+      return Lost(ErrorText());
+    }
+    const Clock::time_point end = Clock::now() + kPatience;
+    Result result;
+    while (true) {
+      if (!AwaitResult(end)) {
+        return Lost(absl::StrCat("it said nothing for ", kPatience.count(), " s"));
+      }
+      Result next(PQgetResult(connection_.get()));
+      if (next == nullptr) break;
+      result = std::move(next);
+    }
     const ExecStatusType status = PQresultStatus(result.get());
     if (status == PGRES_COMMAND_OK || status == PGRES_TUPLES_OK) return result;
-    const std::string why(absl::StripAsciiWhitespace(PQerrorMessage(connection_.get())));
-    if (PQstatus(connection_.get()) != CONNECTION_OK) return Lost(why);
-    return absl::UnavailableError(absl::StrCat("the catalogue's database refuses: ", why));
+    if (PQstatus(connection_.get()) != CONNECTION_OK) return Lost(ErrorText());
+    return absl::UnavailableError(absl::StrCat("the catalogue's database refuses: ", ErrorText()));
+  }
+
+  /// Whether PQgetResult has something to say, be it that the connection ended; false: not by then.
+  bool AwaitResult(Clock::time_point end) {
+    PGconn* const connection = connection_.get();
+    while (true) {
+      const bool has_more_to_send = PQflush(connection) == 1;
+      if (!has_more_to_send && PQisBusy(connection) == 0) return true;
+      const auto left = std::chrono::ceil<std::chrono::milliseconds>(end - Clock::now());
+      if (left.count() <= 0) return false;
+      const int events = has_more_to_send ? POLLIN | POLLOUT : POLLIN;
+      pollfd socket{PQsocket(connection), static_cast<short>(events), 0};
+      poll(&socket, 1, static_cast<int>(left.count()));
+      if (PQconsumeInput(connection) == 0) return true;
+    }
+  }
+
+  [[nodiscard]] std::string ErrorText() const {
+    return std::string(absl::StripAsciiWhitespace(PQerrorMessage(connection_.get())));
   }
 
   /// On a connection that is there.
@@ -236,6 +273,10 @@ class PostgresCatalogue : public Catalogue {
     absl::Status status = act();
     if (connection_ == nullptr) return status;
     const absl::Status ended = Run(status.ok() ? "COMMIT" : "ROLLBACK", {}).status();
+    if (status.ok() && !ended.ok() && connection_ == nullptr) {
+      return absl::UnavailableError(absl::StrCat(
+          ended.message(), "; it may have been done all the same: scanloc catalogue tells"));
+    }
     status.Update(ended);
     return status;
   }

@@ -4,7 +4,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <csignal>
 #include <nlohmann/json.hpp>
+#include <string>
 #include <thread>
 
 #include "support/file_size_limit.hpp"
@@ -228,11 +230,32 @@ TEST(PostgresCatalogue, ComesBackAfterTheDatabase) {
   ASSERT_TRUE(catalogue->Publish(VersionOf("town", 'a')).ok());
   database.Stop();
   EXPECT_EQ(catalogue->Live().status().code(), absl::StatusCode::kUnavailable);
+  EXPECT_THAT(std::string(catalogue->Live().status().message()),
+              testing::HasSubstr("reached: connection to server on socket \""));
   EXPECT_EQ(catalogue->Publish(VersionOf("town", 'b')).code(), absl::StatusCode::kUnavailable);
   EXPECT_FALSE(catalogue->AwaitChange(std::chrono::milliseconds(1)).ok());
   database.Start();
   EXPECT_THAT(*catalogue->Live(), ElementsAre(IsOf('a')));
   EXPECT_TRUE(catalogue->Publish(VersionOf("town", 'b')).ok());
+}
+
+TEST(PostgresCatalogue, WaitsNotForEverForADatabaseThatHangs) {
+  if (!test::Postgres::IsInstalled()) GTEST_SKIP() << "PostgreSQL 15 is not installed";
+  test::Postgres database;
+  auto catalogue = *OpenCatalogue(database.Url());
+  ASSERT_TRUE(catalogue->Publish(VersionOf("town", 'a')).ok());
+  // The one process of the database that serves the catalogue.
+  const pid_t server = std::stoi(
+      database.Sql("SELECT pid FROM pg_stat_activity WHERE backend_type = 'client backend' AND pid "
+                   "<> pg_backend_pid()"));
+  ASSERT_EQ(kill(server, SIGSTOP), 0);
+  const absl::Status status = catalogue->Publish(VersionOf("town", 'b'));
+  EXPECT_EQ(status.code(), absl::StatusCode::kUnavailable);
+  EXPECT_THAT(std::string(status.message()), testing::HasSubstr("it said nothing for 9 s"));
+  EXPECT_THAT(*catalogue->Live(), ElementsAre(IsOf('a')));  // another of its processes
+  kill(server, SIGCONT);
+  EXPECT_TRUE(catalogue->Publish(VersionOf("town", 'c')).ok());
+  EXPECT_THAT(*catalogue->Live(), ElementsAre(IsOf('c')));
 }
 
 // Whatever the moment: a version that is recorded and not in force, never one in force by half.
