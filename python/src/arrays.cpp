@@ -27,11 +27,23 @@ std::string KindText(nb::handle object) {
   return absl::StrCat("an array of ", Text(object.attr("dtype")));
 }
 
+/// A masked array holds numbers below its mask, too, which would be taken as they are.
+bool IsMasked(nb::handle object) {
+  if (!nb::hasattr(object, "mask") || !nb::hasattr(object, "filled")) return false;
+  return nb::cast<bool>(nb::bool_(object.attr("mask").attr("any")()));
+}
+
 /// Any array that lies in this machine's memory in its own byte order.
 nb::ndarray<nb::ro> AnyArray(nb::handle object, const char* name, const char* wanted) {
   nb::ndarray<nb::ro> array;
   if (!nb::try_cast(object, array)) {
     Refuse(absl::StrCat(name, " is ", KindText(object), "; it must be ", wanted));
+  }
+  if (IsMasked(object)) {
+    Refuse(absl::StrCat(name,
+                        " has masked elements, which would count as they are; leave them "
+                        "out: numpy.ma.compress_rows(",
+                        name, ")"));
   }
   return array;
 }
@@ -113,7 +125,8 @@ Pose PoseAt(const nb::ndarray<nb::ro>& array, std::int64_t offset, const std::st
 }  // namespace
 
 Scan::Scan(nb::handle points)
-    : array_(AnyArray(points, "points", "an N x 3 or N x 4 array of float32")) {
+    : array_(AnyArray(points, "points",
+                      "an N x 3 or N x 4 array of float32: numpy.asarray(points, numpy.float32)")) {
   if (array_.device_type() != nb::device::cpu::value) {
     Refuse("points lie on another device; copy them to this machine's memory");
   }

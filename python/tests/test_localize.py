@@ -54,6 +54,17 @@ def test_skips_points_that_are_not_finite(localizer):
     assert localizer.localize(holes).outcome == scanloc.Outcome.INSUFFICIENT_SCAN
 
 
+def test_takes_no_point_that_is_masked(localizer):
+    points = scene(4)
+    masked = np.ma.masked_array(points, mask=np.zeros_like(points, dtype=bool))
+    assert localizer.localize(masked).candidates[0].place == 4
+    masked[::2] = np.ma.masked
+    with pytest.raises(scanloc.InvalidArgument, match="compress_rows"):
+        localizer.localize(masked)
+    answer = localizer.localize(np.ma.compress_rows(masked))
+    np.testing.assert_array_equal(answer.T_map_query, localizer.localize(points[1::2]).T_map_query)
+
+
 @pytest.mark.parametrize("bad, text", [
     (np.zeros((5, 2), np.float32), r"\(5, 2\)"),
     (np.zeros((3, 5000), np.float32), r"\(3, 5000\)"),
