@@ -8,6 +8,7 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "interpreter_lock.hpp"
 
 namespace scanloc::python {
 
@@ -37,7 +38,7 @@ T OrThrow(absl::StatusOr<T> result) {
 template <typename Work>
 auto Unlocked(Work&& work) {
   auto result = [&] {
-    nanobind::gil_scoped_release unlocked;
+    const Unlock unlocked;
     return work();
   }();
   return OrThrow(std::move(result));

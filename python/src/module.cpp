@@ -2,6 +2,9 @@
 #include "errors.hpp"
 
 NB_MODULE(_scanloc, m) {
+  // Threads that run when the program ends keep what they use; that is no fault of whoever wrote
+  // it.
+  nanobind::set_leak_warnings(false);
   m.doc() = "scanloc: where a LiDAR scan was taken.";
   scanloc::python::TranslateErrors();
   scanloc::python::BindParams(m);

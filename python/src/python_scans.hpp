@@ -9,6 +9,7 @@
 #include "absl/status/statusor.h"
 #include "arrays.hpp"
 #include "errors.hpp"
+#include "interpreter_lock.hpp"
 
 namespace scanloc::python {
 
@@ -32,7 +33,7 @@ class PythonScans {
   /// Calls into Python, Ctrl-C first: between the steps of long work. Nothing once it has raised.
   template <typename Work>
   void Call(Work&& work) {
-    nanobind::gil_scoped_acquire locked;
+    const Lock locked;
     if (raised_) return;
     try {
       // Of no effect but on the thread that Python handles signals on.
@@ -62,7 +63,7 @@ class PythonScans {
 template <typename Work>
 auto UnlockedReading(PythonScans& scans, Work&& work) {
   auto result = [&] {
-    nanobind::gil_scoped_release unlocked;
+    const Unlock unlocked;
     return work();
   }();
   scans.Rethrow();

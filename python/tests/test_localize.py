@@ -1,3 +1,5 @@
+import subprocess
+import sys
 import threading
 
 import numpy as np
@@ -149,6 +151,38 @@ def test_another_thread_runs_while_one_computes():
         built = scanloc.Map.build(folder + "/m.scanloc", load, poses, check=False, num_threads=2)
     thread.join()
     assert len(built) == 4
+
+
+@pytest.mark.parametrize("what", [
+    "scanloc.Localizer(scanloc.Map.open(town)).localize(scan)",
+    "describer.describe(scan)",
+    "build(scan)",
+])
+def test_the_program_may_end_while_threads_work(town, what, tmp_path):
+    program = f"""
+import itertools, threading, numpy as np, scanloc
+town, number = {town.path!r}, itertools.count()
+scan = np.random.default_rng(1).uniform(-50, 50, (100_000, 3)).astype(np.float32)
+describer = scanloc.Describer()
+turn = threading.Barrier(5)
+def build(scan):
+    poses = np.tile(np.eye(4), (1000, 1, 1))
+    poses[:, 0, 3] = np.arange(1000) * 5.0
+    scanloc.Map.build(f"{tmp_path}/{{next(number)}}.scanloc", lambda i: scan, poses)
+def work():
+    turn.wait()
+    while True:
+        {what}
+for _ in range(4):
+    threading.Thread(target=work, daemon=True).start()
+turn.wait()
+for _ in range(3):
+    describer.describe(scan)
+"""
+    for _ in range(3):
+        ended = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True,
+                               timeout=120)
+        assert (ended.returncode, ended.stderr) == (0, "")
 
 
 def test_params_are_by_name():
