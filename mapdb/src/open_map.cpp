@@ -1,6 +1,7 @@
 #include "open_map.hpp"
 
 #include <fcntl.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -160,6 +161,12 @@ absl::StatusOr<Connection> OpenForWriting(const std::string& path, Access access
 }
 
 absl::Status CreateEmptyFile(const std::string& path) {
+  struct stat unused = {};
+  if (lstat(JournalOf(path).c_str(), &unused) != 0 && errno == ENAMETOOLONG) {
+    return absl::InvalidArgumentError(absl::StrCat("cannot create map '", path, "': its name or ",
+                                                   "that of its journal, which is longer by 8 ",
+                                                   "bytes, is too long; choose a shorter one"));
+  }
   const int file = open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
   if (file >= 0) {
     close(file);

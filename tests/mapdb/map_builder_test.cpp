@@ -148,6 +148,17 @@ TEST_F(MapBuilderTest, CreatesNothingInAFolderThatDoesNotExist) {
       absl::StatusCode::kNotFound, "make its folder");
 }
 
+TEST_F(MapBuilderTest, CreatesNothingOfANameThatIsTooLongForItsJournal) {
+  for (const std::size_t length : {248, 255, 256}) {
+    const std::string path = dir_.File(std::string(length, 'n'));
+    ExpectStatus(MapBuilder::Create(path, SmallParams(), SmallPlan("one", 1)).status(),
+                 absl::StatusCode::kInvalidArgument, "too long");
+    EXPECT_TRUE(std::filesystem::is_empty(dir_.path())) << length;
+  }
+  const std::string longest = dir_.File(std::string(247, 'n'));
+  EXPECT_TRUE(MapBuilder::Create(longest, SmallParams(), SmallPlan("one", 1)).ok());
+}
+
 TEST_F(MapBuilderTest, CreatesNothingOfBadParameters) {
   Params params = SmallParams();
   params.voxel_size_m = -1.0;
