@@ -79,6 +79,40 @@ TEST_F(HostileHttpTest, BoundsBodiesThatAreOnTheirWay) {
   while (Ask(half).status == 503) std::this_thread::yield();
 }
 
+TEST_F(HostileHttpTest, OneAddressTakesNotAllThatThereIs) {
+  HttpOptions options;
+  options.listen = "0.0.0.0:0";
+  options.max_body_bytes = 1000;
+  options.max_bytes_at_hand = 4000;
+  options.max_event_streams = 2;
+  StartWeb(options);
+  constexpr const char* kGreedy = "127.0.0.7";
+  const auto asks = [&](const std::string& request) {
+    const test::TcpConnection connection(address_, kGreedy);
+    connection.Send(request);
+    return Parse(connection.ReadAll()).status;
+  };
+  const std::string body = RequestText("POST", "/v1/localize", std::string(1000, 'x'));
+  std::vector<test::TcpConnection> slow;
+  for (int i = 0; i < 2; ++i) {
+    slow.emplace_back(address_, kGreedy).Send(body.substr(0, body.size() - 1));
+  }
+  const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(30);
+  while (asks(body) != 503) {  // until both headers are seen
+    ASSERT_LT(std::chrono::steady_clock::now(), end);
+  }
+  EXPECT_EQ(Ask(body).status, 400);  // no scan, but taken
+
+  const std::string watch = "GET /v1/events HTTP/1.1\r\nHost: localhost\r\n\r\n";
+  const test::TcpConnection watching(address_, kGreedy);
+  watching.Send(watch);
+  EXPECT_THAT(watching.Read(12), HasSubstr("200"));
+  EXPECT_EQ(asks(watch), 503);
+  const test::TcpConnection other(address_);
+  other.Send(watch);
+  EXPECT_THAT(other.Read(12), HasSubstr("200"));
+}
+
 TEST_F(HostileHttpTest, HangsUpOnThoseWhoAreSilentOrSlow) {
   HttpOptions options;
   options.idle = milliseconds(1000);

@@ -39,38 +39,38 @@ struct HttpServer::State {
   /// Serves the connection, or closes it.
   void Admit(Tcp::socket socket);
   asio::awaitable<void> Serve(Tcp::socket socket, std::string network);
-  asio::awaitable<void> RunSession(Stream& stream);
+  asio::awaitable<void> RunSession(Stream& stream, Guest& guest);
   static asio::awaitable<void> Drain(Stream& stream);
 
   /// Of a connection, for as long as it lasts. Used by the one thread of io only.
   struct Slot {
-    Slot(State& state, std::string network, Tcp::socket::native_handle_type socket);
+    Slot(State& state, const std::string& network, Tcp::socket::native_handle_type socket);
     ~Slot();
     State& state;
-    const std::string network;
+    const std::map<std::string, Guest>::iterator guest;
     const int socket;
   };
 
   Service service;
   std::string url;
   std::set<int> sockets;
-  std::map<std::string, int> num_by_network;
+  std::map<std::string, Guest> guests;  // by network
   asio::ssl::context tls{asio::ssl::context::tls_server};
   asio::io_context io{1};  // sessions that are left end with it
   Tcp::acceptor acceptor;
   std::thread thread;
 };
 
-HttpServer::State::Slot::Slot(State& of, std::string from, Tcp::socket::native_handle_type native)
-    : state(of), network(std::move(from)), socket(native) {
+HttpServer::State::Slot::Slot(State& of, const std::string& network,
+                              Tcp::socket::native_handle_type native)
+    : state(of), guest(of.guests.try_emplace(network, of.service.options).first), socket(native) {
   state.sockets.insert(socket);
-  ++state.num_by_network[network];
+  ++guest->second.num_connections;
 }
 
 HttpServer::State::Slot::~Slot() {
   state.sockets.erase(socket);
-  const auto count = state.num_by_network.find(network);
-  if (--count->second == 0) state.num_by_network.erase(count);
+  if (--guest->second.num_connections == 0) state.guests.erase(guest);
 }
 
 absl::Status HttpServer::State::UseTls() {
@@ -148,8 +148,8 @@ void HttpServer::State::Admit(Tcp::socket socket) {
   const Tcp::endpoint peer = socket.remote_endpoint(error);
   if (error) return;
   std::string network = NetworkOf(peer.address());
-  const auto count = num_by_network.find(network);
-  const int num_of_network = count == num_by_network.end() ? 0 : count->second;
+  const auto guest = guests.find(network);
+  const int num_of_network = guest == guests.end() ? 0 : guest->second.num_connections;
   if (static_cast<int>(sockets.size()) < options.max_connections &&
       num_of_network < options.max_of_address) {
     asio::co_spawn(io, Serve(std::move(socket), std::move(network)), asio::detached);
@@ -157,7 +157,7 @@ void HttpServer::State::Admit(Tcp::socket socket) {
 }
 
 asio::awaitable<void> HttpServer::State::Serve(Tcp::socket socket, std::string network) {
-  const Slot slot(*this, std::move(network), socket.native_handle());
+  const Slot slot(*this, network, socket.native_handle());
   beast::error_code error;
   socket.set_option(Tcp::no_delay(true), error);
   const bool is_plain = service.options.tls_cert_file.empty();
@@ -167,7 +167,7 @@ asio::awaitable<void> HttpServer::State::Serve(Tcp::socket socket, std::string n
     co_await stream.async_handshake(asio::redirect_error(asio::use_awaitable, error));
     if (error) co_return;
   }
-  co_await RunSession(stream);
+  co_await RunSession(stream, slot.guest->second);
   if (is_plain) stream.tcp().socket().shutdown(Tcp::socket::shutdown_send, error);
   co_await Drain(stream);
 }
@@ -183,9 +183,9 @@ asio::awaitable<void> HttpServer::State::Drain(Stream& stream) {
   }
 }
 
-asio::awaitable<void> HttpServer::State::RunSession(Stream& stream) {
+asio::awaitable<void> HttpServer::State::RunSession(Stream& stream, Guest& guest) {
   try {
-    Session session(stream, service);
+    Session session(stream, service, guest);
     co_await session.Run();
   } catch (const std::exception&) {
     // Out of memory: this connection ends, the others go on.

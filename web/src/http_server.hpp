@@ -53,15 +53,16 @@ struct HttpOptions {
   /// that no page from elsewhere can pass for one of this server (DNS rebinding).
   std::vector<std::string> hosts;
 
-  int max_connections = 256;  ///< one more is closed at once
-  int max_of_address = 128;   ///< of these, from one address
-  int max_event_streams = 32;
+  int max_connections = 256;   ///< one more is closed at once
+  int max_of_address = 128;    ///< of these, from one address
+  int max_event_streams = 32;  ///< half of them to one address, but where all are this machine's
   int num_workers = 8;
   int num_watchers = 2;  ///< threads for event streams, which keep no request waiting
   int max_waiting = 64;  ///< requests that run or wait for a worker; one more gets 503
   std::size_t max_header_bytes = 16 << 10;
   std::size_t max_body_bytes = 64 << 20;
-  std::int64_t max_bytes_at_hand = std::int64_t{256} << 20;  ///< bodies of requests, all together
+  /// Bodies of requests, all together; those of one address half of it, likewise.
+  std::int64_t max_bytes_at_hand = std::int64_t{256} << 20;
   std::chrono::milliseconds idle{30'000};     ///< for a handshake, a header, the next request
   std::chrono::milliseconds receive{30'000};  ///< for a whole body
   std::chrono::milliseconds send{60'000};  ///< for a whole response, or a piece of an event stream

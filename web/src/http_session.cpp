@@ -41,7 +41,7 @@ asio::awaitable<void> Session::Run() {
     Parser parser;
     if (!co_await ReadHeader(parser)) co_return;
     Request request;
-    Share bytes;
+    GuestShare bytes;
     std::optional<Response> response = Examine(parser, &request, &bytes);
     // With a body unread there is no telling where the next request begins.
     const bool keep = !response && parser.get().keep_alive();
@@ -79,7 +79,8 @@ asio::awaitable<bool> Session::ReadHeader(Parser& parser) {
   co_return false;
 }
 
-std::optional<Response> Session::Examine(const Parser& parser, Request* request, Share* bytes) {
+std::optional<Response> Session::Examine(const Parser& parser, Request* request,
+                                         GuestShare* bytes) {
   const auto& message = parser.get();
   request->method = Text(message.method_string());
   if (auto status = ParseTarget(Text(message.target()), request); !status.ok()) {
@@ -107,7 +108,8 @@ std::optional<Response> Session::Examine(const Parser& parser, Request* request,
   if (message.find(http::field::content_encoding) != message.end()) {
     return ErrorResponse(415, "INVALID_ARGUMENT", "send the body as it is, without an encoding");
   }
-  if (!bytes->Take(service_.bytes_at_hand, static_cast<std::int64_t>(*length))) {
+  if (!bytes->Take(service_.bytes_at_hand, service_.is_local ? nullptr : &guest_.bytes_at_hand,
+                   static_cast<std::int64_t>(*length))) {
     Response busy = ErrorResponse(503, "RESOURCE_EXHAUSTED",
                                   "as many bodies are on their way as may be; try again later");
     busy.headers.emplace_back("Retry-After", "1");
@@ -154,8 +156,10 @@ asio::awaitable<Response> Session::Handle(const Request& request) {
 }
 
 asio::awaitable<bool> Session::Send(Response response, bool is_head, bool keep) {
-  Share stream;
-  if (response.events && !is_head && !stream.Take(service_.event_streams, 1)) {
+  GuestShare stream;
+  if (response.events && !is_head &&
+      !stream.Take(service_.event_streams, service_.is_local ? nullptr : &guest_.event_streams,
+                   1)) {
     response = ErrorResponse(503, "RESOURCE_EXHAUSTED",
                              "as many watch as may; try again later, or ask /v1/answers");
     response.headers.emplace_back("Retry-After", "10");

@@ -17,6 +17,7 @@
 #include <boost/beast/ssl.hpp>
 #include <boost/beast/version.hpp>
 // clang-format on
+#include <algorithm>
 #include <optional>
 #include <string>
 
@@ -29,6 +30,18 @@ namespace asio = boost::asio;
 namespace beast = boost::beast;
 namespace http = boost::beast::http;
 using Tcp = asio::ip::tcp;
+
+/// What comes from one address. Touched by the one thread that does all input and output.
+struct Guest {
+  explicit Guest(const HttpOptions& options)
+      : bytes_at_hand(std::max(options.max_bytes_at_hand / 2,
+                               static_cast<std::int64_t>(options.max_body_bytes))),
+        event_streams((options.max_event_streams + 1) / 2) {}
+
+  int num_connections = 0;
+  Counted bytes_at_hand;
+  Counted event_streams;
+};
 
 /// What every session uses; outlives them all. Touched by the one thread that does all input and
 /// output, but for the handler.
@@ -106,9 +119,30 @@ asio::awaitable<std::invoke_result_t<Work>> OnWorker(asio::thread_pool& workers,
       asio::use_awaitable);
 }
 
+/// So much of what there is for all, and of what one address may have of it. An address may have
+/// all where only this machine's are served: there a proxy asks for everybody.
+class GuestShare {
+ public:
+  [[nodiscard]] bool Take(Counted& of_all, Counted* of_guest, std::int64_t amount) {
+    if (of_guest != nullptr && !guest_.Take(*of_guest, amount)) return false;
+    if (all_.Take(of_all, amount)) return true;
+    guest_.Reset();
+    return false;
+  }
+  void Reset() {
+    all_.Reset();
+    guest_.Reset();
+  }
+
+ private:
+  Share all_;
+  Share guest_;
+};
+
 class Session {
  public:
-  Session(Stream& stream, Service& service) : stream_(stream), service_(service) {}
+  Session(Stream& stream, Service& service, Guest& guest)
+      : stream_(stream), service_(service), guest_(guest) {}
 
   /// Serves request after request, until the client ends, is too slow, or is in the wrong.
   asio::awaitable<void> Run();
@@ -118,7 +152,7 @@ class Session {
 
   asio::awaitable<bool> ReadHeader(Parser& parser);
   /// What is wrong with the request; else nothing, and the request is filled in.
-  std::optional<Response> Examine(const Parser& parser, Request* request, Share* bytes);
+  std::optional<Response> Examine(const Parser& parser, Request* request, GuestShare* bytes);
   asio::awaitable<bool> ReadBody(Parser& parser, Request* request);
   asio::awaitable<Response> Handle(const Request& request);
   asio::awaitable<bool> Send(Response response, bool is_head, bool keep);
@@ -129,6 +163,7 @@ class Session {
 
   Stream& stream_;
   Service& service_;
+  Guest& guest_;
   beast::flat_buffer buffer_;
   beast::error_code error_;
 };
