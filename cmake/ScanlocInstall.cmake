@@ -18,7 +18,8 @@ foreach(component core interface offline client)
     COMPONENT dev)
 endforeach()
 install(DIRECTORY core/include/ mapdb/include/ client/include/ client/offline/include/ pcl/include/
-  DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT dev)
+  DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT dev
+  PATTERN "status_macros.hpp" EXCLUDE)  # for our own sources: its names are short
 # The conversions need generated headers; the library alone uses them.
 install(FILES proto/include/scanloc/proto/messages.hpp proto/include/scanloc/proto/viewer.hpp
   DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/scanloc/proto COMPONENT dev)

@@ -38,6 +38,13 @@ void KeepBest(std::size_t k, std::vector<Scored>& scored) {
   scored.resize(k);
 }
 
+/// The best but n.
+std::int16_t NthBest(std::size_t n, std::vector<std::int16_t> scores) {
+  const auto nth = scores.begin() + static_cast<std::ptrdiff_t>(n);
+  std::nth_element(scores.begin(), nth, scores.end(), std::greater<>());
+  return *nth;
+}
+
 /// How many places are worth comparing of so many.
 std::size_t NumToCompare(std::size_t num_places) {
   const double growth = static_cast<double>(num_places) / SignatureIndex::kMaxExact;
@@ -199,19 +206,21 @@ std::vector<SignatureIndex::Found> SignatureIndex::MostAlike(
   std::int16_t least_run = 0;
   if (excluded == nullptr && blocks_.size() > kMaxExact) {
     best_runs = BestRuns(query);
-    std::vector<std::int16_t> ordered = best_runs;
-    const auto last =
-        ordered.begin() + static_cast<std::ptrdiff_t>(NumToCompare(blocks_.size()) / kNumLanes);
-    std::nth_element(ordered.begin(), last, ordered.end(), std::greater<>());
-    least_run = *last;
+    least_run = NthBest(NumToCompare(blocks_.size()) / kNumLanes, best_runs);
   }
   std::vector<Scored> scored;
   std::int16_t least = std::numeric_limits<std::int16_t>::min();
-  std::size_t number = 0;  // of a batch
+  auto best_run = best_runs.begin();  // of a batch
   SignatureScores scores;
+  std::vector<std::size_t> batches;
   ForEachBlock([&](const Block& block, std::size_t first_place) {
-    for (std::size_t batch = 0; batch < block.places.num_batches(); ++batch, ++number) {
-      if (!best_runs.empty() && best_runs[number] < least_run) continue;
+    batches.clear();
+    for (std::size_t batch = 0; batch < block.places.num_batches(); ++batch) {
+      if (best_runs.empty() || *best_run++ >= least_run) batches.push_back(batch);
+    }
+    for (std::size_t i = 0; i < batches.size(); ++i) {
+      if (i + 1 < batches.size()) block.places.Prefetch(batches[i + 1]);
+      const std::size_t batch = batches[i];
       const std::size_t first = batch * kNumLanes;
       std::uint32_t lanes =
           LanesOf(first_place + first, std::min(kNumLanes, block.num_places - first), excluded);

@@ -152,19 +152,25 @@ void SignatureRows::Set(std::size_t i, std::span<const std::int8_t> signature) {
   size_ = signature.size();
   const std::size_t batch = i / kNumLanes;
   if (batch == num_batches()) {
-    bytes_.resize(bytes_.size() + size_ * kNumLanes, static_cast<std::uint8_t>(kZero));
+    bytes_.resize(bytes_.size() + batch_size(), static_cast<std::uint8_t>(kZero));
   }
-  std::uint8_t* lane = bytes_.data() + batch * size_ * kNumLanes + 2 * (i % kNumLanes);
+  std::uint8_t* lane = bytes_.data() + batch * batch_size() + 2 * (i % kNumLanes);
   for (std::size_t c = 0; c < size_; c += 2, lane += kPairSize) {
     lane[0] = static_cast<std::uint8_t>(signature[c] + kZero);
     lane[1] = static_cast<std::uint8_t>(signature[c + 1] + kZero);
   }
 }
 
+void SignatureRows::Prefetch(std::size_t batch) const {
+  constexpr std::size_t kCacheLine = 64;
+  const std::uint8_t* const begin = bytes_.data() + batch * batch_size();
+  for (std::size_t i = 0; i < batch_size(); i += kCacheLine) __builtin_prefetch(begin + i);
+}
+
 std::uint32_t SignatureRows::Compare(std::size_t batch, const SignatureQuery& query,
                                      std::int16_t least, SignatureScores& scores,
                                      signature_rows::Kernel kernel) const {
-  return kernel(bytes_.data() + batch * size_ * kNumLanes, query, least, scores);
+  return kernel(bytes_.data() + batch * batch_size(), query, least, scores);
 }
 
 }  // namespace scanloc

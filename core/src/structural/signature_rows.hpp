@@ -61,7 +61,7 @@ class SignatureRows {
   void Set(std::size_t i, std::span<const std::int8_t> signature);
 
   [[nodiscard]] std::size_t num_batches() const {
-    return bytes_.empty() ? 0 : bytes_.size() / (size_ * kNumLanes);
+    return bytes_.empty() ? 0 : bytes_.size() / batch_size();
   }
 
   /// How much of a query each signature of a batch has; 0 of lanes that were not set.
@@ -70,9 +70,14 @@ class SignatureRows {
                         SignatureScores& scores,
                         signature_rows::Kernel kernel = signature_rows::Kernels()[0].kernel) const;
 
+  /// The batch is compared soon.
+  void Prefetch(std::size_t batch) const;
+
   friend bool operator==(const SignatureRows&, const SignatureRows&) = default;
 
  private:
+  [[nodiscard]] std::size_t batch_size() const { return size_ * kNumLanes; }
+
   std::size_t size_ = 0;             // of a signature
   std::vector<std::uint8_t> bytes_;  // a pair of each lane, then the next pair
 };
