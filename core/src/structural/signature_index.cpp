@@ -4,7 +4,7 @@
 #include <bit>
 #include <cmath>
 #include <functional>
-#include <limits>
+#include <numeric>
 #include <utility>
 
 namespace scanloc {
@@ -24,18 +24,24 @@ struct Scored {
   std::int16_t score = 0;
   std::int16_t spot = 0;
   std::uint32_t place = 0;
-
-  friend bool operator<(const Scored& a, const Scored& b) {
-    return a.score != b.score ? a.score > b.score : a.place < b.place;
-  }
 };
 
-/// Leaves the best k, in any order.
-void KeepBest(std::size_t k, std::vector<Scored>& scored) {
-  if (scored.size() <= k) return;
-  const auto last = scored.begin() + static_cast<std::ptrdiff_t>(k) - 1;
-  std::nth_element(scored.begin(), last, scored.end());
-  scored.resize(k);
+/// The best k, that first; of equals in the order given.
+std::vector<Scored> BestOf(const std::vector<Scored>& scored, std::size_t k) {
+  if (scored.empty() || k == 0) return {};
+  const auto [worst, best] = std::ranges::minmax_element(scored, {}, &Scored::score);
+  const int highest = best->score;
+  // Where those of each score go, the highest score first.
+  std::vector<std::size_t> next(static_cast<std::size_t>(highest - worst->score) + 2);
+  const auto bin_of = [&](const Scored& s) { return static_cast<std::size_t>(highest - s.score); };
+  for (const Scored& s : scored) ++next[bin_of(s) + 1];
+  std::partial_sum(next.begin(), next.end(), next.begin());
+  std::vector<Scored> ordered(std::min(k, scored.size()));
+  for (const Scored& s : scored) {
+    const std::size_t at = next[bin_of(s)]++;
+    if (at < ordered.size()) ordered[at] = s;
+  }
+  return ordered;
 }
 
 /// The best but n.
@@ -187,7 +193,7 @@ std::vector<std::int16_t> SignatureIndex::BestRuns(const SignatureQuery& query) 
   ForEachBlock([&](const Block& block, std::size_t /*first_place*/) {
     const std::size_t num_runs = (block.num_places + kRunLength - 1) / kRunLength;
     for (std::size_t run = 0; run < num_runs; ++run) {
-      if (run % kNumLanes == 0) block.runs.Compare(run / kNumLanes, query, 0, scores);
+      if (run % kNumLanes == 0) block.runs.Compare(run / kNumLanes, query, scores);
       const std::int16_t score = scores.score[run % kNumLanes];
       if (run % kRunsPerBatch == 0) {
         best.push_back(score);
@@ -209,7 +215,7 @@ std::vector<SignatureIndex::Found> SignatureIndex::MostAlike(
     least_run = NthBest(NumToCompare(blocks_.size()) / kNumLanes, best_runs);
   }
   std::vector<Scored> scored;
-  std::int16_t least = std::numeric_limits<std::int16_t>::min();
+  if (best_runs.empty()) scored.reserve(blocks_.size());
   auto best_run = best_runs.begin();  // of a batch
   SignatureScores scores;
   std::vector<std::size_t> batches;
@@ -220,28 +226,21 @@ std::vector<SignatureIndex::Found> SignatureIndex::MostAlike(
     }
     for (std::size_t i = 0; i < batches.size(); ++i) {
       if (i + 1 < batches.size()) block.places.Prefetch(batches[i + 1]);
-      const std::size_t batch = batches[i];
-      const std::size_t first = batch * kNumLanes;
+      const std::size_t first = batches[i] * kNumLanes;
       std::uint32_t lanes =
           LanesOf(first_place + first, std::min(kNumLanes, block.num_places - first), excluded);
       if (lanes == 0) continue;
-      lanes &= block.places.Compare(batch, query, least, scores);
+      block.places.Compare(batches[i], query, scores);
       for (; lanes != 0; lanes &= lanes - 1) {
         const auto lane = static_cast<std::size_t>(std::countr_zero(lanes));
         scored.push_back({scores.score[lane], scores.row[lane],
                           static_cast<std::uint32_t>(first_place + first + lane)});
       }
-      if (scored.size() < 2 * k) continue;
-      KeepBest(k, scored);
-      least = std::max_element(scored.begin(), scored.end())->score;
     }
   });
-  KeepBest(k, scored);
-  std::sort(scored.begin(), scored.end());
   std::vector<Found> found;
-  found.reserve(scored.size());
-  for (const Scored& place : scored) {
-    found.push_back({static_cast<std::int32_t>(place.place), static_cast<std::size_t>(place.spot)});
+  for (const Scored& best : BestOf(scored, k)) {
+    found.push_back({static_cast<std::int32_t>(best.place), static_cast<std::size_t>(best.spot)});
   }
   return found;
 }

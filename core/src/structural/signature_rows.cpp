@@ -22,8 +22,8 @@ constexpr int kZero = 64;
 namespace signature_rows {
 namespace {
 
-std::uint32_t ComparePortable(const std::uint8_t* batch, const SignatureQuery& query,
-                              std::int16_t least, SignatureScores& scores) {
+void ComparePortable(const std::uint8_t* batch, const SignatureQuery& query,
+                     SignatureScores& scores) {
   scores = {};
   for (const SignatureQuery::Rows& part : query.parts()) {
     const std::int8_t* row = part.pairs.data();
@@ -48,11 +48,6 @@ std::uint32_t ComparePortable(const std::uint8_t* batch, const SignatureQuery& q
       scores.score[lane] = static_cast<std::int16_t>(scores.score[lane] + best[lane]);
     }
   }
-  std::uint32_t enough = 0;
-  for (std::size_t lane = 0; lane < kNumLanes; ++lane) {
-    if (scores.score[lane] >= least) enough |= 1U << lane;
-  }
-  return enough;
 }
 
 #ifdef __x86_64__
@@ -88,10 +83,9 @@ __attribute__((target("avx2"))) void AddRows(const std::uint8_t* of_batch,
   }
 }
 
-__attribute__((target("avx2"))) std::uint32_t CompareAvx2(const std::uint8_t* batch,
-                                                          const SignatureQuery& query,
-                                                          std::int16_t least,
-                                                          SignatureScores& scores) {
+__attribute__((target("avx2"))) void CompareAvx2(const std::uint8_t* batch,
+                                                 const SignatureQuery& query,
+                                                 SignatureScores& scores) {
   constexpr std::size_t kAtOnce = 5;
   __m256i added = _mm256_setzero_si256();
   for (const SignatureQuery::Rows& part : query.parts()) {
@@ -107,10 +101,6 @@ __attribute__((target("avx2"))) std::uint32_t CompareAvx2(const std::uint8_t* ba
     }
   }
   _mm256_storeu_si256(reinterpret_cast<__m256i*>(scores.score.data()), added);
-  const __m256i less = _mm256_cmpgt_epi16(_mm256_set1_epi16(least), added);
-  const __m128i packed =
-      _mm_packs_epi16(_mm256_castsi256_si128(less), _mm256_extracti128_si256(less, 1));
-  return ~static_cast<std::uint32_t>(_mm_movemask_epi8(packed)) & 0xFFFFU;
 }
 
 #endif
@@ -167,10 +157,9 @@ void SignatureRows::Prefetch(std::size_t batch) const {
   for (std::size_t i = 0; i < batch_size(); i += kCacheLine) __builtin_prefetch(begin + i);
 }
 
-std::uint32_t SignatureRows::Compare(std::size_t batch, const SignatureQuery& query,
-                                     std::int16_t least, SignatureScores& scores,
-                                     signature_rows::Kernel kernel) const {
-  return kernel(bytes_.data() + batch * batch_size(), query, least, scores);
+void SignatureRows::Compare(std::size_t batch, const SignatureQuery& query, SignatureScores& scores,
+                            signature_rows::Kernel kernel) const {
+  kernel(bytes_.data() + batch * batch_size(), query, scores);
 }
 
 }  // namespace scanloc

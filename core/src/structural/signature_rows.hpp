@@ -40,8 +40,8 @@ struct SignatureScores {
 namespace signature_rows {
 
 /// Compares a batch as SignatureRows::Compare does.
-using Kernel = std::uint32_t (*)(const std::uint8_t* batch, const SignatureQuery& query,
-                                 std::int16_t least, SignatureScores& scores);
+using Kernel = void (*)(const std::uint8_t* batch, const SignatureQuery& query,
+                        SignatureScores& scores);
 struct NamedKernel {
   const char* name;
   Kernel kernel;
@@ -65,10 +65,8 @@ class SignatureRows {
   }
 
   /// How much of a query each signature of a batch has; 0 of lanes that were not set.
-  /// Returns a bit a lane: those that have at least so much.
-  std::uint32_t Compare(std::size_t batch, const SignatureQuery& query, std::int16_t least,
-                        SignatureScores& scores,
-                        signature_rows::Kernel kernel = signature_rows::Kernels()[0].kernel) const;
+  void Compare(std::size_t batch, const SignatureQuery& query, SignatureScores& scores,
+               signature_rows::Kernel kernel = signature_rows::Kernels()[0].kernel) const;
 
   /// The batch is compared soon.
   void Prefetch(std::size_t batch) const;
