@@ -32,8 +32,8 @@ struct ShortlistParams {
   /// Half of the places that every query looks at; more are looked at beside them, so that no
   /// rival drops out of a longer list. With 30 one hard query in fifty misses its own place.
   int num_places = 100;
-  /// Signatures find this share of the map's places, within twice num_places and this many; those go
-  /// on whose posts stand in the same directions.
+  /// Signatures find this share of the map's places, within twice num_places and this many; those
+  /// go on whose posts stand in the same directions.
   double found_share = 0.2;
   int max_found = 1500;  ///< of 20,000 places; of more, times the eighth root of how many more
   /// By how much more agreement makes up for twice the rank among the signatures.

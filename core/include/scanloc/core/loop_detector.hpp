@@ -52,8 +52,8 @@ struct LoopAnswer {
 
 /// Loop closure inside one's own SLAM (docs/loop_closure.md): a map that grows as it is driven.
 ///
-/// Answers are those of a Localizer over the places that lie outside the window; of `auto` with more
-/// than 32,768 of them nearly so: here all of them are compared. Not thread-safe.
+/// Answers are those of a Localizer over the places that lie outside the window; of `auto` with
+/// more than 32,768 of them nearly so: here all of them are compared. Not thread-safe.
 class LoopDetector {
  public:
   /// InvalidArgument or FailedPrecondition: the options.
