@@ -58,6 +58,7 @@ std::vector<grpc::ByteBuffer> ReadRequests(const std::string& path) {
 }
 
 int Prepare(const std::string& dir) {
+  std::filesystem::create_directories(dir);
   const BenchMap& map = LargeMap();
   std::filesystem::copy_file(map.path, std::filesystem::path(dir) / "map.scanloc",
                              std::filesystem::copy_options::overwrite_existing);
