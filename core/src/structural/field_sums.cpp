@@ -8,167 +8,209 @@
 #include "scan/simd.hpp"
 #include "structural/horizon.hpp"
 
+// Vectors are never passed: whatever takes or tells one is inlined.
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC diagnostic ignored "-Wpsabi"
+#endif
+#define SCANLOC_INLINE inline __attribute__((always_inline))
+
 namespace scanloc {
 namespace field_sums {
 namespace {
 
 constexpr bool kIsLittleEndian = std::endian::native == std::endian::little;
+constexpr std::size_t kBlock = PlanarPoints::kBlock;
+constexpr std::size_t kChunk = 8 * kBlock;
 
-/// The four cells around a point and how far it lies between them; distances in the field's unit.
+using Floats = float __attribute__((vector_size(kBlock * sizeof(float))));
+using Ints = std::int32_t __attribute__((vector_size(kBlock * sizeof(std::int32_t))));
+using Words = std::uint32_t __attribute__((vector_size(kBlock * sizeof(std::uint32_t))));
+
+template <typename Vector, typename Number>
+SCANLOC_INLINE Vector BlockAt(const Number* numbers) {
+  Vector block;
+  std::memcpy(&block, numbers, sizeof(block));
+  return block;
+}
+
+SCANLOC_INLINE float SumOf(const Floats& lanes) {
+  float sum = 0.0F;
+  for (std::size_t lane = 0; lane < kBlock; ++lane) sum += lanes[lane];
+  return sum;
+}
+
+/// Some points, turned as a field's pose says, and the cells around each: step by step for all of
+/// them, so that no point waits for another's cells.
+struct Chunk {
+  SCANLOC_INLINE void Fill(const Placed& field, const float* __restrict x_m,
+                           const float* __restrict y_m) {
+    for (std::size_t i = 0; i < size; ++i) {
+      turned_u[i] = field.cosine * x_m[i] - field.sine * y_m[i];
+      turned_v[i] = field.sine * x_m[i] + field.cosine * y_m[i];
+      // The outermost cells are at the cut-off: what lies beyond may as well lie on them.
+      const float u = std::min(std::max(turned_u[i] + field.origin_u, 0.0F), field.last);
+      const float v = std::min(std::max(turned_v[i] + field.origin_v, 0.0F), field.last);
+      const int column = static_cast<int>(u);
+      const int row = static_cast<int>(v);
+      between_columns[i] = u - static_cast<float>(column);
+      between_rows[i] = v - static_cast<float>(row);
+      // Unsigned, so that it need not be widened before it is an address.
+      cells[i] = static_cast<std::uint32_t>(row * field.side + column);
+    }
+    for (std::size_t i = 0; i < size; ++i) {
+      std::memcpy(&lower[i], field.cells + cells[i], sizeof(lower[i]));
+      std::memcpy(&upper[i], field.cells + field.side + cells[i], sizeof(upper[i]));
+    }
+  }
+
+  std::size_t size = 0;                                      // whole blocks
+  alignas(Floats) float turned_u[kChunk], turned_v[kChunk];  // in cells
+  alignas(Floats) float between_columns[kChunk], between_rows[kChunk];
+  alignas(Floats) std::uint32_t cells[kChunk];
+  alignas(Floats) std::uint32_t lower[kChunk], upper[kChunk];  // two cells of a row by one load
+};
+
+/// Of a block of points the four cells around each and how far it lies between them; distances in
+/// the field's unit.
 struct FieldSample {
-  FieldSample(const Placed& field, float turned_u, float turned_v) {
-    // The outermost cells are at the cut-off: what lies beyond may as well lie on them.
-    const float u = std::min(std::max(turned_u + field.origin_u, 0.0F), field.last);
-    const float v = std::min(std::max(turned_v + field.origin_v, 0.0F), field.last);
-    const int column = static_cast<int>(u);
-    const int row = static_cast<int>(v);
-    between_columns = u - static_cast<float>(column);
-    between_rows = v - static_cast<float>(row);
-    // Unsigned, so that it need not be widened before it is an address.
-    const auto cell = static_cast<std::uint32_t>(row * field.side + column);
-    const std::uint32_t lower = NeighborsAt(field.cells, cell);
-    const std::uint32_t upper = NeighborsAt(field.cells + field.side, cell);
+  SCANLOC_INLINE FieldSample(const Chunk& chunk, std::size_t begin)
+      : between_columns(BlockAt<Floats>(chunk.between_columns + begin)),
+        between_rows(BlockAt<Floats>(chunk.between_rows + begin)) {
+    const auto lower = BlockAt<Words>(chunk.lower + begin);
+    const auto upper = BlockAt<Words>(chunk.upper + begin);
     low = First(lower);
     low_step = Second(lower) - low;
     high = First(upper);
     high_step = Second(upper) - high;
   }
-  [[nodiscard]] float along_row(float start, float step) const {
+  [[nodiscard]] SCANLOC_INLINE Floats along_row(Floats start, Floats step) const {
     return start + step * between_columns;
   }
   /// Per cell along y.
-  [[nodiscard]] float slope_v() const {
+  [[nodiscard]] SCANLOC_INLINE Floats slope_v() const {
     return along_row(high, high_step) - along_row(low, low_step);
   }
   /// Per cell along x.
-  [[nodiscard]] float slope_u() const {
+  [[nodiscard]] SCANLOC_INLINE Floats slope_u() const {
     return low_step * (1.0F - between_rows) + high_step * between_rows;
   }
-  [[nodiscard]] float distance() const {
+  [[nodiscard]] SCANLOC_INLINE Floats distance() const {
     return along_row(low, low_step) + slope_v() * between_rows;
   }
 
-  float between_columns, between_rows, low, low_step, high, high_step;
+  Floats between_columns, between_rows, low, low_step, high, high_step;
 
  private:
-  /// Two cells of a row by one load.
-  static std::uint32_t NeighborsAt(const std::uint16_t* cells, std::uint32_t cell) {
-    std::uint32_t pair;
-    std::memcpy(&pair, cells + cell, sizeof(pair));
-    return pair;
+  static SCANLOC_INLINE Floats First(Words pairs) {
+    return __builtin_convertvector((Ints)(kIsLittleEndian ? pairs & 0xffffU : pairs >> 16U),
+                                   Floats);
   }
-  static float First(std::uint32_t pair) {
-    return static_cast<float>(
-        static_cast<std::int32_t>(kIsLittleEndian ? pair & 0xffffU : pair >> 16U));
-  }
-  static float Second(std::uint32_t pair) {
-    return static_cast<float>(
-        static_cast<std::int32_t>(kIsLittleEndian ? pair >> 16U : pair & 0xffffU));
+  static SCANLOC_INLINE Floats Second(Words pairs) {
+    return __builtin_convertvector((Ints)(kIsLittleEndian ? pairs >> 16U : pairs & 0xffffU),
+                                   Floats);
   }
 };
 
-SCANLOC_SIMD void AddUp(const Placed& placed, float width_m, const float* __restrict x_m,
-                        const float* __restrict y_m, std::size_t num_points, Sums& sums) {
+/// Calls visit(chunk, where a block begins in it) block by block.
+template <typename Visitor>
+SCANLOC_INLINE void ForEachBlock(const Placed& field, const float* x_m, const float* y_m,
+                                 std::size_t num_points, Visitor&& visit) {
+  Chunk chunk;
+  for (std::size_t begin = 0; begin < num_points; begin += kChunk) {
+    chunk.size = std::min(kChunk, num_points - begin);
+    chunk.Fill(field, x_m + begin, y_m + begin);
+    for (std::size_t block = 0; block < chunk.size; block += kBlock) visit(chunk, block);
+  }
+}
+
+SCANLOC_SIMD void AddUp(const Placed& placed, float width_m, const float* x_m, const float* y_m,
+                        std::size_t num_points, Sums& sums) {
   const Placed field = placed;
-  float lanes[kNumSums][PlanarPoints::kBlock] = {};
+  Floats lanes[kNumSums] = {};
   const float inverse_width = 1.0F / width_m;
   const float slope_unit = field.unit_m * field.cells_per_m;
-  for (std::size_t begin = 0; begin < num_points; begin += PlanarPoints::kBlock) {
-    for (std::size_t lane = 0; lane < PlanarPoints::kBlock; ++lane) {
-      const float x = x_m[begin + lane];
-      const float y = y_m[begin + lane];
-      const float turned_u = field.cosine * x - field.sine * y;
-      const float turned_v = field.sine * x + field.cosine * y;
-      const FieldSample sample(field, turned_u, turned_v);
-      const float distance = sample.distance() * field.unit_m;
-      const float gradient_x = sample.slope_u() * slope_unit;
-      const float gradient_y = sample.slope_v() * slope_unit;
-      const float gradient_yaw = (gradient_y * turned_u - gradient_x * turned_v) * field.cell_m;
-      const float scaled = distance * inverse_width;
-      const float root = 1.0F / (1.0F + scaled * scaled);
-      const float weight = root * root;
-      const float weighted_x = weight * gradient_x;
-      const float weighted_y = weight * gradient_y;
-      const float weighted_yaw = weight * gradient_yaw;
-      lanes[0][lane] += weighted_x * gradient_x;
-      lanes[1][lane] += weighted_x * gradient_y;
-      lanes[2][lane] += weighted_x * gradient_yaw;
-      lanes[3][lane] += weighted_y * gradient_y;
-      lanes[4][lane] += weighted_y * gradient_yaw;
-      lanes[5][lane] += weighted_yaw * gradient_yaw;
-      lanes[6][lane] += weighted_x * distance;
-      lanes[7][lane] += weighted_y * distance;
-      lanes[8][lane] += weighted_yaw * distance;
-    }
-  }
-  for (std::size_t i = 0; i < kNumSums; ++i) {
-    sums[i] = 0.0F;
-    for (std::size_t lane = 0; lane < PlanarPoints::kBlock; ++lane) sums[i] += lanes[i][lane];
-  }
+  ForEachBlock(
+      field, x_m, y_m,
+      num_points, [&](const Chunk& chunk, std::size_t begin) __attribute__((always_inline)) {
+        const FieldSample sample(chunk, begin);
+        const Floats distance = sample.distance() * field.unit_m;
+        const Floats gradient_x = sample.slope_u() * slope_unit;
+        const Floats gradient_y = sample.slope_v() * slope_unit;
+        const Floats gradient_yaw = (gradient_y * BlockAt<Floats>(chunk.turned_u + begin) -
+                                     gradient_x * BlockAt<Floats>(chunk.turned_v + begin)) *
+                                    field.cell_m;
+        const Floats scaled = distance * inverse_width;
+        const Floats root = 1.0F / (1.0F + scaled * scaled);
+        const Floats weight = root * root;
+        const Floats weighted_x = weight * gradient_x;
+        const Floats weighted_y = weight * gradient_y;
+        const Floats weighted_yaw = weight * gradient_yaw;
+        lanes[0] += weighted_x * gradient_x;
+        lanes[1] += weighted_x * gradient_y;
+        lanes[2] += weighted_x * gradient_yaw;
+        lanes[3] += weighted_y * gradient_y;
+        lanes[4] += weighted_y * gradient_yaw;
+        lanes[5] += weighted_yaw * gradient_yaw;
+        lanes[6] += weighted_x * distance;
+        lanes[7] += weighted_y * distance;
+        lanes[8] += weighted_yaw * distance;
+      });
+  for (std::size_t i = 0; i < kNumSums; ++i) sums[i] = SumOf(lanes[i]);
 }
 
-inline float ExpOfMinus(float x) {
-  const float octaves = x * kOctaves;
-  const std::int32_t whole = static_cast<std::int32_t>(octaves) - 1;
-  const float rest = octaves - static_cast<float>(whole);
+SCANLOC_INLINE Floats ExpOfMinus(Floats x) {
+  const Floats octaves = x * kOctaves;
+  const Ints whole = __builtin_convertvector(octaves, Ints) - 1;
+  const Floats rest = octaves - __builtin_convertvector(whole, Floats);
   const auto& c = kPowerOfTwo;
-  const float power =
+  const Floats power =
       c[0] + rest * (c[1] + rest * (c[2] + rest * (c[3] + rest * (c[4] + rest * c[5]))));
-  return power * std::bit_cast<float>((whole + 127) << 23);
+  return power * (Floats)((whole + 127) << 23);
 }
 
-/// exp(-½ (distance / overlap_m)²) of a point.
-inline float OverlapAt(const Placed& field, float turned_u, float turned_v, float precision) {
-  const float distance = FieldSample(field, turned_u, turned_v).distance();
+/// exp(-½ (distance / overlap_m)²) of each point.
+SCANLOC_INLINE Floats OverlapAt(const Chunk& chunk, std::size_t begin, float precision) {
+  const Floats distance = FieldSample(chunk, begin).distance();
   return ExpOfMinus(precision * distance * distance);
 }
 
-SCANLOC_SIMD float SumOverlap(const Placed& placed, float precision, const float* __restrict x_m,
-                              const float* __restrict y_m, std::size_t num_points) {
+SCANLOC_SIMD float SumOverlap(const Placed& placed, float precision, const float* x_m,
+                              const float* y_m, std::size_t num_points) {
   const Placed field = placed;
-  float lanes[PlanarPoints::kBlock] = {};
-  for (std::size_t begin = 0; begin < num_points; begin += PlanarPoints::kBlock) {
-    for (std::size_t lane = 0; lane < PlanarPoints::kBlock; ++lane) {
-      const float x = x_m[begin + lane];
-      const float y = y_m[begin + lane];
-      lanes[lane] += OverlapAt(field, field.cosine * x - field.sine * y,
-                               field.sine * x + field.cosine * y, precision);
-    }
-  }
-  float sum = 0.0F;
-  for (const float lane : lanes) sum += lane;
-  return sum;
+  Floats lanes = {};
+  ForEachBlock(
+      field, x_m, y_m,
+      num_points, [&](const Chunk& chunk, std::size_t begin) __attribute__((always_inline)) {
+        lanes += OverlapAt(chunk, begin, precision);
+      });
+  return SumOf(lanes);
 }
 
 SCANLOC_SIMD InSight SumOverlapWithin(const Placed& placed, const float* __restrict reach_squared_m,
-                                      float precision, const float* __restrict x_m,
-                                      const float* __restrict y_m, std::size_t num_points) {
+                                      float precision, const float* x_m, const float* y_m,
+                                      std::size_t num_points) {
   const Placed field = placed;
   const float middle = static_cast<float>(field.side) / 2.0F - 0.5F;
   const float from_middle_u = field.origin_u - middle;
   const float from_middle_v = field.origin_v - middle;
   const float cell_squared_m = field.cell_m * field.cell_m;
-  float lanes[PlanarPoints::kBlock] = {};
-  int counts[PlanarPoints::kBlock] = {};
-  for (std::size_t begin = 0; begin < num_points; begin += PlanarPoints::kBlock) {
-    for (std::size_t lane = 0; lane < PlanarPoints::kBlock; ++lane) {
-      const float x = x_m[begin + lane];
-      const float y = y_m[begin + lane];
-      const float turned_u = field.cosine * x - field.sine * y;
-      const float turned_v = field.sine * x + field.cosine * y;
-      const float u = turned_u + from_middle_u;
-      const float v = turned_v + from_middle_v;
-      const int is_seen =
-          (u * u + v * v) * cell_squared_m < reach_squared_m[Horizon::SectorOf(u, v)] ? 1 : 0;
-      lanes[lane] += static_cast<float>(is_seen) * OverlapAt(field, turned_u, turned_v, precision);
-      counts[lane] += is_seen;
-    }
-  }
+  Floats lanes = {};
   InSight sum;
-  for (std::size_t lane = 0; lane < PlanarPoints::kBlock; ++lane) {
-    sum.overlap += lanes[lane];
-    sum.num_points += counts[lane];
-  }
+  ForEachBlock(
+      field, x_m, y_m,
+      num_points, [&](const Chunk& chunk, std::size_t begin) __attribute__((always_inline)) {
+        float seen[kBlock];
+        for (std::size_t lane = 0; lane < kBlock; ++lane) {
+          const float u = chunk.turned_u[begin + lane] + from_middle_u;
+          const float v = chunk.turned_v[begin + lane] + from_middle_v;
+          const int is_seen =
+              (u * u + v * v) * cell_squared_m < reach_squared_m[Horizon::SectorOf(u, v)] ? 1 : 0;
+          seen[lane] = static_cast<float>(is_seen);
+          sum.num_points += is_seen;
+        }
+        lanes += BlockAt<Floats>(seen) * OverlapAt(chunk, begin, precision);
+      });
+  sum.overlap = SumOf(lanes);
   return sum;
 }
 
