@@ -36,6 +36,13 @@ using GridDigits = std::array<GridWords, TurnCounts::kNumDigits>;
 using FourWords = std::uint64_t __attribute__((vector_size(32)));
 using EightWords = std::uint64_t __attribute__((vector_size(64)));
 
+/// Each number of sectors as often as a block has grids: what all words of a ring are shifted by.
+alignas(EightWords) constexpr auto kSectors = [] {
+  std::array<GridWords, kNumSectors> sectors{};
+  for (std::size_t i = 0; i < sectors.size(); ++i) sectors[i].fill(i);
+  return sectors;
+}();
+
 /// Words: of some grids, side by side.
 template <typename Words>
 struct SideBySide {
@@ -60,10 +67,12 @@ struct SideBySide {
       Words turned[kBlock];
       for (std::size_t i = 0; i < kBlock; ++i) {
         const std::size_t cell = cells[begin + i];
-        const std::uint64_t sector = cell % BearingGrid::kNumSectors;
-        Words ring;
-        std::memcpy(&ring, &rings[cell / BearingGrid::kNumSectors][first_grid], sizeof(ring));
-        turned[i] = (ring >> sector) | (ring << ((64U - sector) % 64U));
+        const std::size_t sector = cell % kNumSectors;
+        Words ring, back, forth;
+        std::memcpy(&ring, &rings[cell / kNumSectors][first_grid], sizeof(ring));
+        std::memcpy(&back, &kSectors[sector], sizeof(back));
+        std::memcpy(&forth, &kSectors[(kNumSectors - sector) % kNumSectors], sizeof(forth));
+        turned[i] = (ring >> back) | (ring << forth);
       }
       Words carry_twos[4];
       Words carry_fours[2];
