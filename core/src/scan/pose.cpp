@@ -68,6 +68,8 @@ double Yaw(const Pose& pose) {
 }
 
 double WrapAngle(double angle_rad) {
+  // Mostly there is nothing to do.
+  if (angle_rad > -std::numbers::pi && angle_rad <= std::numbers::pi) return angle_rad;
   const double wrapped = std::remainder(angle_rad, 2.0 * std::numbers::pi);
   return wrapped <= -std::numbers::pi ? std::numbers::pi : wrapped;
 }

@@ -5,6 +5,7 @@
 #include <tuple>
 #include <utility>
 
+#include "scan/prefetch.hpp"
 #include "scan/simd.hpp"
 #include "scanloc/core/scan/bearing_grid.hpp"
 #include "structural/auto_search.hpp"
@@ -160,23 +161,33 @@ std::vector<AutoSearch::Listed> AutoSearch::Retrieve(const SignatureQuery& query
 
 std::vector<AutoSearch::Listed> AutoSearch::TakeApart(std::vector<Listed>& listed,
                                                       std::size_t num_places) const {
+  constexpr std::size_t kAhead = 8;
   const double apart_m = map_.params.automatic.shortlist.apart_m;
-  std::vector<const Pose*> stands;
+  const auto pose_of = [&](const Listed& here) -> const Pose& {
+    return map_.places[static_cast<std::size_t>(here.place)].T_map_place;
+  };
+  struct Stand {
+    Eigen::Vector3d at_m;
+    const Pose* pose;
+  };
+  std::vector<Stand> stands;
   std::vector<Listed> taken;
   std::vector<Listed> left;
-  for (const Listed& here : listed) {
+  for (std::size_t i = 0; i < listed.size(); ++i) {
     if (taken.size() == num_places) {
-      left.push_back(here);
-      continue;
+      left.insert(left.end(), listed.begin() + static_cast<std::ptrdiff_t>(i), listed.end());
+      break;
     }
-    const Pose& stand = map_.places[static_cast<std::size_t>(here.place)].T_map_place;
+    if (i + kAhead < listed.size()) Prefetch(&pose_of(listed[i + kAhead]), sizeof(Pose));
+    const Pose& pose = pose_of(listed[i]);
+    const Eigen::Vector3d at_m = pose.translation();
     // A place that looks the other way sees other things.
-    const bool is_known = std::any_of(stands.begin(), stands.end(), [&](const Pose* other) {
-      return (stand.translation() - other->translation()).norm() < apart_m &&
-             stand.linear().cwiseProduct(other->linear()).sum() > 1.0 + 2.0 * kAlikeHeading;
+    const bool is_known = std::any_of(stands.begin(), stands.end(), [&](const Stand& other) {
+      return (at_m - other.at_m).squaredNorm() < apart_m * apart_m &&
+             pose.linear().cwiseProduct(other.pose->linear()).sum() > 1.0 + 2.0 * kAlikeHeading;
     });
-    if (!is_known) stands.push_back(&stand);
-    (is_known ? left : taken).push_back(here);
+    if (!is_known) stands.push_back({at_m, &pose});
+    (is_known ? left : taken).push_back(listed[i]);
   }
   const auto num_more =
       static_cast<std::ptrdiff_t>(std::min(left.size(), num_places - taken.size()));

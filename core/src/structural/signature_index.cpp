@@ -1,9 +1,11 @@
 #include "structural/signature_index.hpp"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <numeric>
 #include <utility>
 
@@ -11,6 +13,7 @@ namespace scanloc {
 namespace {
 
 constexpr std::size_t kNumLanes = SignatureRows::kNumLanes;
+constexpr std::uint32_t kAllLanes = (1U << kNumLanes) - 1U;
 /// Places in a run; some runs are a batch of places.
 constexpr std::size_t kRunLength = 8;
 constexpr std::size_t kRunsPerBatch = kNumLanes / kRunLength;
@@ -18,6 +21,29 @@ constexpr std::size_t kRunsPerBatch = kNumLanes / kRunLength;
 constexpr double kScaleOfQuery = 127.0;
 /// What the cart key says against the others, each of unit length.
 constexpr double kWeightOfCart = 0.5;
+
+/// No place: less than any score.
+constexpr std::int16_t kNoScore = std::numeric_limits<std::int16_t>::min();
+
+/// What places have of a query, batch by batch.
+struct Compared {
+  std::vector<SignatureScores> batches;
+  std::vector<std::uint32_t> first_places;  // of each batch
+};
+
+/// A score that at least k places have, if there are as many, and hardly more than k.
+std::int16_t LeastOfBest(const Compared& compared, std::size_t k) {
+  constexpr int kWidth = 64;
+  std::array<std::uint32_t, (1 << 16) / kWidth> counts{};
+  for (const SignatureScores& batch : compared.batches) {
+    for (const std::int16_t score : batch.score) ++counts[(score - kNoScore) / kWidth];
+  }
+  std::size_t num_better = 0;
+  std::size_t bin = counts.size();
+  while (bin > 0 && num_better < k) num_better += counts[--bin];
+  return static_cast<std::int16_t>(
+      std::max(static_cast<int>(bin) * kWidth + kNoScore, kNoScore + 1));
+}
 
 /// A place, and what it has of the query.
 struct Scored {
@@ -27,12 +53,20 @@ struct Scored {
 };
 
 /// The best k, that first; of equals in the order given.
-std::vector<Scored> BestOf(const std::vector<Scored>& scored, std::size_t k) {
-  if (scored.empty() || k == 0) return {};
-  const auto [worst, best] = std::ranges::minmax_element(scored, {}, &Scored::score);
-  const int highest = best->score;
+std::vector<Scored> BestOf(const Compared& compared, std::size_t k) {
+  const std::int16_t least = LeastOfBest(compared, k);
+  std::vector<Scored> scored;
+  std::int16_t highest = least;
+  for (std::size_t i = 0; i < compared.batches.size(); ++i) {
+    const SignatureScores& batch = compared.batches[i];
+    for (std::uint32_t lane = 0; lane < kNumLanes; ++lane) {
+      if (batch.score[lane] < least) continue;
+      scored.push_back({batch.score[lane], batch.row[lane], compared.first_places[i] + lane});
+      highest = std::max(highest, batch.score[lane]);
+    }
+  }
   // Where those of each score go, the highest score first.
-  std::vector<std::size_t> next(static_cast<std::size_t>(highest - worst->score) + 2);
+  std::vector<std::uint32_t> next(static_cast<std::size_t>(highest - least) + 2);
   const auto bin_of = [&](const Scored& s) { return static_cast<std::size_t>(highest - s.score); };
   for (const Scored& s : scored) ++next[bin_of(s) + 1];
   std::partial_sum(next.begin(), next.end(), next.begin());
@@ -214,10 +248,8 @@ std::vector<SignatureIndex::Found> SignatureIndex::MostAlike(
     best_runs = BestRuns(query);
     least_run = NthBest(NumToCompare(blocks_.size()) / kNumLanes, best_runs);
   }
-  std::vector<Scored> scored;
-  if (best_runs.empty()) scored.reserve(blocks_.size());
+  Compared compared;
   auto best_run = best_runs.begin();  // of a batch
-  SignatureScores scores;
   std::vector<std::size_t> batches;
   ForEachBlock([&](const Block& block, std::size_t first_place) {
     batches.clear();
@@ -225,21 +257,24 @@ std::vector<SignatureIndex::Found> SignatureIndex::MostAlike(
       if (best_runs.empty() || *best_run++ >= least_run) batches.push_back(batch);
     }
     for (std::size_t i = 0; i < batches.size(); ++i) {
-      if (i + 1 < batches.size()) block.places.Prefetch(batches[i + 1]);
+      // One behind the other the processor fetches them by itself.
+      if (i + 1 < batches.size() && batches[i + 1] != batches[i] + 1) {
+        block.places.Prefetch(batches[i + 1]);
+      }
       const std::size_t first = batches[i] * kNumLanes;
-      std::uint32_t lanes =
+      const std::uint32_t lanes =
           LanesOf(first_place + first, std::min(kNumLanes, block.num_places - first), excluded);
       if (lanes == 0) continue;
+      compared.first_places.push_back(static_cast<std::uint32_t>(first_place + first));
+      SignatureScores& scores = compared.batches.emplace_back();
       block.places.Compare(batches[i], query, scores);
-      for (; lanes != 0; lanes &= lanes - 1) {
-        const auto lane = static_cast<std::size_t>(std::countr_zero(lanes));
-        scored.push_back({scores.score[lane], scores.row[lane],
-                          static_cast<std::uint32_t>(first_place + first + lane)});
+      for (std::uint32_t none = ~lanes & kAllLanes; none != 0; none &= none - 1) {
+        scores.score[static_cast<std::size_t>(std::countr_zero(none))] = kNoScore;
       }
     }
   });
   std::vector<Found> found;
-  for (const Scored& best : BestOf(scored, k)) {
+  for (const Scored& best : BestOf(compared, k)) {
     found.push_back({static_cast<std::int32_t>(best.place), static_cast<std::size_t>(best.spot)});
   }
   return found;

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <limits>
 
+#include "scan/prefetch.hpp"
+
 #ifdef __x86_64__
 #include <immintrin.h>
 #endif
@@ -152,9 +154,7 @@ void SignatureRows::Set(std::size_t i, std::span<const std::int8_t> signature) {
 }
 
 void SignatureRows::Prefetch(std::size_t batch) const {
-  constexpr std::size_t kCacheLine = 64;
-  const std::uint8_t* const begin = bytes_.data() + batch * batch_size();
-  for (std::size_t i = 0; i < batch_size(); i += kCacheLine) __builtin_prefetch(begin + i);
+  scanloc::Prefetch(bytes_.data() + batch * batch_size(), batch_size());
 }
 
 void SignatureRows::Compare(std::size_t batch, const SignatureQuery& query, SignatureScores& scores,

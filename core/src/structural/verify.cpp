@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "scan/prefetch.hpp"
 #include "scanloc/core/scan/pose.hpp"
 #include "structural/query_match.hpp"
 
@@ -26,6 +27,10 @@ void Lay(const QueryMatch& query, PlaceStructures& places, const StageParams& st
     Hypothesis& hypothesis = hypotheses[i];
     if (i == 0 || hypothesis.place != hypotheses[i - 1].place) {
       place.Assign(places.Of(hypothesis.place).posts, static_cast<std::size_t>(stage.num_posts));
+    }
+    if (i + 1 < hypotheses.size() && hypotheses[i + 1].place != hypothesis.place) {
+      const std::vector<Post>& next = places.Of(hypotheses[i + 1].place).posts;
+      Prefetch(next.data(), next.size() * sizeof(Post));
     }
     query.LayCoarsely(place, stage.steps, hypothesis);
   }
