@@ -5,9 +5,9 @@
 #include <list>
 #include <memory>
 #include <mutex>
-#include <unordered_map>
 #include <utility>
 
+#include "absl/container/flat_hash_map.h"
 #include "scanloc/core/map/payload.hpp"
 #include "scanloc/mapdb/map_file.hpp"
 
@@ -22,6 +22,10 @@ class PayloadCache {
     std::uint64_t number = 0;
 
     friend bool operator==(const Row&, const Row&) = default;
+    template <typename H>
+    friend H AbslHashValue(H hash, const Row& row) {
+      return H::combine(std::move(hash), row.map, row.number);
+    }
   };
 
   explicit PayloadCache(std::int64_t max_bytes) : max_bytes_(max_bytes) {}
@@ -37,11 +41,6 @@ class PayloadCache {
   void Forget(std::uint64_t map);
 
  private:
-  struct Hash {
-    std::size_t operator()(const Row& row) const {
-      return std::hash<std::uint64_t>()(row.map << 40 ^ row.number);
-    }
-  };
   struct Entry {
     Row row;
     std::shared_ptr<const Payload> payload;
@@ -51,7 +50,7 @@ class PayloadCache {
   const std::int64_t max_bytes_;
   mutable std::mutex mutex_;
   std::list<Entry> entries_;  // the one used last first
-  std::unordered_map<Row, std::list<Entry>::iterator, Hash> at_;
+  absl::flat_hash_map<Row, std::list<Entry>::iterator> at_;
   std::uint64_t num_maps_ = 0;
   std::int64_t bytes_ = 0;
 };

@@ -89,7 +89,7 @@ void PayloadView::Fetch() {
     if (held_.try_emplace(id).second) ids.push_back(id);
   }
   Read(ids, control_);
-  std::erase_if(held_, [](const auto& held) { return held.second == nullptr; });
+  absl::erase_if(held_, [](const auto& held) { return held.second == nullptr; });
 }
 
 bool PayloadView::Has(DescriptorKind kind, std::size_t entry) const {

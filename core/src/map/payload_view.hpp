@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "absl/container/flat_hash_map.h"
 #include "absl/status/status.h"
 #include "scanloc/core/map/map.hpp"
 #include "scanloc/core/map/payload.hpp"
@@ -38,6 +39,12 @@ class PayloadView {
   void Forget();
 
  private:
+  struct Hash {
+    std::size_t operator()(const PayloadId& id) const {
+      return absl::HashOf(id.place, id.part, id.variant);
+    }
+  };
+
   [[nodiscard]] PayloadId IdOf(DescriptorKind kind, std::size_t entry) const;
   void Read(const std::vector<PayloadId>& ids, const SearchControl& control);
   /// Empty after an error.
@@ -47,7 +54,7 @@ class PayloadView {
   const SearchControl& control_;
   absl::Status status_;
   std::vector<PayloadId> wanted_;
-  std::map<PayloadId, std::shared_ptr<const Payload>> held_;
+  absl::flat_hash_map<PayloadId, std::shared_ptr<const Payload>, Hash> held_;
   std::map<PayloadId, Payload> flipped_;
   const Payload nothing_;
   std::vector<std::uint16_t> empty_cells_;
