@@ -5,7 +5,6 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
-#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "absl/strings/numbers.h"
@@ -18,6 +17,7 @@
 #include "scanloc/catalogue/store.hpp"
 #include "scanloc/core/printable.hpp"
 #include "scanloc/core/status_macros.hpp"
+#include "scanloc/files/files.hpp"
 #include "scanloc/geo/geo_frame.hpp"
 #include "scanloc/mapdb/map_file.hpp"
 
@@ -165,14 +165,11 @@ class PublishCommand : public Command {
     for (const absl::string_view part : absl::StrSplit(area_, ',')) {
       double number = 0.0;
       if (!absl::SimpleAtod(part, &number)) {
-        constexpr std::size_t kMostBytes = 16 << 20;  // /dev/zero has no end
-        std::ifstream file(area_, std::ios::binary);
-        std::string text(kMostBytes, '\0');
-        file.read(text.data(), kMostBytes);
-        text.resize(static_cast<std::size_t>(file.gcount()));
-        if (file.eof()) return catalogue::AreaFromGeoJson(text);
-        return absl::NotFoundError(absl::StrCat(
-            "--area ", Printable(area_), " is neither a list of numbers nor a file to be read"));
+        constexpr std::int64_t kMostBytes = 16 << 20;
+        const absl::StatusOr<std::string> text = ReadFile(area_, kMostBytes);
+        if (text.ok()) return catalogue::AreaFromGeoJson(*text);
+        return absl::NotFoundError(absl::StrCat("--area is neither a list of numbers nor a file: ",
+                                                text.status().message()));
       }
       numbers.push_back(number);
     }

@@ -2,11 +2,11 @@
 
 #include <chrono>
 #include <cstdint>
-#include <fstream>
-#include <iomanip>
+#include <sstream>
 
 #include "cli/command.hpp"
 #include "scanloc/core/status_macros.hpp"
+#include "scanloc/files/files.hpp"
 
 namespace scanloc::cli {
 
@@ -41,10 +41,10 @@ absl::StatusOr<client::ClientOptions> ClientOptionsOf(const Connection& connecti
                                 .timeout = deadline,
                                 .connect_timeout = deadline};
   if (!connection.token_file.empty()) {
-    std::ifstream file(connection.token_file);
-    constexpr int kMostBytes = 64 << 10;  // /dev/zero has no end
-    if (!(file >> std::setw(kMostBytes) >> options.token)) {
-      return absl::NotFoundError("cannot read a token from " + connection.token_file);
+    constexpr std::int64_t kMostBytes = 64 << 10;
+    ASSIGN_OR_RETURN(const std::string text, ReadFile(connection.token_file, kMostBytes));
+    if (!(std::istringstream(text) >> options.token)) {
+      return absl::NotFoundError("there is no token in " + connection.token_file);
     }
   }
   return options;

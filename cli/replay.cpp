@@ -1,13 +1,14 @@
 #include "cli/replay.hpp"
 
 #include <algorithm>
+#include <cstdint>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <system_error>
 
 #include "absl/strings/str_cat.h"
 #include "scanloc/core/limits.hpp"
+#include "scanloc/core/status_macros.hpp"
+#include "scanloc/files/files.hpp"
 #include "scanloc/proto/convert.hpp"
 
 namespace scanloc::cli {
@@ -16,7 +17,7 @@ namespace {
 namespace fs = std::filesystem;
 
 /// A request and its answer.
-constexpr std::uintmax_t kMaxFileBytes = 2ULL * limits::kMaxMessageBytes;
+constexpr std::int64_t kMaxFileBytes = 2LL * limits::kMaxMessageBytes;
 
 }  // namespace
 
@@ -39,18 +40,7 @@ absl::StatusOr<std::vector<std::string>> ListCapturedQueries(const std::string& 
 }
 
 absl::StatusOr<ReplayedQuery> ReadCapturedQuery(const std::string& path) {
-  std::error_code error;
-  const std::uintmax_t num_bytes = fs::file_size(path, error);
-  if (error) {
-    return absl::NotFoundError(absl::StrCat("cannot read ", path, ": ", error.message()));
-  }
-  if (num_bytes > kMaxFileBytes) {
-    return absl::InvalidArgumentError(absl::StrCat(
-        path, " has ", num_bytes, " bytes; a captured query has at most ", kMaxFileBytes));
-  }
-  std::ifstream file(path, std::ios::binary);
-  const std::string bytes{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-  if (!file) return absl::NotFoundError(absl::StrCat("cannot read ", path));
+  ASSIGN_OR_RETURN(const std::string bytes, ReadFile(path, kMaxFileBytes));
   auto query = proto::ParseCapturedQuery(bytes);
   if (!query.ok()) {
     return absl::InvalidArgumentError(absl::StrCat("file ", path, ": ", query.status().message()));

@@ -1,7 +1,5 @@
 #include <CLI/CLI.hpp>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <map>
 #include <string>
 
@@ -11,6 +9,7 @@
 #include "cli/output.hpp"
 #include "scanloc/core/printable.hpp"
 #include "scanloc/core/status_macros.hpp"
+#include "scanloc/files/files.hpp"
 #include "scanloc/report/csv.hpp"
 
 namespace scanloc::cli {
@@ -30,13 +29,13 @@ using Report = std::map<std::string, std::map<std::string, Judged>>;  // by meth
 
 absl::StatusOr<Report> ReadReport(const std::string& folder) {
   const std::string path = (std::filesystem::path(folder) / "matches.csv").string();
-  std::ifstream file(path, std::ios::binary);
-  const std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-  if (!file) {
+  constexpr std::int64_t kMostBytes = 1LL << 30;
+  const absl::StatusOr<std::string> text = ReadFile(path, kMostBytes);
+  if (!text.ok()) {
     return absl::NotFoundError(
-        absl::StrCat(path, " cannot be read; give the folder of scanloc eval --report"));
+        absl::StrCat(text.status().message(), "; give the folder of scanloc eval --report"));
   }
-  const auto table = report::CsvTable::Parse(text);
+  const auto table = report::CsvTable::Parse(*text);
   if (!table.ok()) {
     return absl::InvalidArgumentError(absl::StrCat(path, ": ", table.status().message()));
   }

@@ -4,7 +4,7 @@ include(CMakePackageConfigHelpers)
 
 # What each component of find_package adds; every one includes the core.
 set(core_libraries core)
-set(interface_libraries messages client_interface)  # what offline and client share
+set(interface_libraries messages client_interface files)  # what offline and client share
 set(offline_libraries geo jobs mapdb offline_client)
 set(client_libraries wire proto client)
 
@@ -49,9 +49,9 @@ endfunction()
 scanloc_add_pkg_config(core
   "eigen3 absl_flat_hash_map absl_status absl_statusor absl_strings absl_str_format" core)
 scanloc_add_pkg_config(offline "scanloc-core sqlite3 libxxhash geographiclib"
-  offline_client geo mapdb jobs client_interface messages)
+  offline_client geo mapdb jobs files client_interface messages)
 scanloc_add_pkg_config(client "scanloc-core grpc++ protobuf"
-  client proto wire client_interface messages)
+  client proto wire files client_interface messages)
 
 # The programs' manual pages (`--target man`) and completion, both from what their --help says.
 find_program(HELP2MAN_PROGRAM help2man)

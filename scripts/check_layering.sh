@@ -37,6 +37,7 @@ forbid slam 'scanloc/(dataset|sim|eval|report|proto|server|client)/|cli/|sqlite3
 forbid slam/include 'ceres/' 'Ceres stays in the sources of slam'
 forbid geo 'scanloc/(mapdb|dataset|sim|eval|report|proto|server|client|slam|jobs)/' 'geo knows core only'
 forbid jobs 'scanloc/(core|mapdb|dataset|sim|eval|report|proto|server|client|slam)/' 'jobs know no work'
+forbid files 'scanloc/(mapdb|dataset|sim|eval|report|proto|server|client|slam|jobs)/' 'files knows core only'
 forbid report 'scanloc/(mapdb|dataset|sim|proto|server|client)/|cli/|sqlite3|pcl/|grpc|google/|spdlog' \
   'report draws and writes: it knows core, eval and geo only'
 forbid proto 'scanloc/(mapdb|dataset|sim|eval|server|client)/|sqlite3|pcl/' 'proto knows core only'

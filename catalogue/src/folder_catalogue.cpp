@@ -14,6 +14,7 @@
 #include "absl/strings/str_cat.h"
 #include "kinds.hpp"
 #include "scanloc/core/status_macros.hpp"
+#include "scanloc/files/files.hpp"
 #include "text_file.hpp"
 #include "version_json.hpp"
 
@@ -140,18 +141,15 @@ class FolderCatalogue : public Catalogue {
 
   template <typename Edit>
   absl::Status Change(Edit&& edit) const {
-    const int lock = open(lock_path_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
-    if (lock < 0 || flock(lock, LOCK_EX) != 0) {
-      if (lock >= 0) close(lock);
+    const FileDescriptor lock(open(lock_path_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666));
+    if (lock.get() < 0 || flock(lock.get(), LOCK_EX) != 0) {
       return absl::UnavailableError(
           absl::StrCat("cannot lock the catalogue '", path_, "': ", std::strerror(errno)));
     }
     absl::StatusOr<Content> content = Read();
     absl::Status status = content.status();
     if (status.ok()) status = edit(*content);
-    if (status.ok()) status = Write(*content);
-    close(lock);  // and lets go of it
-    return status;
+    return status.ok() ? Write(*content) : status;
   }
 
   absl::Status Write(const Content& content) const {

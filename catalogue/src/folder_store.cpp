@@ -11,26 +11,12 @@
 
 #include "absl/strings/str_cat.h"
 #include "kinds.hpp"
-#include "text_file.hpp"
+#include "scanloc/files/files.hpp"
 
 namespace scanloc::catalogue {
 namespace {
 
 namespace fs = std::filesystem;
-
-class Descriptor {
- public:
-  explicit Descriptor(int fd) : fd_(fd) {}
-  ~Descriptor() {
-    if (fd_ >= 0) close(fd_);
-  }
-  Descriptor(const Descriptor&) = delete;
-  Descriptor& operator=(const Descriptor&) = delete;
-  [[nodiscard]] int get() const { return fd_; }
-
- private:
-  int fd_;
-};
 
 absl::Status FailedTo(absl::string_view what, const std::string& path, int error) {
   const std::string text = absl::StrCat("cannot ", what, " '", path, "': ", std::strerror(error));
@@ -43,7 +29,7 @@ absl::Status FailedTo(absl::string_view what, const std::string& path, int error
 absl::Status Copy(const std::string& from, const std::string& to, std::int64_t max_bytes,
                   const std::function<bool()>& go_on) {
   // A pipe would be waited for, which no go_on ends.
-  const Descriptor source(open(from.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
+  const FileDescriptor source(open(from.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
   if (source.get() < 0 && errno == ENOENT) {
     return absl::NotFoundError(absl::StrCat("the store has no file '", from, "'"));
   }
@@ -53,7 +39,7 @@ absl::Status Copy(const std::string& from, const std::string& to, std::int64_t m
   if (!S_ISREG(info.st_mode)) {
     return absl::DataLossError(absl::StrCat("what the store has as '", from, "' is no file"));
   }
-  const Descriptor target(open(to.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666));
+  const FileDescriptor target(open(to.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666));
   if (target.get() < 0) return FailedTo("write", to, errno);
   std::vector<char> block(1 << 20);
   for (std::int64_t sum = 0;;) {
@@ -66,7 +52,7 @@ absl::Status Copy(const std::string& from, const std::string& to, std::int64_t m
       return absl::DataLossError(
           absl::StrCat("'", from, "' has more than the ", max_bytes, " bytes that it should have"));
     }
-    if (!WriteAll(target.get(), {block.data(), static_cast<std::size_t>(size)})) {
+    if (!WriteAll(target, {block.data(), static_cast<std::size_t>(size)})) {
       return FailedTo("write", to, errno);
     }
   }

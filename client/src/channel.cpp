@@ -3,31 +3,24 @@
 #include <grpcpp/create_channel.h>
 #include <grpcpp/security/credentials.h>
 
-#include <fstream>
+#include <cstdint>
 #include <string>
 
 #include "absl/strings/str_cat.h"
 #include "scanloc/core/limits.hpp"
 #include "scanloc/core/status_macros.hpp"
+#include "scanloc/files/files.hpp"
 
 namespace scanloc::client {
 namespace {
 
 absl::StatusOr<std::string> ReadPem(const std::string& path) {
-  // More than the certificates of every CA there is; /dev/zero has no end, and a folder throws if
-  // it is read by iterators.
-  constexpr std::size_t kMostBytes = 4 << 20;
+  constexpr std::int64_t kMostBytes = 4 << 20;  // more than the certificates of every CA there is
   if (path.empty()) return std::string();
-  std::ifstream file(path);
-  std::string text(kMostBytes, '\0');
-  file.read(text.data(), kMostBytes);
-  const bool is_whole = file.eof();
-  text.resize(static_cast<std::size_t>(file.gcount()));
-  if (!is_whole || text.find("-----BEGIN ") == std::string::npos) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("'", path, "' cannot be read or is not in PEM format"));
-  }
-  return text;
+  absl::StatusOr<std::string> text = ReadFile(path, kMostBytes);
+  if (!text.ok()) return absl::InvalidArgumentError(text.status().message());
+  if (text->find("-----BEGIN ") != std::string::npos) return text;
+  return absl::InvalidArgumentError(absl::StrCat("'", path, "' is not in PEM format"));
 }
 
 absl::StatusOr<std::shared_ptr<grpc::ChannelCredentials>> MakeCredentials(

@@ -1,6 +1,5 @@
 #include "file_bytes.hpp"
 
-#include <fcntl.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -11,32 +10,13 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
 #include "scanloc/core/status_macros.hpp"
+#include "scanloc/files/files.hpp"
 #include "text.hpp"
 
 namespace scanloc::dataset {
 namespace {
 
-class FileDescriptor {
- public:
-  explicit FileDescriptor(int fd) : fd_(fd) {}
-  FileDescriptor(const FileDescriptor&) = delete;
-  FileDescriptor& operator=(const FileDescriptor&) = delete;
-  ~FileDescriptor() {
-    if (fd_ >= 0) close(fd_);
-  }
-  [[nodiscard]] int get() const { return fd_; }
-
- private:
-  int fd_;
-};
-
 absl::Status CheckSize(const std::string& path, const struct stat& info, std::int64_t max_bytes) {
-  if (S_ISDIR(info.st_mode)) {
-    return absl::InvalidArgumentError(absl::StrCat(path, ": is a directory, not a file"));
-  }
-  if (!S_ISREG(info.st_mode)) {
-    return absl::InvalidArgumentError(absl::StrCat(path, ": is not a regular file"));
-  }
   if (info.st_size == 0) return absl::InvalidArgumentError(absl::StrCat(path, ": is empty"));
   if (info.st_size > max_bytes) {
     return absl::InvalidArgumentError(
@@ -70,9 +50,7 @@ absl::Status CheckIsItself(const std::string& path, std::string_view bytes) {
 }  // namespace
 
 absl::StatusOr<FileBytes> ReadFileBytes(const std::string& path, std::int64_t max_bytes) {
-  // O_NONBLOCK: opening a pipe that nobody writes to must fail below, not wait.
-  const FileDescriptor file(open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
-  if (file.get() < 0) return absl::ErrnoToStatus(errno, path);
+  ASSIGN_OR_RETURN(const FileDescriptor file, OpenRegularFile(path));
   struct stat info {};
   if (fstat(file.get(), &info) != 0) return absl::ErrnoToStatus(errno, path);
   RETURN_IF_ERROR(CheckSize(path, info, max_bytes));

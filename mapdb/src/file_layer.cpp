@@ -13,6 +13,8 @@
 #include <string_view>
 #include <system_error>
 
+#include "scanloc/files/files.hpp"
+
 namespace scanloc::mapdb {
 namespace {
 
@@ -23,20 +25,6 @@ constexpr std::string_view kJournalMagic("\xd9\xd5\x05\xf9\x20\xa1\x63\xd7", 8);
 constexpr std::size_t kRecordsOffset = 8;
 constexpr std::size_t kPagesOffset = 16;
 constexpr std::size_t kJournalFrontBytes = 20;
-
-class Descriptor {
- public:
-  explicit Descriptor(int fd) : fd_(fd) {}
-  Descriptor(const Descriptor&) = delete;
-  Descriptor& operator=(const Descriptor&) = delete;
-  ~Descriptor() {
-    if (fd_ >= 0) close(fd_);
-  }
-  [[nodiscard]] int get() const { return fd_; }
-
- private:
-  int fd_;
-};
 
 Access AccessOf(const sqlite3_vfs* layer) { return *static_cast<const Access*>(layer->pAppData); }
 
@@ -130,7 +118,7 @@ const char* FileLayer(Access access) {
 }
 
 JournalState LookAtJournal(const std::string& journal) {
-  const Descriptor file(
+  const FileDescriptor file(
       open(journal.c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_NOCTTY | O_CLOEXEC));
   if (file.get() < 0) return errno == ENOENT ? JournalState::kNone : JournalState::kNoFile;
   struct stat info = {};

@@ -1,7 +1,6 @@
 #include "scanloc/mapdb/use_file.hpp"
 
 #include <fcntl.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -15,6 +14,8 @@
 #include "absl/strings/str_split.h"
 #include "checksum.hpp"
 #include "folder.hpp"
+#include "scanloc/core/status_macros.hpp"
+#include "scanloc/files/files.hpp"
 
 namespace scanloc::mapdb {
 namespace {
@@ -83,40 +84,6 @@ bool TakePlace(absl::string_view line, MapUse& use) {
   return numbers.AreAll() && use.places.emplace(place, of_place).second;
 }
 
-absl::Status Failed(const char* what, const std::string& path) {
-  return absl::ErrnoToStatus(errno, absl::StrCat("cannot ", what, " '", path, "'"));
-}
-
-absl::Status WriteAll(int fd, absl::string_view bytes, const std::string& path) {
-  while (!bytes.empty()) {
-    const ssize_t num = write(fd, bytes.data(), bytes.size());
-    if (num < 0 && errno != EINTR) return Failed("write", path);
-    if (num > 0) bytes.remove_prefix(static_cast<std::size_t>(num));
-  }
-  return fsync(fd) == 0 ? absl::OkStatus() : Failed("sync", path);
-}
-
-absl::StatusOr<std::string> ReadAll(int fd, std::int64_t max_bytes, const std::string& path) {
-  struct stat about = {};
-  if (fstat(fd, &about) != 0) return Failed("read", path);
-  if (!S_ISREG(about.st_mode) || about.st_size > max_bytes) {
-    return absl::InvalidArgumentError(absl::StrCat("'", path, "' is no file, or one of more than ",
-                                                   max_bytes,
-                                                   " bytes, which its map has no places for"));
-  }
-  std::string text(static_cast<std::size_t>(about.st_size), '\0');
-  std::size_t done = 0;
-  while (done < text.size()) {
-    const ssize_t num = read(fd, text.data() + done, text.size() - done);
-    if (num < 0 && errno == EINTR) continue;
-    if (num < 0) return Failed("read", path);
-    if (num == 0) break;
-    done += static_cast<std::size_t>(num);
-  }
-  text.resize(done);
-  return text;
-}
-
 }  // namespace
 
 std::string UseFileOf(const std::string& map_path) { return absl::StrCat(map_path, ".health"); }
@@ -167,14 +134,9 @@ absl::StatusOr<MapUse> DecodeUse(const std::string& text) {
 }
 
 absl::StatusOr<MapUse> ReadUse(const std::string& path, std::int64_t num_places) {
-  // A pipe that lies there keeps nobody waiting.
-  const int fd = open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
-  if (fd < 0) return Failed("read", path);
-  const absl::StatusOr<std::string> text =
-      ReadAll(fd, kMaxLineBytes * (kMaxOtherLines + num_places), path);
-  close(fd);
-  if (!text.ok()) return text.status();
-  absl::StatusOr<MapUse> use = DecodeUse(*text);
+  ASSIGN_OR_RETURN(const std::string text,
+                   ReadFile(path, kMaxLineBytes * (kMaxOtherLines + num_places)));
+  absl::StatusOr<MapUse> use = DecodeUse(text);
   if (use.ok() && !use->places.empty() && use->places.rbegin()->first >= num_places) {
     use = Damaged(absl::StrCat("it tells of place ", use->places.rbegin()->first,
                                ", and the map has ", num_places));
@@ -185,10 +147,12 @@ absl::StatusOr<MapUse> ReadUse(const std::string& path, std::int64_t num_places)
 
 absl::Status WriteUse(const std::string& path, const MapUse& use) {
   const std::string part = absl::StrCat(path, ".part");
-  const int fd = open(part.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC | O_NONBLOCK, 0666);
-  if (fd < 0) return Failed("write", part);
-  absl::Status status = WriteAll(fd, EncodeUse(use), part);
-  if (close(fd) != 0 && status.ok()) status = Failed("close", part);
+  const FileDescriptor file(
+      open(part.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC | O_NONBLOCK, 0666));
+  absl::Status status;
+  if (file.get() < 0 || !WriteAll(file, EncodeUse(use)) || fsync(file.get()) != 0) {
+    status = absl::ErrnoToStatus(errno, absl::StrCat("cannot write '", part, "'"));
+  }
   if (status.ok()) status = RenameFile(part, path);
   if (!status.ok()) unlink(part.c_str());
   return status;

@@ -1,34 +1,18 @@
 #include "scanloc/report/answers_csv.hpp"
 
 #include <cmath>
-#include <filesystem>
-#include <fstream>
-#include <iterator>
-#include <system_error>
+#include <cstdint>
 
 #include "absl/strings/str_cat.h"
 #include "scanloc/core/status_macros.hpp"
+#include "scanloc/files/files.hpp"
 #include "scanloc/report/csv.hpp"
 
 namespace scanloc::report {
 namespace {
 
-constexpr std::uintmax_t kMaxCsvBytes = 1ULL << 30;
-
-absl::StatusOr<std::string> ReadText(const std::string& path) {
-  std::error_code error;
-  const std::filesystem::file_status status = std::filesystem::status(path, error);
-  if (!std::filesystem::exists(status)) return absl::NotFoundError("no such file");
-  if (std::filesystem::is_directory(status)) return absl::InvalidArgumentError("it is a folder");
-  if (std::filesystem::is_regular_file(status) &&
-      std::filesystem::file_size(path, error) > kMaxCsvBytes) {
-    return absl::InvalidArgumentError("larger than 1 GiB, so not the answers of one drive");
-  }
-  std::ifstream file(path, std::ios::binary);
-  std::string text((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
-  if (file.bad() || !file.is_open()) return absl::PermissionDeniedError("cannot be read");
-  return text;
-}
+/// More than the answers of any one drive.
+constexpr std::int64_t kMaxCsvBytes = 1LL << 30;
 
 absl::StatusOr<std::optional<Eigen::Vector2d>> ReadPoint(const CsvTable& table, std::size_t row,
                                                          const char* x_column,
@@ -66,7 +50,7 @@ absl::StatusOr<CsvAnswer> ReadAnswer(const CsvTable& table, std::size_t row) {
 }
 
 absl::StatusOr<std::vector<CsvAnswer>> ReadAnswers(const std::string& path) {
-  ASSIGN_OR_RETURN(const std::string text, ReadText(path));
+  ASSIGN_OR_RETURN(const std::string text, ReadFile(path, kMaxCsvBytes));
   ASSIGN_OR_RETURN(const CsvTable table, CsvTable::Parse(text));
   for (const char* column : {"query", "outcome", "place", "x", "y"}) {
     if (!table.HasColumn(column)) {

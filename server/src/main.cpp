@@ -21,6 +21,7 @@
 #include "ops/library_logs.hpp"
 #include "ops/logs.hpp"
 #include "scanloc/core/printable.hpp"
+#include "scanloc/files/files.hpp"
 #include "scanloc/mapdb/map_file.hpp"
 #include "scanloc/server/build_info.hpp"
 #include "scanloc/server/server.hpp"
@@ -159,7 +160,10 @@ void Declare(CLI::App& app, CommandLine& line) {
   line.config->KnowFlagsOf(app);
   app.set_config("--config", "",
                  "read options from this TOML file; the command line goes before it")
-      ->type_name("FILE");
+      ->type_name("FILE")
+      ->check([](const std::string& path) {
+        return std::string(OpenRegularFile(path).status().message());
+      });
   app.add_option("--log-level", line.log_level, "what to log on stderr")
       ->check(CLI::IsMember({"debug", "info", "warn", "error", "off"}));
   app.add_option("--probe", line.probe.address,

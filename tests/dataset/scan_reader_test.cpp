@@ -236,7 +236,7 @@ TEST(ScanReader, RefusesADirectory) {
   std::filesystem::create_directory(dir.path() / "folder.bin");
   const absl::StatusOr<Scan> scan = ReadScan(dir.File("folder.bin"));
   EXPECT_EQ(scan.status().code(), absl::StatusCode::kInvalidArgument);
-  EXPECT_THAT(std::string(scan.status().message()), HasSubstr("directory"));
+  EXPECT_THAT(std::string(scan.status().message()), HasSubstr("folder"));
 }
 
 TEST(ScanReader, RefusesAPipeWithoutWaitingForIt) {

@@ -1,5 +1,6 @@
 // Scans, poses, maps and answers that are not as they should be: one clear line, status 1.
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <filesystem>
 #include <fstream>
@@ -181,12 +182,26 @@ TEST(BadInput, MapMustBeAMap) {
   }
 }
 
-TEST(BadInput, FilesWithoutAnEndAndFoldersAreNotReadForEver) {
+TEST(BadInput, NothingWaitsForPipesOrReadsDevicesAndFolders) {
   const TempDir dir;
-  for (const auto& [option, part] : {std::pair("--token-file", "token"), {"--tls-ca", "PEM"}}) {
-    for (const std::string& path : {std::string("/dev/zero"), dir.path().string()}) {
-      ExpectOneLine(Scanloc({"info", "--server", "127.0.0.1:1", option, path}), part);
+  const std::string pipe = dir.File("pipe");
+  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+  fs::create_directory(dir.File("report"));
+  for (const std::string& path : {pipe, std::string("/dev/zero"), dir.path().string()}) {
+    fs::remove(dir.File("report/matches.csv"));
+    fs::create_symlink(path, dir.File("report/matches.csv"));
+    for (const Args& args :
+         {Args{"info", "--server", "127.0.0.1:1", "--token-file", path},
+          Args{"info", "--server", "127.0.0.1:1", "--tls-ca", path},
+          Args{"plot", Town().map1, "--answers", path, "--out", dir.File("plot.svg")},
+          Args{"publish", Town().map1, "--catalogue", dir.File("catalogue"), "--store",
+               dir.File("store"), "--region", "town", "--area", path},
+          Args{"report-diff", dir.File("report"), dir.File("report")}}) {
+      ExpectOneLine(Scanloc(args), path == dir.path() ? "it is a folder" : "not a regular file");
     }
+    const ProcessResult served = RunProcess({kScanlocd, "--config", path});
+    EXPECT_EQ(served.status, 2);
+    EXPECT_NE(served.err.find("--config: cannot read '" + path), std::string::npos) << served.err;
   }
 }
 

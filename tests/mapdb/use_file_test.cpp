@@ -72,9 +72,9 @@ TEST(UseFile, RefusesWhatTheMapHasNoPlacesFor) {
   const std::string path = dir.File("town.scanloc.health");
   ASSERT_TRUE(WriteUse(path, MakeUse()).ok());
   EXPECT_TRUE(absl::IsDataLoss(ReadUse(path, kNumPlaces - 1).status()));
-  // Far more bytes than so many places can have are not read at all.
+  // Of far more bytes than so many places can have no more are read.
   std::filesystem::resize_file(path, std::uintmax_t{1} << 33);
-  EXPECT_TRUE(absl::IsInvalidArgument(ReadUse(path, kNumPlaces).status()));
+  EXPECT_TRUE(absl::IsResourceExhausted(ReadUse(path, kNumPlaces).status()));
 }
 
 TEST(UseFile, WaitsForNoPipe) {

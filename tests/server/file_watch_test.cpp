@@ -4,7 +4,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <openssl/sha.h>
-#include <sys/stat.h>
 
 #include <filesystem>
 #include <string>
@@ -87,19 +86,6 @@ TEST_F(FileWatchTest, KnowsForHowLongItDoesNotKnow) {
   dir_.Write("file", "two");
   EXPECT_TRUE(watch_.Look(start + seconds(30)).ok());
   EXPECT_EQ(watch_.UnknownFor(start + seconds(40)), seconds(0));
-}
-
-TEST_F(FileWatchTest, ReadsRegularFilesOfSomeSizeOnly) {
-  EXPECT_EQ(*ReadSmallFile(path_), "one");
-  EXPECT_EQ(*ReadSmallFile(dir_.Write("empty", "")), "");
-  ASSERT_EQ(mkfifo(dir_.File("fifo").c_str(), 0600), 0);
-  std::filesystem::resize_file(dir_.Write("large", ""), (16 << 20) + 1);
-  for (const std::string& bad : {dir_.File("absent"), dir_.File("fifo"), dir_.File("large"),
-                                 dir_.File(""), std::string("/dev/zero")}) {
-    const absl::Status status = ReadSmallFile(bad).status();
-    EXPECT_FALSE(status.ok()) << bad;
-    EXPECT_THAT(std::string(status.message()), HasSubstr(bad));
-  }
 }
 
 TEST(Access, AdmitsNobodyOnceItsFileHasBeenUnknownForTooLong) {

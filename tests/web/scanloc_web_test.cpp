@@ -1,4 +1,6 @@
 // The program as it is started.
+#include <sys/stat.h>
+
 #include <csignal>
 #include <fstream>
 #include <iterator>
@@ -65,6 +67,20 @@ TEST_F(ScanlocWebTest, ServesUntilItIsToldToStop) {
   const test::TcpConnection idle(address);
   web_->Signal(SIGTERM);
   EXPECT_EQ(web_->Wait(), 0) << web_->stderr_text();
+}
+
+TEST_F(ScanlocWebTest, WaitsForNoPipe) {
+  const std::string pipe = dir_.File("index.html");
+  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+  for (const std::vector<std::string>& arguments :
+       {std::vector<std::string>{"--https-cert", pipe, "--https-key", pipe},
+        {"--page", dir_.path().string()}}) {
+    std::vector<std::string> command = Command({"--server", server_, "--listen", "127.0.0.1:0"});
+    command.insert(command.end(), arguments.begin(), arguments.end());
+    const test::ProcessResult refused = test::RunProcess(command);
+    EXPECT_EQ(refused.status, 1);
+    EXPECT_THAT(refused.err, HasSubstr("not a regular file"));
+  }
 }
 
 TEST_F(ScanlocWebTest, StartsBeforeItsServerDoes) {

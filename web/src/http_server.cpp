@@ -9,6 +9,7 @@
 #include "absl/strings/str_cat.h"
 #include "http_session.hpp"
 #include "scanloc/core/status_macros.hpp"
+#include "scanloc/files/files.hpp"
 
 namespace scanloc::web {
 namespace {
@@ -84,12 +85,15 @@ absl::Status HttpServer::State::UseTls() {
   tls.set_options(asio::ssl::context::default_workarounds | asio::ssl::context::no_tlsv1 |
                       asio::ssl::context::no_tlsv1_1,
                   error);
-  if (!error) tls.use_certificate_chain_file(options.tls_cert_file, error);
+  constexpr std::int64_t kMostBytes = 4 << 20;
+  ASSIGN_OR_RETURN(const std::string cert, ReadFile(options.tls_cert_file, kMostBytes));
+  ASSIGN_OR_RETURN(const std::string key, ReadFile(options.tls_key_file, kMostBytes));
+  if (!error) tls.use_certificate_chain(asio::buffer(cert), error);
   if (error) {
     return absl::InvalidArgumentError(absl::StrCat("certificate '", options.tls_cert_file,
                                                    "' cannot be used: ", error.message()));
   }
-  tls.use_private_key_file(options.tls_key_file, asio::ssl::context::pem, error);
+  tls.use_private_key(asio::buffer(key), asio::ssl::context::pem, error);
   if (error) {
     return absl::InvalidArgumentError(
         absl::StrCat("private key '", options.tls_key_file, "' cannot be used: ", error.message()));

@@ -2,8 +2,6 @@
 
 #include <array>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <set>
 #include <utility>
 
@@ -13,6 +11,7 @@
 #include "api.hpp"
 #include "json.hpp"
 #include "scanloc/core/status_macros.hpp"
+#include "scanloc/files/files.hpp"
 
 namespace scanloc::web {
 namespace {
@@ -82,13 +81,13 @@ class Recorder {
 absl::StatusOr<PageFiles> PageFiles::Open(const std::string& folder) {
   PageFiles page;
   for (const auto& [name, type] : kFiles) {
-    std::ifstream file(folder + "/" + name, std::ios::binary);
-    std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-    if (!file) {
-      return absl::NotFoundError(absl::StrCat("there is no page in ", folder, ": ", name,
-                                              " cannot be read; build it (npm is needed)"));
+    constexpr std::int64_t kMostBytes = 64 << 20;
+    absl::StatusOr<std::string> text = ReadFile(absl::StrCat(folder, "/", name), kMostBytes);
+    if (!text.ok()) {
+      return absl::NotFoundError(absl::StrCat("there is no page: ", text.status().message(),
+                                              "; build it (npm is needed)"));
     }
-    page.files_[name] = std::move(text);
+    page.files_[name] = *std::move(text);
   }
   return page;
 }

@@ -38,28 +38,19 @@ class TemporaryFile {
     if (fd < 0) return absl::ErrnoToStatus(errno, absl::StrCat(path, ": cannot be made"));
     return std::make_unique<TemporaryFile>(fd, path);
   }
-  TemporaryFile(int fd, std::string path) : fd_(fd), path_(std::move(path)) {}
+  TemporaryFile(int fd, std::string path) : file_(fd), path_(std::move(path)) {}
   TemporaryFile(const TemporaryFile&) = delete;
   TemporaryFile& operator=(const TemporaryFile&) = delete;
-  ~TemporaryFile() {
-    close(fd_);
-    unlink(path_.c_str());
-  }
+  ~TemporaryFile() { unlink(path_.c_str()); }
 
   [[nodiscard]] const std::string& path() const { return path_; }
 
   [[nodiscard]] absl::Status Write(std::string_view bytes) const {
-    while (!bytes.empty()) {
-      const ssize_t n = write(fd_, bytes.data(), bytes.size());
-      if (n < 0 && errno == EINTR) continue;
-      if (n < 0) return absl::ErrnoToStatus(errno, path_);
-      bytes.remove_prefix(static_cast<std::size_t>(n));
-    }
-    return absl::OkStatus();
+    return WriteAll(file_, bytes) ? absl::OkStatus() : absl::ErrnoToStatus(errno, path_);
   }
 
  private:
-  int fd_;
+  FileDescriptor file_;
   std::string path_;
 };
 

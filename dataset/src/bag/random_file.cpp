@@ -1,6 +1,5 @@
 #include "bag/random_file.hpp"
 
-#include <fcntl.h>
 #include <libdeflate.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -21,31 +20,11 @@ std::uint32_t Crc32(std::string_view bytes, std::uint32_t before) {
 }
 
 absl::StatusOr<RandomFile> RandomFile::Open(const std::string& path) {
-  const int fd = open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
-  if (fd < 0) return absl::ErrnoToStatus(errno, path);
-  RandomFile file(fd, path, 0);
+  ASSIGN_OR_RETURN(FileDescriptor file, OpenRegularFile(path));
   struct stat info {};
-  if (fstat(fd, &info) != 0) return absl::ErrnoToStatus(errno, path);
-  if (!S_ISREG(info.st_mode)) {
-    return absl::InvalidArgumentError(absl::StrCat(path, ": is not a regular file"));
-  }
+  if (fstat(file.get(), &info) != 0) return absl::ErrnoToStatus(errno, path);
   if (info.st_size == 0) return absl::InvalidArgumentError(absl::StrCat(path, ": is empty"));
-  file.size_ = static_cast<std::uint64_t>(info.st_size);
-  return file;
-}
-
-RandomFile::RandomFile(RandomFile&& other) noexcept
-    : fd_(std::exchange(other.fd_, -1)), path_(std::move(other.path_)), size_(other.size_) {}
-
-RandomFile& RandomFile::operator=(RandomFile&& other) noexcept {
-  std::swap(fd_, other.fd_);
-  std::swap(path_, other.path_);
-  std::swap(size_, other.size_);
-  return *this;
-}
-
-RandomFile::~RandomFile() {
-  if (fd_ >= 0) close(fd_);
+  return RandomFile(std::move(file), path, static_cast<std::uint64_t>(info.st_size));
 }
 
 absl::Status RandomFile::ReadAt(std::uint64_t offset, std::size_t num_bytes, char* out) const {
@@ -54,7 +33,8 @@ absl::Status RandomFile::ReadAt(std::uint64_t offset, std::size_t num_bytes, cha
                                                    " bytes are needed at ", offset, " of ", size_));
   }
   for (std::size_t done = 0; done < num_bytes;) {
-    const ssize_t n = pread(fd_, out + done, num_bytes - done, static_cast<off_t>(offset + done));
+    const ssize_t n =
+        pread(file_.get(), out + done, num_bytes - done, static_cast<off_t>(offset + done));
     if (n < 0 && errno == EINTR) continue;
     if (n < 0) return absl::ErrnoToStatus(errno, path_);
     if (n == 0) {

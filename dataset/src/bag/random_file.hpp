@@ -5,9 +5,11 @@
 #include <memory>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "scanloc/files/files.hpp"
 
 namespace scanloc::dataset {
 
@@ -20,10 +22,6 @@ class RandomFile {
   /// NotFound, PermissionDenied, or InvalidArgument if it is no regular file or empty. Never waits
   /// for a pipe.
   [[nodiscard]] static absl::StatusOr<RandomFile> Open(const std::string& path);
-
-  RandomFile(RandomFile&& other) noexcept;
-  RandomFile& operator=(RandomFile&& other) noexcept;
-  ~RandomFile();
 
   [[nodiscard]] const std::string& path() const { return path_; }
   [[nodiscard]] std::uint64_t size() const { return size_; }
@@ -38,10 +36,10 @@ class RandomFile {
                                                          std::uint64_t end) const;
 
  private:
-  RandomFile(int fd, std::string path, std::uint64_t size)
-      : fd_(fd), path_(std::move(path)), size_(size) {}
+  RandomFile(FileDescriptor file, std::string path, std::uint64_t size)
+      : file_(std::move(file)), path_(std::move(path)), size_(size) {}
 
-  int fd_ = -1;
+  FileDescriptor file_;
   std::string path_;
   std::uint64_t size_ = 0;
 };

@@ -42,28 +42,21 @@ absl::StatusOr<MapCacheDir> MapCacheDir::Open(const std::string& folder) {
   std::error_code error;
   fs::create_directories(folder, error);
   const std::string lock_path = absl::StrCat(folder, "/lock");
-  const int lock = open(lock_path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
-  if (lock < 0) {
+  FileDescriptor lock(open(lock_path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666));
+  if (lock.get() < 0) {
     return absl::PermissionDeniedError(
         absl::StrCat("cannot write into the cache folder '", folder, "': ", std::strerror(errno)));
   }
-  MapCacheDir opened(folder, lock);
-  if (flock(lock, LOCK_EX | LOCK_NB) != 0) {
+  if (flock(lock.get(), LOCK_EX | LOCK_NB) != 0) {
     return absl::AlreadyExistsError(
         absl::StrCat("the cache folder '", folder, "' is another server's; give each its own"));
   }
+  MapCacheDir opened(folder, std::move(lock));
   ForEachFile(folder, [](const fs::path& path) {
     std::error_code ignored;  // what stays is looked at, and overwritten, later
     if (path.extension() == kPart) fs::remove(path, ignored);
   });
   return opened;
-}
-
-MapCacheDir::MapCacheDir(MapCacheDir&& other) noexcept
-    : folder_(std::move(other.folder_)), lock_(std::exchange(other.lock_, -1)) {}
-
-MapCacheDir::~MapCacheDir() {
-  if (lock_ >= 0) close(lock_);
 }
 
 std::string MapCacheDir::PathOf(const catalogue::Version& version) const {

@@ -2,11 +2,13 @@
 
 #include <cstdint>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "scanloc/catalogue/catalogue.hpp"
+#include "scanloc/files/files.hpp"
 
 namespace scanloc::server {
 
@@ -17,10 +19,6 @@ class MapCacheDir {
   /// Makes the folder if there is none, takes it for this process, and removes what an interrupted
   /// fetch left. AlreadyExists: another process has it.
   [[nodiscard]] static absl::StatusOr<MapCacheDir> Open(const std::string& folder);
-
-  MapCacheDir(MapCacheDir&& other) noexcept;
-  MapCacheDir& operator=(MapCacheDir&&) = delete;
-  ~MapCacheDir();
 
   [[nodiscard]] std::string PathOf(const catalogue::Version& version) const;
   /// Where it is written before it is checked.
@@ -42,10 +40,11 @@ class MapCacheDir {
   void RemoveAllBut(const std::vector<catalogue::Version>& versions) const;
 
  private:
-  MapCacheDir(std::string folder, int lock) : folder_(std::move(folder)), lock_(lock) {}
+  MapCacheDir(std::string folder, FileDescriptor lock)
+      : folder_(std::move(folder)), lock_(std::move(lock)) {}
 
   std::string folder_;
-  int lock_;
+  FileDescriptor lock_;
 };
 
 }  // namespace scanloc::server

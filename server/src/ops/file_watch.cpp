@@ -1,74 +1,26 @@
 #include "ops/file_watch.hpp"
 
-#include <fcntl.h>
 #include <openssl/sha.h>
 #include <spdlog/spdlog.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
-#include <cerrno>
-#include <cstddef>
+#include <cstdint>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "scanloc/core/printable.hpp"
 #include "scanloc/core/status_macros.hpp"
+#include "scanloc/files/files.hpp"
 
 namespace scanloc::server {
 namespace {
 
 constexpr std::chrono::seconds kLookInterval(1);
-constexpr std::size_t kMaxFileBytes = 16 << 20;
-
-/// An open file, closed with it.
-class File {
- public:
-  /// What is no regular file must not make anybody wait.
-  explicit File(const std::string& path)
-      : descriptor_(open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY)) {}
-  ~File() {
-    if (descriptor_ >= 0) close(descriptor_);
-  }
-  File(const File&) = delete;
-  File& operator=(const File&) = delete;
-  [[nodiscard]] int descriptor() const { return descriptor_; }
-
- private:
-  const int descriptor_;
-};
+constexpr std::int64_t kMaxFileBytes = 16 << 20;
 
 }  // namespace
 
-absl::StatusOr<std::string> ReadSmallFile(const std::string& path) {
-  const auto cannot = [&](int error) {
-    return absl::ErrnoToStatus(error, absl::StrCat("cannot read '", Printable(path), "'"));
-  };
-  const File file(path);
-  if (file.descriptor() < 0) return cannot(errno);
-  struct stat status = {};
-  if (fstat(file.descriptor(), &status) != 0) return cannot(errno);
-  if (!S_ISREG(status.st_mode)) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("cannot read '", Printable(path), "': it is not a regular file"));
-  }
-  std::string text;
-  std::array<char, 65536> piece;
-  while (true) {
-    const ssize_t num_read = read(file.descriptor(), piece.data(), piece.size());
-    if (num_read < 0 && errno == EINTR) continue;
-    if (num_read < 0) return cannot(errno);
-    if (num_read == 0) return text;
-    text.append(piece.data(), static_cast<std::size_t>(num_read));
-    if (text.size() > kMaxFileBytes) {
-      return absl::ResourceExhaustedError(absl::StrCat(
-          "cannot read '", Printable(path), "': it has more than ", kMaxFileBytes, " bytes"));
-    }
-  }
-}
-
 absl::Status FileWatch::ReadAll(Texts& texts) const {
   for (const std::string& path : subject_.paths) {
-    ASSIGN_OR_RETURN(auto text, ReadSmallFile(path));
+    ASSIGN_OR_RETURN(auto text, ReadFile(path, kMaxFileBytes));
     texts.push_back(std::move(text));
   }
   return absl::OkStatus();

@@ -69,8 +69,4 @@ class FileWatch {
   std::jthread thread_;
 };
 
-/// The whole of a regular file of at most 16 MiB. An error that names the file: it is none, or
-/// cannot be read.
-[[nodiscard]] absl::StatusOr<std::string> ReadSmallFile(const std::string& path);
-
 }  // namespace scanloc::server

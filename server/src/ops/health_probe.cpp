@@ -7,14 +7,15 @@
 #include <grpcpp/security/tls_credentials_options.h>
 
 #include <chrono>
+#include <cstdint>
 #include <memory>
 #include <vector>
 
 #include "absl/status/statusor.h"
 #include "absl/strings/str_cat.h"
 #include "grpc/health/v1/health.grpc.pb.h"
-#include "ops/file_watch.hpp"
 #include "scanloc/core/status_macros.hpp"
+#include "scanloc/files/files.hpp"
 #include "scanloc/proto/status.hpp"
 
 namespace scanloc::server {
@@ -22,7 +23,8 @@ namespace {
 
 absl::StatusOr<std::string> ReadText(const std::string& path) {
   if (path.empty()) return std::string();
-  absl::StatusOr<std::string> text = ReadSmallFile(path);
+  constexpr std::int64_t kMostBytes = 16 << 20;
+  absl::StatusOr<std::string> text = ReadFile(path, kMostBytes);
   if (!text.ok() || !text->empty()) return text;
   return absl::InvalidArgumentError(absl::StrCat("'", path, "' is empty"));
 }

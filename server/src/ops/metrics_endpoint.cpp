@@ -39,10 +39,6 @@ std::string Response(const char* status, const std::string& body) {
 
 }  // namespace
 
-MetricsEndpoint::Socket::~Socket() {
-  if (descriptor_ >= 0) close(descriptor_);
-}
-
 absl::StatusOr<std::unique_ptr<MetricsEndpoint>> MetricsEndpoint::Listen(const std::string& address,
                                                                          const Metrics& metrics) {
   const auto cannot = [&](absl::string_view why) {
@@ -76,7 +72,8 @@ void MetricsEndpoint::Run() {
     // Who cannot be let in would else wake the thread again at once.
     const short wanted_of_new = std::exchange(is_short_of_descriptors_, false) ? 0 : POLLIN;
     watched.assign({{stop_.get(), POLLIN, 0}});
-    for (const Socket& socket : listening_) watched.push_back({socket.get(), wanted_of_new, 0});
+    for (const FileDescriptor& socket : listening_)
+      watched.push_back({socket.get(), wanted_of_new, 0});
     for (const Client& client : clients_) {
       const short wanted = client.answer.empty() ? POLLIN : POLLOUT;
       watched.push_back({client.socket.get(), wanted, 0});

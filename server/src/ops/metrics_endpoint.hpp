@@ -10,6 +10,7 @@
 
 #include "absl/status/statusor.h"
 #include "ops/metrics.hpp"
+#include "scanloc/files/files.hpp"
 
 namespace scanloc::server {
 
@@ -36,21 +37,9 @@ class MetricsEndpoint {
  private:
   using Clock = std::chrono::steady_clock;
 
-  /// A file descriptor, closed with it.
-  class Socket {
-   public:
-    explicit Socket(int descriptor) : descriptor_(descriptor) {}
-    ~Socket();
-    Socket(const Socket&) = delete;
-    Socket& operator=(const Socket&) = delete;
-    [[nodiscard]] int get() const { return descriptor_; }
-
-   private:
-    const int descriptor_;
-  };
   struct Client {
     explicit Client(int descriptor) : socket(descriptor) {}
-    Socket socket;
+    FileDescriptor socket;
     Clock::time_point came = Clock::now();
     std::string request;
     std::string answer;  // what is left of it; empty until the request is there
@@ -66,8 +55,8 @@ class MetricsEndpoint {
   [[nodiscard]] std::string AnswerTo(const std::string& request) const;
 
   const Metrics& metrics_;
-  std::list<Socket> listening_;  // set before the thread runs
-  const Socket stop_;            // an eventfd
+  std::list<FileDescriptor> listening_;  // set before the thread runs
+  const FileDescriptor stop_;            // an eventfd
   std::string address_;
   bool is_short_of_descriptors_ = false;  // of the thread
   std::list<Client> clients_;             // of the thread; who came first is first
