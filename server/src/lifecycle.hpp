@@ -10,7 +10,8 @@
 namespace scanloc::server {
 
 /// Blocks SIGTERM, SIGINT and SIGHUP for this thread and all that it starts later, so that
-/// RunUntilStopped alone sees them. Call before any other thread exists.
+/// RunUntilStopped alone sees them, those that came before, too. Call before any other thread
+/// exists.
 void BlockStopSignals();
 
 /// Runs the work on a thread of its own; throws std::system_error where there can be no further

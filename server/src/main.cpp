@@ -213,7 +213,6 @@ int Run(CommandLine line) {
   if (auto status = RaiseDescriptorLimit(); !status.ok()) return Fail(kExitFailed, status);
   // Debian builds abseil to look for deadlocks at every lock that gRPC takes, and to remember them.
   absl::SetMutexDeadlockDetectionMode(absl::OnDeadlockCycle::kIgnore);
-  BlockStopSignals();
   const mapdb::OpenOptions open{.cache = mapdb::MakePayloadCache(line.options.cache_bytes),
                                 .whole_bytes = line.options.whole_bytes,
                                 .num_readers = line.options.num_threads};
@@ -232,6 +231,7 @@ int Run(CommandLine line) {
 }  // namespace scanloc::server
 
 int main(int argc, char** argv) {
+  scanloc::server::BlockStopSignals();  // one that comes before it serves is heeded once it does
   try {
     CLI::App app("Answers robots that wake up somewhere in a mapped town.", "scanlocd");
     scanloc::server::CommandLine line;

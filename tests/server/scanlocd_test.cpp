@@ -15,6 +15,7 @@
 #include "scanloc/client/client.hpp"
 #include "scanloc/mapdb/map_file.hpp"
 #include "scanlocd_fixture.hpp"
+#include "support/open_watch.hpp"
 #include "support/raw_call.hpp"
 #include "support/same_answer.hpp"
 
@@ -49,6 +50,23 @@ TEST_F(ScanlocdTest, AnswersFromItsFilesAsALocalizerDoes) {
       ASSERT_TRUE(by_descriptor.ok()) << by_descriptor.status();
       test::ExpectSameAnswer(by_descriptor->answer, expected);
     }
+  }
+}
+
+TEST_F(ScanlocdTest, HeedsSignalsThatComeBeforeItServes) {
+  const std::string config = dir_.Write("config", std::string(900'000, '\n'));  // takes a moment
+  const std::vector<std::string> command = Command(
+      {"--config", config, "--map", "town=" + WriteMap("town", 1), "--listen", "127.0.0.1:0"});
+  for (const int signal : {SIGHUP, SIGTERM}) {
+    const test::OpenWatch opened(config);
+    scanlocd_.emplace(command);
+    opened.Await();
+    scanlocd_->Signal(signal);
+    if (signal == SIGHUP) {
+      EXPECT_THAT(scanlocd_->ReadLine(), StartsWith("scanlocd ready on"));
+      scanlocd_->Signal(SIGTERM);
+    }
+    EXPECT_EQ(scanlocd_->Wait(), 0) << scanlocd_->stderr_text();
   }
 }
 
