@@ -8,6 +8,7 @@
 
 #include "http_fixture.hpp"
 #include "support/map_files.hpp"
+#include "support/open_watch.hpp"
 #include "support/paths.hpp"
 #include "support/process.hpp"
 #include "support/temp_dir.hpp"
@@ -65,6 +66,15 @@ TEST_F(ScanlocWebTest, ServesUntilItIsToldToStop) {
   }());
   EXPECT_EQ(said.json()["maps"][0]["name"], "town");
   const test::TcpConnection idle(address);
+  web_->Signal(SIGTERM);
+  EXPECT_EQ(web_->Wait(), 0) << web_->stderr_text();
+}
+
+TEST_F(ScanlocWebTest, StopsAsToldBeforeItServes) {
+  const std::string token = dir_.Write("token", "guest\n" + std::string(60'000, '\n'));
+  const test::OpenWatch opened(token);
+  web_.emplace(Command({"--server", server_, "--listen", "127.0.0.1:0", "--token-file", token}));
+  opened.Await();
   web_->Signal(SIGTERM);
   EXPECT_EQ(web_->Wait(), 0) << web_->stderr_text();
 }

@@ -97,6 +97,14 @@ absl::Status WriteSnapshot(const CommandLine& line, const PageFiles& page, const
   return cli::WriteText(line.snapshot, text);
 }
 
+sigset_t StopSignals() {
+  sigset_t signals;
+  sigemptyset(&signals);
+  sigaddset(&signals, SIGINT);
+  sigaddset(&signals, SIGTERM);
+  return signals;
+}
+
 int Run(CommandLine line) {
   if (auto status = CheckUsage(line); !status.ok()) return Fail(kExitUsage, status);
   auto to_server = cli::ClientOptionsOf(line.connection);
@@ -104,11 +112,6 @@ int Run(CommandLine line) {
   if (auto status = client::Validate(*to_server); !status.ok()) return Fail(kExitUsage, status);
   std::signal(SIGPIPE, SIG_IGN);
   std::signal(SIGXFSZ, SIG_IGN);
-  sigset_t stop;
-  sigemptyset(&stop);
-  sigaddset(&stop, SIGINT);
-  sigaddset(&stop, SIGTERM);
-  pthread_sigmask(SIG_BLOCK, &stop, nullptr);  // before there are other threads
 
   Gateway gateway(*std::move(to_server));
   const Api api(gateway);
@@ -116,7 +119,9 @@ int Run(CommandLine line) {
       PageFiles::Open(line.page_folder.empty() ? PageFiles::DefaultFolder() : line.page_folder);
   const bool needs_page = !line.page_folder.empty() || !line.snapshot.empty();
   if (!page.ok() && needs_page) return Fail(kExitFailed, page.status());
+  const sigset_t stop = StopSignals();
   if (!line.snapshot.empty()) {
+    pthread_sigmask(SIG_UNBLOCK, &stop, nullptr);
     const absl::Status status = WriteSnapshot(line, *page, api);
     return status.ok() ? 0 : Fail(kExitFailed, status);
   }
@@ -152,6 +157,8 @@ int Run(CommandLine line) {
 }  // namespace scanloc::web
 
 int main(int argc, char** argv) {
+  const sigset_t stop = scanloc::web::StopSignals();
+  pthread_sigmask(SIG_BLOCK, &stop, nullptr);  // before there are other threads
   try {
     CLI::App app("Serves what a scanlocd tells over HTTP, and a page to look at it.",
                  "scanloc-web");
