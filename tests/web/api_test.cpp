@@ -118,6 +118,18 @@ TEST_F(ApiTest, SaysWhatIsWrong) {
     EXPECT_EQ(said.status, 400) << query << said.body;
     EXPECT_FALSE(said.json()["error"]["message"].empty());
   }
+  const std::pair<const char*, const char*> told[] = {
+      {"top=99999999999", "it must be a whole number from -2147483648 to 2147483647"},
+      {"min_confidence=1e999", "it must be a finite number"},
+      {"candidate=3", "known here: format, map, method, min_confidence, structure, top"},
+      {"top=1&top=2", "for the second time"},
+      {"structure=yes", "it must be true or false"}};
+  for (const auto& [query, what] : told) {
+    const Said said = Ask(RequestText("POST", std::string("/v1/localize?") + query, scan));
+    EXPECT_EQ(said.status, 400) << query;
+    EXPECT_THAT(said.json()["error"]["message"].get<std::string>(), HasSubstr(what));
+  }
+  EXPECT_THAT(Get("/v1/maps?map=town").body, HasSubstr("known here: none"));
   EXPECT_EQ(Ask(RequestText("POST", "/v1/localize?map=nowhere", scan)).status, 404);
   EXPECT_THAT(Ask(RequestText("POST", "/v1/localize", "")).body, HasSubstr("the body is empty"));
   EXPECT_EQ(Ask(RequestText("POST", "/v1/localize", "0123456789")).status, 400);

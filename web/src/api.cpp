@@ -3,6 +3,7 @@
 #include <cmath>
 #include <utility>
 
+#include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
 #include "absl/strings/str_split.h"
@@ -46,6 +47,30 @@ int HttpStatusOf(absl::StatusCode code) {
   }
 }
 
+/// Names of the parameters behind the "?" that the document has.
+std::set<std::string> QueryParameters(const std::string& method, const std::string& path) {
+  static const Json document = Json::parse(kOpenApiDocument);
+  std::set<std::string> names;
+  const Json& operation = document.at("paths").at(path).at(absl::AsciiStrToLower(method));
+  for (const Json& given : operation.value("parameters", Json::array())) {
+    const std::string link = given.value("$ref", "#");
+    const Json& parameter = link == "#" ? given : document.at(Json::json_pointer(link.substr(1)));
+    if (parameter.at("in") == "query") names.insert(parameter.at("name"));
+  }
+  return names;
+}
+
+absl::Status CheckParameters(const Request& request, std::set<std::string> known) {
+  const std::string all = known.empty() ? "none" : absl::StrJoin(known, ", ");
+  for (const auto& [name, value] : request.parameters) {
+    if (known.erase(name) > 0) continue;
+    return absl::InvalidArgumentError(
+        absl::StrCat("the URL has a parameter \"", name.substr(0, 40),
+                     "\" that is not known, or for the second time; known here: ", all));
+  }
+  return absl::OkStatus();
+}
+
 }  // namespace
 
 Response ResponseTo(const absl::Status& status) {
@@ -80,6 +105,7 @@ Api::Api(Gateway& gateway) : gateway_(gateway) {
 void Api::Offer(const char* method, const char* path, Act act) {
   routes_.push_back({.method = method,
                      .segments = absl::StrSplit(absl::string_view(path).substr(1), '/'),
+                     .parameters = QueryParameters(method, path),
                      .act = act});
 }
 
@@ -118,6 +144,9 @@ Response Api::Handle(const Request& request) const {
     if (request.method != route.method && !is_read) {
       allowed = route.method;
       continue;
+    }
+    if (auto status = CheckParameters(request, route.parameters); !status.ok()) {
+      return ResponseTo(status);
     }
     auto client = gateway_.As(request.token);
     if (!client.ok()) return ResponseTo(client.status());

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -34,9 +35,11 @@ class Api {
   struct Route {
     std::string method;
     std::vector<std::string> segments;  ///< "{name}" stands for any one
+    std::set<std::string> parameters;   ///< that there may be behind the "?"
     Act act;
   };
 
+  /// What the document has.
   void Offer(const char* method, const char* path, Act act);
 
   [[nodiscard]] Answer ListMaps(const Asked& asked) const;

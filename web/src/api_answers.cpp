@@ -105,11 +105,16 @@ Api::Answer Api::Localize(const Asked& asked) const {
     return absl::InvalidArgumentError(
         absl::StrCat("format is \"", format->substr(0, 40), "\"; it must be bin, npy, pcd or ply"));
   }
+  const std::string structure = request.Parameter("structure").value_or("false");
+  if (structure != "true" && structure != "false") {
+    return absl::InvalidArgumentError(
+        absl::StrCat("structure is \"", structure.substr(0, 40), "\"; it must be true or false"));
+  }
   ASSIGN_OR_RETURN(const auto scan, dataset::ReadScanBytes(request.body, name));
   ASSIGN_OR_RETURN(const auto reply, asked.client->LocalizeByDescriptor(scan.points, options));
   Json json = ToJson(reply);
   json["num_points"] = scan.points.size();
-  if (request.Parameter("structure").value_or("") == "true") {
+  if (structure == "true") {
     ASSIGN_OR_RETURN(const auto info, asked.client->GetMapInfo(reply.map));
     ASSIGN_OR_RETURN(auto describer, Describer::Create(info.params));
     json["posts_cm"] = PostsToJson(describer.Describe(scan.points).structure);

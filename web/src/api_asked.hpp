@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cmath>
+#include <limits>
 #include <map>
 #include <memory>
 #include <string>
@@ -22,19 +23,20 @@ struct Api::Asked {
   [[nodiscard]] const std::string& part(const std::string& name) const { return parts.at(name); }
 };
 
-/// InvalidArgument that names what is no number.
+/// InvalidArgument that names what is no number, or none that fits.
 template <typename Number>
 [[nodiscard]] absl::StatusOr<Number> ToNumber(const char* name, const std::string& text) {
   Number number{};
-  bool is_good = false;
+  std::string wanted = "a finite number";
   if constexpr (std::is_floating_point_v<Number>) {
-    is_good = absl::SimpleAtod(text, &number) && std::isfinite(number);
+    if (absl::SimpleAtod(text, &number) && std::isfinite(number)) return number;
   } else {
-    is_good = absl::SimpleAtoi(text, &number);
+    if (absl::SimpleAtoi(text, &number)) return number;
+    using Limits = std::numeric_limits<Number>;
+    wanted = absl::StrCat("a whole number from ", Limits::min(), " to ", Limits::max());
   }
-  if (is_good) return number;
   return absl::InvalidArgumentError(
-      absl::StrCat(name, " is \"", text.substr(0, 40), "\"; it must be a number"));
+      absl::StrCat(name, " is \"", text.substr(0, 40), "\"; it must be ", wanted));
 }
 
 [[nodiscard]] inline Response Document200(const Json& json) {
