@@ -87,6 +87,7 @@ class HttpStore : public Store {
     std::error_code error;
     const auto size = static_cast<curl_off_t>(std::filesystem::file_size(path, error));
     if (file == nullptr || error) return absl::NotFoundError(absl::StrCat("cannot read ", path));
+    if (Has(name, path)) return absl::OkStatus();
     std::string sha256;
     if (!place_.signature.empty()) {
       ASSIGN_OR_RETURN(sha256, Sha256OfFile(path));
@@ -128,6 +129,23 @@ class HttpStore : public Store {
   }
 
  private:
+  /// Whether the store shows by its ETag that it has the very file.
+  [[nodiscard]] bool Has(const std::string& name, const std::string& path) const {
+    const auto [curl, headers] = Begin(name, kSha256OfNothing);
+    if (curl == nullptr) return false;
+    curl_easy_setopt(curl.get(), CURLOPT_NOBODY, 1L);
+    long answer = 0;
+    curl_header* tag = nullptr;
+    if (curl_easy_perform(curl.get()) != CURLE_OK ||
+        curl_easy_getinfo(curl.get(), CURLINFO_RESPONSE_CODE, &answer) != CURLE_OK ||
+        answer != kHttpOk ||
+        curl_easy_header(curl.get(), "ETag", 0, CURLH_HEADER, -1, &tag) != CURLHE_OK) {
+      return false;
+    }
+    const absl::StatusOr<std::string> md5 = Md5OfFile(path);
+    return md5.ok() && absl::StrCat("\"", *md5, "\"") == tag->value;
+  }
+
   static absl::Status WriteError(const std::string& path, int error) {
     const std::string text = absl::StrCat("cannot write '", path, "': ", std::strerror(error));
     return error == ENOSPC || error == EDQUOT || error == EFBIG

@@ -7,6 +7,7 @@
 #include <csignal>
 #include <filesystem>
 #include <fstream>
+#include <set>
 
 #include "absl/strings/str_cat.h"
 #include "support/file_size_limit.hpp"
@@ -63,6 +64,16 @@ TEST_P(StoreTest, MendsWhatItHadDamaged) {
   ASSERT_TRUE(store->Put("name", path).ok());
   ASSERT_TRUE(store->Get("name", dir_.File("copy"), 1000, kGoOn).ok());
   EXPECT_EQ(test::ReadFile(dir_.File("copy")), "as it was published");
+}
+
+TEST_P(StoreTest, IsGivenNothingThatItHas) {
+  const std::string path = dir_.Write("file", "the map");
+  const auto store = Open();
+  ASSERT_TRUE(store->Put("name", path).ok());
+  const fs::file_time_type long_ago = fs::last_write_time(path) - std::chrono::hours(1000);
+  fs::last_write_time(folder_ + "/name", long_ago);
+  ASSERT_TRUE(store->Put("name", path).ok());
+  EXPECT_EQ(fs::last_write_time(folder_ + "/name"), long_ago);
 }
 
 TEST_P(StoreTest, RefusesWhatIsNotThereOrTooLong) {
@@ -134,6 +145,17 @@ TEST(S3Store, GivesWhatItWasGivenToWhoeverSignsWithItsSecret) {
   const absl::Status got = store->Get("name", dir.File("copy"), 3'000'000, kGoOn);
   ASSERT_TRUE(got.ok()) << got;
   EXPECT_EQ(test::ReadFile(dir.File("copy")), bytes);
+  const auto versions = [&] {
+    std::set<std::string> names;  // with the time of each upload
+    for (const auto& entry : fs::recursive_directory_iterator(dir.File("disk/objects"))) {
+      if (entry.path().extension() == ".data") names.insert(entry.path().filename());
+    }
+    return names;
+  };
+  const std::set<std::string> before = versions();
+  EXPECT_EQ(before.size(), 1U);
+  EXPECT_TRUE(store->Put("name", dir.File("file")).ok());
+  EXPECT_EQ(versions(), before) << "it has it";
   EXPECT_EQ(store->Get("none", dir.File("copy"), 100, kGoOn).code(), absl::StatusCode::kNotFound);
 
   setenv("AWS_SECRET_ACCESS_KEY", "other", 1);
@@ -141,17 +163,6 @@ TEST(S3Store, GivesWhatItWasGivenToWhoeverSignsWithItsSecret) {
   EXPECT_THAT(stranger->Get("name", dir.File("copy"), 3'000'000, kGoOn).message(),
               testing::HasSubstr("status 403"));
   EXPECT_THAT(stranger->Put("other", dir.File("file")).message(), testing::HasSubstr("status 403"));
-}
-
-TEST(FolderStore, CopiesNothingThatItHas) {
-  const test::TempDir dir;
-  const std::string path = dir.Write("file", "the map");
-  const auto store = *OpenStore(dir.File("store"));
-  ASSERT_TRUE(store->Put("name", path).ok());
-  const fs::file_time_type long_ago = fs::last_write_time(path) - std::chrono::hours(1000);
-  fs::last_write_time(dir.File("store/name"), long_ago);
-  ASSERT_TRUE(store->Put("name", path).ok());
-  EXPECT_EQ(fs::last_write_time(dir.File("store/name")), long_ago);
 }
 
 TEST(FolderStore, DoesNotWaitForWhatIsNoFile) {

@@ -1,8 +1,11 @@
-"""A web server of a folder, with GET and PUT, on a free port of this machine; prints the port.
+"""A web server of a folder, with GET, HEAD and PUT, on a free port of this machine; prints the port.
+
+As S3 does it gives the MD5 of a file as its ETag.
 
 While there is a file `slow` in the folder, an answer gets no further than its first bytes. While there
 is a file `status`, every answer has the status that it holds, and some text.
 """
+import hashlib
 import http.server
 import os
 import sys
@@ -37,12 +40,24 @@ class Handler(http.server.SimpleHTTPRequestHandler):
         self.send_header("Location", "http://127.0.0.1:1/elsewhere")
         self.send_header("Content-Length", "4")
         self.end_headers()
-        self.wfile.write(b"else")
+        if self.command != "HEAD":
+            self.wfile.write(b"else")
         return True
 
     def do_GET(self):
         if not self.answers_otherwise():
             super().do_GET()
+
+    def do_HEAD(self):
+        if not self.answers_otherwise():
+            super().do_HEAD()
+
+    def send_header(self, keyword, value):
+        super().send_header(keyword, value)
+        path = self.translate_path(self.path)
+        if keyword == "Last-Modified":
+            with open(path, "rb") as file:
+                super().send_header("ETag", f'"{hashlib.md5(file.read()).hexdigest()}"')
 
     def do_PUT(self):
         if self.answers_otherwise():

@@ -17,8 +17,8 @@ class Store {
   virtual ~Store() = default;
 
   /// Copies a file there. Until it is complete, what was there under the name stays: nothing, or
-  /// the same file, which may have been damaged meanwhile. A folder that has it already, whole, is
-  /// left as it is.
+  /// the same file, which may have been damaged meanwhile. A store that has it already, and can
+  /// show that it is whole, is left as it is: a folder, and a server that gives the MD5 as ETag.
   [[nodiscard]] virtual absl::Status Put(const std::string& name, const std::string& path) = 0;
 
   /// Copies the file to a path, over what is there, and fails if it would have more than max_bytes.
@@ -42,7 +42,9 @@ struct StoreOptions {
 [[nodiscard]] absl::StatusOr<std::unique_ptr<Store>> OpenStore(const std::string& url,
                                                                const StoreOptions& options = {});
 
-/// Of a file, 64 hex digits. NotFound, DataLoss: it cannot be read.
+/// Of a file, 64 hex digits. NotFound and such: it cannot be read.
 [[nodiscard]] absl::StatusOr<std::string> Sha256OfFile(const std::string& path);
+/// Likewise, 32 hex digits: what S3 tells files by.
+[[nodiscard]] absl::StatusOr<std::string> Md5OfFile(const std::string& path);
 
 }  // namespace scanloc::catalogue
