@@ -99,6 +99,20 @@ TEST_F(ScanlocdOperationTest, TellsOnceThatQueriesCannotBeCaptured) {
   EXPECT_THAT(scanlocd_->stderr_text(), HasSubstr("No such file or directory"));
 }
 
+TEST_F(ScanlocdOperationTest, RefusesAFolderForCapturesThatIsAnothers) {
+  const std::vector<std::string> arguments = {"--map", "town=" + WriteMap("town", 1),
+                                              "--capture-dir", dir_.File("captures")};
+  Start(arguments);
+  std::vector<std::string> other = Command(arguments);
+  other.insert(other.end(), {"--listen", "127.0.0.1:0"});
+  const test::ProcessResult refused = test::RunProcess(other);
+  EXPECT_EQ(refused.status, 1);
+  EXPECT_THAT(refused.err, HasSubstr("is another server's"));
+  scanlocd_->Signal(SIGKILL);
+  scanlocd_->Wait();
+  Start(arguments);
+}
+
 TEST_F(ScanlocdOperationTest, ServesOnWhenAFileIsAsLongAsFilesMayBe) {
   Start({"--map", "town=" + WriteMap("town", 1), "--capture-dir", dir_.File("captures")});
   const rlimit limit = {.rlim_cur = 100, .rlim_max = 100};

@@ -1,5 +1,7 @@
 #include "ops/query_capture.hpp"
 
+#include <fcntl.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 
 #include <algorithm>
@@ -61,6 +63,13 @@ absl::StatusOr<std::unique_ptr<QueryCapture>> QueryCapture::Open(const std::stri
         absl::StrCat("the folder for captured queries, ", folder,
                      ", is none and cannot be made: ", error.message()));
   }
+  FileDescriptor lock(open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  // Some file systems of other machines lock no folders.
+  if (flock(lock.get(), LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
+    return absl::AlreadyExistsError(absl::StrCat(
+        "the folder for captured queries, ", folder,
+        ", is another server's, which takes all files in it for its own; give each ", "its own"));
+  }
   const fs::path probe = fs::path(folder) / absl::StrCat("probe", kUnfinished);
   errno = 0;
   if (!std::ofstream(probe, std::ios::binary)) {
@@ -68,8 +77,8 @@ absl::StatusOr<std::unique_ptr<QueryCapture>> QueryCapture::Open(const std::stri
         absl::StrCat("the folder for captured queries, ", folder,
                      ", cannot be written to: ", std::generic_category().message(errno)));
   }
-  auto capture =
-      std::unique_ptr<QueryCapture>(new QueryCapture(fs::path(folder), max_bytes, metrics));
+  auto capture = std::unique_ptr<QueryCapture>(
+      new QueryCapture(fs::path(folder), std::move(lock), max_bytes, metrics));
   capture->Adopt();
   capture->thread_ = std::thread([raw = capture.get()] { raw->Run(); });
   return capture;

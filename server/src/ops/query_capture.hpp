@@ -12,6 +12,7 @@
 #include "absl/status/statusor.h"
 #include "ops/logs.hpp"
 #include "ops/metrics.hpp"
+#include "scanloc/files/files.hpp"
 #include "scanloc/v1/capture.pb.h"
 
 namespace scanloc::server {
@@ -24,7 +25,7 @@ class QueryCapture {
   /// Makes the folder if there is none, for the server's user alone, and takes over files of its
   /// own that an earlier server left. max_bytes bounds what they take of the disk: whole blocks,
   /// and half a kB for the name of each. InvalidArgument: it is no folder, or cannot be made or
-  /// written to.
+  /// written to. AlreadyExists: another process has it.
   [[nodiscard]] static absl::StatusOr<std::unique_ptr<QueryCapture>> Open(const std::string& folder,
                                                                           std::int64_t max_bytes,
                                                                           Metrics& metrics);
@@ -40,8 +41,10 @@ class QueryCapture {
     std::int64_t num_bytes = 0;
   };
 
-  QueryCapture(std::filesystem::path folder, std::int64_t max_bytes, Metrics& metrics)
+  QueryCapture(std::filesystem::path folder, FileDescriptor lock, std::int64_t max_bytes,
+               Metrics& metrics)
       : folder_(std::move(folder)),
+        lock_(std::move(lock)),
         max_bytes_(max_bytes),
         metrics_(metrics),
         log_limit_(1, kLogPeriod_ns) {}
@@ -55,6 +58,7 @@ class QueryCapture {
   void RemoveOldest();
 
   const std::filesystem::path folder_;
+  const FileDescriptor lock_;
   const std::int64_t max_bytes_;
   Metrics& metrics_;
   LogLimit log_limit_;      // a full disk fails every query
