@@ -242,6 +242,20 @@ TEST_F(CatalogueMapsTest, MakesRoomByWhatWasAskedForLongestAgo) {
   AwaitAnswer(town);
 }
 
+TEST_F(CatalogueMapsTest, SaysThatARegionWaitsForRoom) {
+  const catalogue::Version town = Publish("town", 1);
+  Publish("port", 2);
+  StartWorker({"--cache-bytes", std::to_string(town.num_bytes * 3 / 2)});
+  AwaitAnswer(town);
+  Await("there is no room for the other", [&] {
+    EXPECT_EQ(Answers("town"), town.content_id) << "it is in use";
+    const auto reply = Connect().LocalizeScan(test::QueryScan(1, 2), {.map = "port"});
+    EXPECT_TRUE(absl::IsUnavailable(reply.status())) << reply.status();
+    return reply.status().message().find("waits for room on the server's disk") !=
+           absl::string_view::npos;
+  });
+}
+
 TEST_F(CatalogueMapsTest, RefusesAFolderThatIsAnothersAndACatalogueThatIsNone) {
   StartWorker();
   test::Process other(Command({"--catalogue", database_->Url(), "--store", store_url_,

@@ -26,6 +26,8 @@ void FetchFailures::Note(const catalogue::Version& version, const absl::Status& 
   const std::string why = LastingHindrance(status);
   if (status.ok()) lasting_.erase(version.FileName());
   if (!why.empty()) lasting_[version.FileName()] = why;
+  without_room_.erase(version.FileName());
+  if (absl::IsResourceExhausted(status)) without_room_.insert(version.FileName());
 }
 
 absl::Status FetchFailures::WhyNotServed(const catalogue::Version& version) const {
@@ -33,7 +35,12 @@ absl::Status FetchFailures::WhyNotServed(const catalogue::Version& version) cons
   const auto lasting = lasting_.find(version.FileName());
   if (lasting == lasting_.end()) {
     return Unavailable(v1::ERROR_REASON_MAP_LOADING,
-                       absl::StrCat(map, " is being fetched; try again later"), kRetryFetched);
+                       absl::StrCat(map,
+                                    without_room_.contains(version.FileName())
+                                        ? " waits for room on the server's disk"
+                                        : " is being fetched",
+                                    "; try again later"),
+                       kRetryFetched);
   }
   return Unavailable(
       v1::ERROR_REASON_MAP_FAILED,

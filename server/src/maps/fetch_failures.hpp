@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <map>
+#include <set>
 #include <string>
 
 #include "absl/status/status.h"
@@ -16,15 +17,16 @@ class FetchFailures {
   static constexpr std::chrono::seconds kRetryFetched{1};
   static constexpr std::chrono::seconds kRetryFailed{30};
 
-  /// Of a failure that may pass by itself nothing is kept.
+  /// Of a failure that may pass by itself no more is kept than that there is no room.
   void Note(const catalogue::Version& version, const absl::Status& status);
-  void Clear() { lasting_.clear(); }
+  void Clear() { *this = {}; }
 
-  /// Unavailable: the version is being fetched, or what stands in the way for long.
+  /// Unavailable: the version is being fetched, or what stands in the way.
   [[nodiscard]] absl::Status WhyNotServed(const catalogue::Version& version) const;
 
  private:
   std::map<std::string, std::string> lasting_;  // by file
+  std::set<std::string> without_room_;          // files
 };
 
 }  // namespace scanloc::server
