@@ -120,7 +120,10 @@ const char* FileLayer(Access access) {
 JournalState LookAtJournal(const std::string& journal) {
   const FileDescriptor file(
       open(journal.c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_NOCTTY | O_CLOEXEC));
-  if (file.get() < 0) return errno == ENOENT ? JournalState::kNone : JournalState::kNoFile;
+  if (file.get() < 0) {
+    const bool is_none = errno == ENOENT || errno == ENAMETOOLONG;
+    return is_none ? JournalState::kNone : JournalState::kNoFile;
+  }
   struct stat info = {};
   if (fstat(file.get(), &info) != 0 || !S_ISREG(info.st_mode)) return JournalState::kNoFile;
   std::array<char, kJournalFrontBytes> front = {};

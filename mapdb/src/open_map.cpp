@@ -57,6 +57,7 @@ absl::Status JournalError(const std::string& path) {
   const std::string journal = JournalOf(path);
   const std::string beside = absl::StrCat("beside map '", path, "' lies '", journal, "', ");
   switch (LookAtJournal(journal)) {
+    case JournalState::kNone:  // it could not be looked at a moment ago
     case JournalState::kNoFile:
       if (MayBeJournal(journal)) {  // and then the map needs it
         return absl::UnavailableError(

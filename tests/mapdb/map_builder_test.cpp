@@ -1,5 +1,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <unistd.h>
 
 #include <filesystem>
 #include <functional>
@@ -157,6 +159,28 @@ TEST_F(MapBuilderTest, CreatesNothingOfANameThatIsTooLongForItsJournal) {
   }
   const std::string longest = dir_.File(std::string(247, 'n'));
   EXPECT_TRUE(MapBuilder::Create(longest, SmallParams(), SmallPlan("one", 1)).ok());
+}
+
+TEST_F(MapBuilderTest, TellsOfNoJournalWhereTheLastDescriptorWentToTheMap) {
+  Build(1, 1);
+  rlimit before{};
+  ASSERT_EQ(getrlimit(RLIMIT_NOFILE, &before), 0);
+  const int free = dup(STDOUT_FILENO);
+  close(free);
+  const rlimit one_more = {.rlim_cur = static_cast<rlim_t>(free) + 1, .rlim_max = before.rlim_max};
+  ASSERT_EQ(setrlimit(RLIMIT_NOFILE, &one_more), 0);
+  const absl::Status status = LoadMap(path_).status();
+  ASSERT_EQ(setrlimit(RLIMIT_NOFILE, &before), 0);
+  ExpectStatus(status, absl::StatusCode::kUnavailable, "the limit of open files");
+}
+
+TEST_F(MapBuilderTest, ReadsAMapWhoseJournalWouldHaveTooLongAName) {
+  const std::string path = dir_.File(std::string(255, 'n'));
+  Build(1, 1);
+  std::filesystem::rename(path_, path);
+  const auto map = LoadMap(path);
+  ASSERT_TRUE(map.ok()) << map.status();
+  EXPECT_EQ(map->places.size(), 1U);
 }
 
 TEST_F(MapBuilderTest, CreatesNothingOfBadParameters) {
