@@ -178,6 +178,17 @@ TEST(Bag, RefusesWhatIsNoBag) {
   EXPECT_FALSE(Bag::Open({}).ok());
 }
 
+TEST(Bag, SaysThatThereIsNoFolderForTheFileThatWasCompressed) {
+  const TempDir dir;
+  const std::string bag = BagPath("ros2_file_zstd/ros2_file_zstd.db3.zstd");
+  for (const std::string& folder : {dir.Write("file", ""), dir.File("none")}) {
+    ASSERT_EQ(setenv("TMPDIR", folder.c_str(), 1), 0);
+    EXPECT_THAT(std::string(Open(bag).status().message()), HasSubstr("TMPDIR"));
+  }
+  unsetenv("TMPDIR");
+  EXPECT_TRUE(Open(bag).ok());
+}
+
 TEST(Bag, ReadsAFileOfAFolderOnceThatIsThereCompressedToo) {
   const TempDir dir;
   const std::string database = ReadFile(BagPath("ros2/ros2.db3"));

@@ -32,9 +32,12 @@ class TemporaryFile {
  public:
   static absl::StatusOr<std::unique_ptr<TemporaryFile>> Make() {
     std::error_code error;
-    std::string path =
-        (std::filesystem::temp_directory_path(error) / "scanloc-bag-XXXXXX").string();
-    const int fd = error ? -1 : mkostemp(path.data(), O_CLOEXEC);
+    const std::filesystem::path folder = std::filesystem::temp_directory_path(error);
+    if (error) {
+      return absl::ErrnoToStatus(error.value(), "there is no folder for temporary files (TMPDIR)");
+    }
+    std::string path = (folder / "scanloc-bag-XXXXXX").string();
+    const int fd = mkostemp(path.data(), O_CLOEXEC);
     if (fd < 0) return absl::ErrnoToStatus(errno, absl::StrCat(path, ": cannot be made"));
     return std::make_unique<TemporaryFile>(fd, path);
   }
