@@ -23,11 +23,15 @@ absl::Status ErrnoStatus(int error, const std::string& target, const char* what)
       error, absl::StrCat("cannot ", what, " ", target.empty() ? "standard output" : target));
 }
 
-// The file that a link leads to, so that the link is not replaced by what it points to.
+// The file that a link leads to, there or not yet, so that the link is not replaced by it.
 std::string Resolve(const std::string& path) {
+  constexpr int kMostLinks = 40;
   std::error_code error;
-  const std::filesystem::path resolved = std::filesystem::weakly_canonical(path, error);
-  return error ? path : resolved.string();
+  std::filesystem::path resolved = path;
+  for (int i = 0; i < kMostLinks && std::filesystem::is_symlink(resolved, error); ++i) {
+    resolved = resolved.parent_path() / std::filesystem::read_symlink(resolved, error);
+  }
+  return resolved;
 }
 
 // As maps, bags and most scans have them; what is written here begins with text.
@@ -59,9 +63,9 @@ absl::StatusOr<TextOutput> TextOutput::Open(const std::string& path) {
     output.fd_ = STDOUT_FILENO;
     return output;
   }
-  output.target_ = Resolve(path);
   struct stat info = {};
-  const bool exists = stat(output.target_.c_str(), &info) == 0;
+  const bool exists = stat(path.c_str(), &info) == 0;
+  output.target_ = exists && !S_ISREG(info.st_mode) ? path : Resolve(path);
   if (exists && S_ISDIR(info.st_mode)) {
     return absl::InvalidArgumentError(
         absl::StrCat("cannot write ", path, ": it is a folder; name a file"));

@@ -57,6 +57,17 @@ TEST(TextOutput, WritesThroughALink) {
   EXPECT_EQ(ReadFile(dir.File("real")), "new");
 }
 
+TEST(TextOutput, WritesWhereALinkLeadsThoughNothingIsThereYet) {
+  const TempDir dir;
+  fs::create_directory(dir.File("folder"));
+  fs::create_symlink("folder/second", dir.File("first"));
+  fs::create_symlink(dir.File("real"), dir.File("folder/second"));
+  ASSERT_TRUE(WriteText(dir.File("first"), "new").ok());
+  EXPECT_TRUE(fs::is_symlink(dir.File("first")));
+  EXPECT_TRUE(fs::is_symlink(dir.File("folder/second")));
+  EXPECT_EQ(ReadFile(dir.File("real")), "new");
+}
+
 TEST(TextOutput, ReplacesNoMapOrScan) {
   const TempDir dir;
   const std::string map = std::string("SQLite format 3") + '\0' + "pages";
