@@ -70,6 +70,17 @@ TEST_F(ScanlocdTest, HeedsSignalsThatComeBeforeItServes) {
   }
 }
 
+TEST_F(ScanlocdTest, SaysWhichFilesOfAFolderItCannotServeByTheirNames) {
+  WriteMap("town", 1);
+  WriteMap("old town", 1);
+  WriteMap("new\ntown", 1);
+  Start({"--maps-dir", dir_.path().string()});
+  scanlocd_->Signal(SIGTERM);
+  ASSERT_EQ(scanlocd_->Wait(), 0);
+  EXPECT_THAT(scanlocd_->stderr_text(), HasSubstr("old town.scanloc is not served: map name"));
+  EXPECT_THAT(scanlocd_->stderr_text(), HasSubstr("new\\ntown.scanloc is not served: map name"));
+}
+
 TEST_F(ScanlocdTest, PrintsOneLineAndEndsWithZeroWhenSignalled) {
   const std::string map = WriteMap("town", 1);
   for (const int signal : {SIGTERM, SIGINT}) {

@@ -1,5 +1,7 @@
 #include "maps/map_sources.hpp"
 
+#include <spdlog/spdlog.h>
+
 #include <algorithm>
 #include <filesystem>
 #include <system_error>
@@ -7,9 +9,9 @@
 
 #include "absl/strings/escaping.h"
 #include "absl/strings/str_cat.h"
+#include "scanloc/core/printable.hpp"
 
 namespace scanloc::server {
-namespace {}  // namespace
 
 MapSources::MapSources(std::vector<MapSource> configured, std::string folder)
     : configured_(std::move(configured)), folder_(std::move(folder)) {}
@@ -25,9 +27,13 @@ absl::StatusOr<std::vector<MapSource>> MapSources::List() const {
     const std::string name = path.stem().string();
     const bool is_known =
         std::ranges::any_of(configured_, [&](const MapSource& map) { return map.name == name; });
-    if (path.extension() == kMapEnding && CheckMapName(name).ok() && !is_known) {
-      found.push_back({.name = name, .path = path.string()});
+    if (path.extension() != kMapEnding || is_known) continue;
+    if (const absl::Status status = CheckMapName(name); !status.ok()) {
+      spdlog::warn("{} is not served: {}", Printable(path.string()),
+                   Printable(std::string(status.message())));
+      continue;
     }
+    found.push_back({.name = name, .path = path.string()});
   }
   if (error) {
     return absl::NotFoundError(
