@@ -126,7 +126,8 @@ absl::StatusOr<std::string> RefreshCommand::Recall(const std::string& path,
 }
 
 absl::Status RefreshCommand::Run() {
-  if (std::filesystem::exists(out_)) {
+  std::error_code error;
+  if (std::filesystem::exists(std::filesystem::symlink_status(out_, error))) {
     return absl::AlreadyExistsError(
         absl::StrCat("there is a file '", out_, "' already; remove it or choose another name"));
   }

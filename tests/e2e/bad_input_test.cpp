@@ -154,6 +154,13 @@ TEST(BadInput, OutputThatExistsIsLeftAsItIs) {
   ExpectOneLine(Scanloc(BuildArgs(map)), map);
   EXPECT_EQ(ReadFile(map), ReadFile(Town().map1));
   ExpectOneLine(Scanloc({"simulate", Town().drive1, "--length-m", "20"}), Town().drive1);
+  const std::string loop = dir.File("loop");
+  fs::create_symlink(loop, loop);
+  const Args refresh = {"refresh", Town().map1,     loop,     "--scans", Town().drive1,
+                        "--poses", Town().Poses1(), "--quiet"};
+  for (const Args& args : {BuildArgs(loop), Args{"merge", loop, Town().map1}, refresh}) {
+    ExpectOneLine(Scanloc(args), "there is a file '" + loop + "' already");
+  }
 }
 
 TEST(BadInput, SessionNamesAreUniqueInAMap) {
