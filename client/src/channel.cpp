@@ -14,6 +14,9 @@
 namespace scanloc::client {
 namespace {
 
+/// gRPC would go on to two minutes while a server is away, and then be as late to find it back.
+constexpr int kLongestReconnectBackoff_ms = 5000;
+
 absl::StatusOr<std::string> ReadPem(const std::string& path) {
   constexpr std::int64_t kMostBytes = 4 << 20;  // more than the certificates of every CA there is
   if (path.empty()) return std::string();
@@ -47,6 +50,7 @@ absl::StatusOr<std::shared_ptr<grpc::Channel>> MakeChannel(const ClientOptions& 
   ASSIGN_OR_RETURN(const auto credentials, MakeCredentials(options));
   grpc::ChannelArguments arguments;
   arguments.SetMaxReceiveMessageSize(limits::kMaxMessageBytes);
+  arguments.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, kLongestReconnectBackoff_ms);
   if (!options.tls_server_name.empty()) {
     arguments.SetSslTargetNameOverride(options.tls_server_name);
   }

@@ -2,6 +2,9 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <netinet/in.h>
+#include <poll.h>
+#include <sys/socket.h>
 
 #include <atomic>
 #include <optional>
@@ -9,7 +12,10 @@
 #include <thread>
 #include <vector>
 
+#include "absl/strings/str_cat.h"
 #include "scanloc/core/limits.hpp"
+#include "scanloc/files/files.hpp"
+#include "support/long_tests.hpp"
 #include "support/same_answer.hpp"
 #include "support/small_map.hpp"
 #include "support/test_server.hpp"
@@ -43,6 +49,32 @@ TEST(Client, RefusesCertificatesThatAreNone) {
   for (const char* path : {"/dev/zero", "/", "/none"}) {
     const auto client = Client::Connect({.address = "127.0.0.1:1", .tls_ca_file = path});
     EXPECT_EQ(client.status().code(), absl::StatusCode::kInvalidArgument) << client.status();
+  }
+}
+
+// So that robots have a server soon after it is back, for however long it was away.
+TEST(Client, TriesToConnectEveryFewSeconds) {
+  if (!test::LongTests()) GTEST_SKIP() << "takes half a minute";
+  const FileDescriptor away(socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0));
+  sockaddr_in address = {
+      .sin_family = AF_INET, .sin_port = 0, .sin_addr = {htonl(INADDR_LOOPBACK)}};
+  auto* const any = reinterpret_cast<sockaddr*>(&address);
+  socklen_t size = sizeof address;
+  ASSERT_EQ(bind(away.get(), any, size), 0);
+  ASSERT_EQ(listen(away.get(), 8), 0);
+  ASSERT_EQ(getsockname(away.get(), any, &size), 0);
+  const auto client =
+      Client::Connect({.address = absl::StrCat("127.0.0.1:", ntohs(address.sin_port)),
+                       .timeout = std::chrono::milliseconds(100),
+                       .connect_timeout = std::chrono::milliseconds(0)});
+  ASSERT_TRUE(client.ok()) << client.status();
+  std::jthread robot([&](const std::stop_token& stop) {
+    while (!stop.stop_requested()) EXPECT_FALSE(client->ListMaps().ok());
+  });
+  for (int i = 0; i < 9; ++i) {
+    pollfd tried = {.fd = away.get(), .events = POLLIN, .revents = 0};
+    ASSERT_EQ(poll(&tried, 1, 15'000), 1) << i;
+    const FileDescriptor hung_up(accept(away.get(), nullptr, nullptr));
   }
 }
 

@@ -71,9 +71,7 @@ TEST_F(ScanlocdTest, HeedsSignalsThatComeBeforeItServes) {
 }
 
 TEST_F(ScanlocdTest, SaysWhichFilesOfAFolderItCannotServeByTheirNames) {
-  WriteMap("town", 1);
-  WriteMap("old town", 1);
-  WriteMap("new\ntown", 1);
+  for (const char* name : {"town", "old town", "new\ntown"}) std::ignore = WriteMap(name, 1);
   Start({"--maps-dir", dir_.path().string()});
   scanlocd_->Signal(SIGTERM);
   ASSERT_EQ(scanlocd_->Wait(), 0);
