@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "absl/strings/str_cat.h"
 #include "client_options.hpp"
 #include "client_state.hpp"
 #include "grpc/health/v1/health.grpc.pb.h"
@@ -11,14 +12,30 @@ namespace scanloc::client {
 
 using std::chrono::milliseconds;
 
+namespace {
+
+// Of a channel that has just failed to connect: what gRPC knows of it comes with a call alone.
+absl::Status WhyNotConnected(v1::Localization::Stub& stub) {
+  constexpr milliseconds kMoment(100);
+  grpc::ClientContext context;
+  context.set_deadline(ToGpr(Clock::now() + kMoment));
+  v1::ListMapsResponse response;
+  const grpc::Status status = stub.ListMaps(&context, {}, &response);
+  const bool is_told = status.error_code() == grpc::StatusCode::UNAVAILABLE;
+  return absl::UnavailableError(
+      absl::StrCat("cannot connect; is it running, and is the address right? ",
+                   is_told ? status.error_message() : "It says nothing"));
+}
+
+}  // namespace
+
 absl::StatusOr<Client> Client::Connect(const ClientOptions& options) {
   RETURN_IF_ERROR(Validate(options));
   ASSIGN_OR_RETURN(auto channel, MakeChannel(options));
   auto state = std::make_shared<State>(options, std::move(channel));
   if (options.connect_timeout.count() > 0 &&
       !AwaitReady(*state->channel, Clock::now() + options.connect_timeout)) {
-    return state->WithAddress(
-        absl::UnavailableError("cannot connect; is it running, and is the address right?"));
+    return state->WithAddress(WhyNotConnected(*state->stub));
   }
   return Client(std::move(state));
 }
