@@ -82,7 +82,8 @@ class FolderCatalogue : public Catalogue {
       const bool may_be_any = !content_id.empty();
       for (std::size_t i = content.versions.size(); i-- > 0;) {
         const Version& version = content.versions[i];
-        const bool is_before = live != content.live.end() && i < live->second;
+        const bool is_before = live != content.live.end() && i < live->second &&
+                               version.sha256 != content.versions[live->second].sha256;
         if (version.region != region) continue;
         if (may_be_any ? version.content_id != content_id : !is_before) continue;
         content.live[region] = i;

@@ -50,7 +50,9 @@ constexpr const char* kPutInForce =
 constexpr const char* kWithdraw = "DELETE FROM scanloc_live WHERE region = $1 RETURNING region";
 constexpr const char* kFindBefore =
     "SELECT v.id FROM scanloc_versions v JOIN scanloc_live l ON l.region = v.region"
-    " WHERE v.region = $1 AND v.id < l.version ORDER BY v.id DESC LIMIT 1";
+    " JOIN scanloc_versions now ON now.id = l.version"
+    " WHERE v.region = $1 AND v.id < l.version AND v.sha256 <> now.sha256"
+    " ORDER BY v.id DESC LIMIT 1";
 constexpr const char* kFindContent =
     "SELECT id FROM scanloc_versions WHERE region = $1 AND content_id = $2 ORDER BY id DESC LIMIT "
     "1";

@@ -97,6 +97,14 @@ TEST_P(CatalogueTest, RollsBackAndForward) {
   EXPECT_EQ(catalogue->Rollback("town", "' OR 1 = 1").status().code(), absl::StatusCode::kNotFound);
 }
 
+TEST_P(CatalogueTest, GoesBackToAnotherFileThoughThatInForceWasPublishedTwice) {
+  const auto catalogue = Open();
+  for (const char digit : {'a', 'b', 'b'}) {
+    ASSERT_TRUE(catalogue->Publish(VersionOf("town", digit)).ok());
+  }
+  EXPECT_THAT(*catalogue->Rollback("town", ""), IsOf('a'));
+}
+
 TEST_P(CatalogueTest, Withdraws) {
   const auto catalogue = Open();
   ASSERT_TRUE(catalogue->Publish(VersionOf("town", 'a')).ok());

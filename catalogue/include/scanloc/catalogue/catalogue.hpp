@@ -45,8 +45,8 @@ class Catalogue {
   /// force; both are recorded.
   [[nodiscard]] virtual absl::Status Publish(const Version& version) = 0;
 
-  /// Puts the version published before the one in force, or the one of a content id, in force again
-  /// and gives it. NotFound: there is none.
+  /// Puts the last other file that was published before the one in force, or the one of a content
+  /// id, in force again and gives it. NotFound: there is none.
   [[nodiscard]] virtual absl::StatusOr<Version> Rollback(const std::string& region,
                                                          const std::string& content_id) = 0;
 
