@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <cstdio>
 #include <nlohmann/json.hpp>
 
 #include "absl/strings/numbers.h"
@@ -242,6 +243,12 @@ class CatalogueCommand : public Command {
       if (is_live) left.erase(found);
       json.push_back(ToJson(version, is_live));
       text += LineOf(version, is_live);
+    }
+    if (told.empty() && !json_) {
+      std::fprintf(stderr, "%s\n",
+                   region_.empty()
+                       ? "no map is in force"
+                       : absl::StrCat("region ", Printable(region_), " never had a map").c_str());
     }
     return WriteText("-", json_ ? absl::StrCat(json.dump(2), "\n") : text);
   }

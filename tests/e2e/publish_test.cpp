@@ -33,7 +33,11 @@ ProcessResult Publish(const TempDir& dir, const std::string& map, const std::str
 TEST(Publish, PutsAMapInForceAndRollsItBack) {
   const TempDir dir;
   EXPECT_EQ(Catalogue(dir), json::array());
+  EXPECT_EQ(Scanloc({"catalogue", "--catalogue", dir.File("catalogue")}).err,
+            "no map is in force\n");
   ASSERT_EQ(Publish(dir, Town().map1, "town").status, 0);
+  EXPECT_EQ(Scanloc({"catalogue", "twon", "--catalogue", dir.File("catalogue")}).err,
+            "region twon never had a map\n");
   const std::string second = dir.File("second.scanloc");
   MustScanloc({"build", second, "--scans", Town().drive2, "--poses", Town().Poses2(), "--spacing-m",
                "0", "--quiet"});
