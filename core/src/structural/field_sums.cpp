@@ -102,12 +102,12 @@ struct FieldSample {
 
  private:
   static SCANLOC_INLINE Floats First(Words pairs) {
-    return __builtin_convertvector((Ints)(kIsLittleEndian ? pairs & 0xffffU : pairs >> 16U),
-                                   Floats);
+    return __builtin_convertvector(
+        __builtin_bit_cast(Ints, kIsLittleEndian ? pairs & 0xffffU : pairs >> 16U), Floats);
   }
   static SCANLOC_INLINE Floats Second(Words pairs) {
-    return __builtin_convertvector((Ints)(kIsLittleEndian ? pairs >> 16U : pairs & 0xffffU),
-                                   Floats);
+    return __builtin_convertvector(
+        __builtin_bit_cast(Ints, kIsLittleEndian ? pairs >> 16U : pairs & 0xffffU), Floats);
   }
 };
 
@@ -165,7 +165,7 @@ SCANLOC_INLINE Floats ExpOfMinus(Floats x) {
   const auto& c = kPowerOfTwo;
   const Floats power =
       c[0] + rest * (c[1] + rest * (c[2] + rest * (c[3] + rest * (c[4] + rest * c[5]))));
-  return power * (Floats)((whole + 127) << 23);
+  return power * __builtin_bit_cast(Floats, (whole + 127) << 23);
 }
 
 /// exp(-½ (distance / overlap_m)²) of each point.
