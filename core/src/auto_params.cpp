@@ -34,6 +34,8 @@ EvidenceParams IndoorEvidence() {
   params.equal_of_mirror = 0.5;
   params.cohort = 1.2;
   params.cohort_surely = 0.8;
+  params.equal_in_cohort = 0.5;
+  params.num_beside = 2;
   params.explaining_score = 0.55;
   params.max_unseen = 0.5;
   params.equal_floors = 0.15;

@@ -108,7 +108,9 @@ int VersionOf(std::string_view name) {
                                                          {"auto.shortlist.num_asides", 11},
                                                          {"auto.shortlist.num_hypotheses", 11},
                                                          {"auto.evidence.max_unseen", 12},
-                                                         {"auto.evidence.equal_of_mirror", 13}};
+                                                         {"auto.evidence.equal_of_mirror", 13},
+                                                         {"auto.evidence.equal_in_cohort", 14},
+                                                         {"auto.evidence.num_beside", 14}};
   for (const auto& [later, version] : kLater) {
     if (later == name) return version;
   }
@@ -143,6 +145,10 @@ absl::StatusOr<Params> DecodeParams(const ParamTexts& texts, int schema_version)
   }
   if (schema_version < schema::kMirrorVersion) {
     text_of.try_emplace("auto.evidence.equal_of_mirror", FieldText(1.0));
+  }
+  if (schema_version < schema::kBesideVersion) {
+    text_of.try_emplace("auto.evidence.equal_in_cohort", FieldText(1.0));
+    text_of.try_emplace("auto.evidence.num_beside", FieldText(0));
   }
   if (schema_version < schema::kVersion) {
     double scale = AutoParams{}.scale;

@@ -7,7 +7,7 @@
 namespace scanloc::mapdb::schema {
 
 inline constexpr std::uint32_t kApplicationId = 0x534C4F43;  // "SLOC"; persisted, never change
-inline constexpr int kVersion = 13;                          ///< of the files that this code writes
+inline constexpr int kVersion = 14;                          ///< of the files that this code writes
 inline constexpr int kCompatibleVersion = 9;  ///< oldest version whose readers can read these files
 
 struct Table {
@@ -89,6 +89,7 @@ inline constexpr int kBearingsVersion = 6;  ///< the first whose files have the 
 inline constexpr int kHeightsVersion = 8;   ///< the first whose posts have heights
 inline constexpr int kInliersVersion = 9;   ///< the first that asks how exactly posts lie on others
 inline constexpr int kMirrorVersion = 13;   ///< the first that asks less of a mirror image
+inline constexpr int kBesideVersion = 14;   ///< the first that asks the places beside a spot
 
 // Keys of meta.
 inline constexpr const char* kVersionKey = "version";

@@ -57,6 +57,10 @@ inline Params GoldenParams(int version) {
   const AutoParams usual = AutoParamsAtScale(params.automatic.scale);
   if (version < 12) params.automatic.evidence.max_unseen = usual.evidence.max_unseen;
   if (version < 13) params.automatic.evidence.equal_of_mirror = usual.evidence.equal_of_mirror;
+  if (version < 14) {
+    params.automatic.evidence.equal_in_cohort = 1.0;
+    params.automatic.evidence.num_beside = 0;
+  }
   if (version < 11) {
     ShortlistParams& shortlist = params.automatic.shortlist;
     shortlist.aside_m = usual.shortlist.aside_m;
@@ -142,15 +146,15 @@ inline PlaceDescriptor GoldenDescriptor(int seed, int version) {
 /// Makes a map of two sessions: `morning` of 3 scans, the second one empty, and an unfinished
 /// `evening` of which 1 of 2 scans is done. Gives its content id.
 inline absl::Status MakeGoldenMap(const std::string& path) {
-  auto morning = mapdb::MapBuilder::Create(path, GoldenParams(13), GoldenPlan("morning", 3));
+  auto morning = mapdb::MapBuilder::Create(path, GoldenParams(14), GoldenPlan("morning", 3));
   if (!morning.ok()) return morning.status();
-  if (absl::Status status = morning->Add(GoldenDescriptor(0, 13)); !status.ok()) return status;
+  if (absl::Status status = morning->Add(GoldenDescriptor(0, 14)); !status.ok()) return status;
   if (absl::Status status = morning->Skip(mapdb::SkipReason::kEmpty); !status.ok()) return status;
-  if (absl::Status status = morning->Add(GoldenDescriptor(1, 13)); !status.ok()) return status;
+  if (absl::Status status = morning->Add(GoldenDescriptor(1, 14)); !status.ok()) return status;
   if (absl::Status status = morning->Finish().status(); !status.ok()) return status;
   auto evening = mapdb::MapBuilder::Append(path, GoldenPlan("evening", 2));
   if (!evening.ok()) return evening.status();
-  if (absl::Status status = evening->Add(GoldenDescriptor(2, 13)); !status.ok()) return status;
+  if (absl::Status status = evening->Add(GoldenDescriptor(2, 14)); !status.ok()) return status;
   return evening->Commit();
 }
 

@@ -1,12 +1,17 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <span>
+#include <utility>
+#include <vector>
 
 #include "scanloc/core/scan/pose_difference.hpp"
 #include "structural/auto_search.hpp"
 
 // What else a query may be at the place that explains it best: looked at for every query, so that
-// no rival is missed because the shortlist did not hold it.
+// no rival is missed because the shortlist did not hold it. And where many are alike, what the
+// places beside say of the best of them: a place and a query a metre apart do not see the same,
+// which makes as much of a score as the stock of an aisle does.
 
 namespace scanloc {
 namespace {
@@ -148,6 +153,61 @@ std::vector<Hypothesis> AutoSearch::VerifyRivals(QueryMatch& match, const Struct
     if (off.plane_m < params.above_radius_m && off.height_m > PoseLimits{}.height_m) lay(*above);
   }
   return rivals;
+}
+
+std::vector<std::int32_t> AutoSearch::PlacesBeside(const Spot& spot, int num_places,
+                                                   const SearchControl& control) const {
+  std::vector<std::int32_t> beside;
+  std::vector<bool> taken =
+      control.excluded != nullptr ? *control.excluded : std::vector<bool>(map_.places.size());
+  taken[static_cast<std::size_t>(spot.hypothesis.place)] = true;
+  while (static_cast<int>(beside.size()) < num_places) {
+    const auto nearest = places_.Nearest(spot.T_map_query.translation(), &taken);
+    if (!nearest) break;
+    const PoseDifference off =
+        DifferenceOf(spot.T_map_query, map_.places[*nearest].T_map_place, up_);
+    if (off.plane_m > map_.params.automatic.rivals.above_radius_m ||
+        off.height_m > PoseLimits{}.height_m) {
+      break;
+    }
+    taken[*nearest] = true;
+    beside.push_back(static_cast<std::int32_t>(*nearest));
+  }
+  return beside;
+}
+
+void AutoSearch::ScoreFromBeside(QueryMatch& match, const Structure& query, PlaceStructures& places,
+                                 LinesOfPlaces& lines, const SearchControl& control,
+                                 std::vector<Spot>& spots) const {
+  constexpr std::size_t kNumWeighed = 3;
+  constexpr double kReach = 0.1;  // what is behind by more is so from anywhere
+  const EvidenceParams& params = match.params().evidence;
+  const double cohort_share = CohortShare(spots, params, up_);
+  if (params.num_beside == 0 || cohort_share == 0.0) return;
+  std::vector<std::pair<Spot*, double>> losses;
+  double usual_loss = 0.0;
+  for (Spot& spot : std::span(spots).first(std::min(kNumWeighed, spots.size()))) {
+    if (spot.score < spots.front().score - kReach) break;
+    const std::vector<std::int32_t> beside = PlacesBeside(spot, params.num_beside, control);
+    if (beside.empty()) continue;
+    double sum = 0.0;
+    for (const std::int32_t number : beside) {
+      const Pose T_place_query = T_map_level(static_cast<std::size_t>(number)).inverse() *
+                                 spot.T_map_query * LevelFromSensor(query).inverse();
+      const Hypothesis there{
+          number,
+          {T_place_query.translation().x(), T_place_query.translation().y(), Yaw(T_place_query)}};
+      match.SetPlace(places.Of(number));
+      sum += WithInliers(match.Score(there.T_place_query), InlierRatio(match, places, there, lines),
+                         params);
+    }
+    losses.emplace_back(&spot, 0.5 * (spot.score - sum / static_cast<double>(beside.size())));
+    usual_loss += losses.back().second;
+  }
+  if (losses.empty()) return;
+  usual_loss /= static_cast<double>(losses.size());
+  for (const auto& [spot, loss] : losses) spot->score += cohort_share * (usual_loss - loss);
+  SortByScore(spots);
 }
 
 }  // namespace scanloc

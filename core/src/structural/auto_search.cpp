@@ -107,7 +107,9 @@ absl::StatusOr<std::vector<Spot>> AutoSearch::Find(const ScanDescriptor& query,
   add(VerifyRivals(match, structure, payload,
                    *std::max_element(verified.begin(), verified.end(), worse), control));
   std::vector<Spot> spots = Distinct(structure, std::move(verified));
-  ScoreWithInliers(match, structures, spots);
+  LinesOfPlaces lines;
+  ScoreWithInliers(match, structures, lines, spots);
+  ScoreFromBeside(match, structure, structures, lines, control, spots);
   const int num_seen = std::max(options.num_supported, options.num_measured);
   for (std::size_t i = 0; i < spots.size() && static_cast<int>(i) < num_seen; ++i) {
     const Hypothesis& hypothesis = spots[i].hypothesis;
@@ -150,21 +152,27 @@ Unevenness AutoSearch::UnevennessAround(std::int32_t place, const SearchControl&
   return unevenness;
 }
 
+double AutoSearch::InlierRatio(const QueryMatch& match, PlaceStructures& places,
+                               const Hypothesis& hypothesis, LinesOfPlaces& lines) {
+  auto of_place = lines.find(hypothesis.place);
+  if (of_place == lines.end()) {
+    of_place = lines.emplace(hypothesis.place, match.LinesOf(places.Of(hypothesis.place))).first;
+  }
+  return match.InlierRatio(of_place->second, hypothesis.T_place_query);
+}
+
 void AutoSearch::ScoreWithInliers(const QueryMatch& match, PlaceStructures& places,
-                                  std::vector<Spot>& spots) const {
+                                  LinesOfPlaces& lines, std::vector<Spot>& spots) const {
   const EvidenceParams& params = match.params().evidence;
   if (params.inliers_share <= 0.0) return;
   const double least = spots.front().hypothesis.score - match.params().verify.hopeless_by;
   for (Spot& spot : spots) {
     const Hypothesis& hypothesis = spot.hypothesis;
-    const double inliers = hypothesis.score < least
-                               ? 0.0
-                               : match.InlierRatio(match.LinesOf(places.Of(hypothesis.place)),
-                                                   hypothesis.T_place_query);
+    const double inliers =
+        hypothesis.score < least ? 0.0 : InlierRatio(match, places, hypothesis, lines);
     spot.score = WithInliers(hypothesis.score, inliers, params);
   }
-  std::stable_sort(spots.begin(), spots.end(),
-                   [](const Spot& a, const Spot& b) { return a.score > b.score; });
+  SortByScore(spots);
 }
 
 std::vector<Spot> AutoSearch::Distinct(const Structure& query,
@@ -242,6 +250,11 @@ std::optional<Candidate> AutoSearch::CandidateAt(const Pose& T_map_query,
   return candidate;
 }
 
+void SortByScore(std::vector<Spot>& spots) {
+  std::stable_sort(spots.begin(), spots.end(),
+                   [](const Spot& a, const Spot& b) { return a.score > b.score; });
+}
+
 bool IsAbove(const Spot& a, const Spot& b, const Eigen::Vector3d& up) {
   const PoseMiss miss = MissOf(DifferenceOf(a.T_map_query, b.T_map_query, up));
   return miss.height && !miss.plane && !miss.heading;
@@ -269,7 +282,10 @@ std::vector<double> ConfidencesOf(const std::vector<Spot>& spots, const Evidence
     const double more = IsAbove(best, spot, up) ? params.equal_floors : 0.0;
     scores.push_back(more > 0.0 ? std::min(spot.score + more, best.score) : spot.score);
   }
-  return Confidences(scores, *best.support, CohortShare(spots, params, up), params);
+  EvidenceParams of_twice_as_many = params;
+  of_twice_as_many.cohort_size *= 2;
+  return Confidences(scores, *best.support, CohortShare(spots, params, up), params,
+                     CohortShare(spots, of_twice_as_many, up));
 }
 
 std::size_t CountDistinct(std::span<const Post> posts, double cell_m) {

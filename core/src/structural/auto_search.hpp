@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <map>
 #include <optional>
 #include <span>
 #include <vector>
@@ -122,9 +123,21 @@ class AutoSearch {
                                                         const SearchControl& control) const;
   /// What the places around say of a place's ground; those excluded say nothing.
   [[nodiscard]] Unevenness UnevennessAround(std::int32_t place, const SearchControl& control) const;
+  /// The lines of places that one search looks at: a place may hold several spots.
+  using LinesOfPlaces = std::map<std::int32_t, PostLines>;
+  [[nodiscard]] static double InlierRatio(const QueryMatch& match, PlaceStructures& places,
+                                          const Hypothesis& hypothesis, LinesOfPlaces& lines);
   /// Scores the spots; one with a hopeless hypothesis has no inliers. Sorts them, best first.
-  void ScoreWithInliers(const QueryMatch& match, PlaceStructures& places,
+  void ScoreWithInliers(const QueryMatch& match, PlaceStructures& places, LinesOfPlaces& lines,
                         std::vector<Spot>& spots) const;
+  /// The places nearest to a pose but its own, on its level, that see the same.
+  [[nodiscard]] std::vector<std::int32_t> PlacesBeside(const Spot& spot, int num_places,
+                                                       const SearchControl& control) const;
+  /// Before a cohort, the mean of the few best spots' scores and of those from the places beside
+  /// them, but for what they lose by that on average. Sorts them, best first.
+  void ScoreFromBeside(QueryMatch& match, const Structure& query, PlaceStructures& places,
+                       LinesOfPlaces& lines, const SearchControl& control,
+                       std::vector<Spot>& spots) const;
   /// The verified hypotheses that are of distinct poses, best first; their own scores.
   [[nodiscard]] std::vector<Spot> Distinct(const Structure& query,
                                            std::vector<Hypothesis> verified) const;
@@ -148,6 +161,9 @@ class AutoSearch {
   std::size_t num_known_ = 0;          // places taken in
   SignatureIndex signatures_;
 };
+
+/// Best first; those with equal scores stay in order.
+void SortByScore(std::vector<Spot>& spots);
 
 /// Whether one stands where the other does, but on another floor.
 [[nodiscard]] bool IsAbove(const Spot& a, const Spot& b, const Eigen::Vector3d& up);

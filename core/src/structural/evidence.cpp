@@ -225,9 +225,13 @@ double RivalryLogOddsInARow(double better_score, double score, std::size_t num_p
 }
 
 std::vector<double> Shares(std::span<const double> scores, std::size_t num_posts,
-                           const EvidenceParams& params) {
+                           const EvidenceParams& of_any, double large_cohort_share) {
   std::vector<double> shares(scores.begin(), scores.end());
   if (shares.empty()) return shares;
+  EvidenceParams params = of_any;
+  const double remains = 1.0 - large_cohort_share * (1.0 - params.equal_in_cohort);
+  params.equal_scores *= remains;
+  params.equal_by_chance *= remains;
   const double best = *std::max_element(scores.begin(), scores.end());
   double sum = 0.0;
   for (double& share : shares) {
@@ -239,9 +243,10 @@ std::vector<double> Shares(std::span<const double> scores, std::size_t num_posts
 }
 
 std::vector<double> Confidences(std::span<const double> scores, const Support& support,
-                                double cohort_share, const EvidenceParams& params) {
+                                double cohort_share, const EvidenceParams& params,
+                                double large_cohort_share) {
   const auto read = [&](const EvidenceParams& by) {
-    std::vector<double> confidences = Shares(scores, support.num_posts, by);
+    std::vector<double> confidences = Shares(scores, support.num_posts, by, large_cohort_share);
     const double genuine = Logistic(GenuineLogOdds(support, cohort_share, by));
     for (double& confidence : confidences) confidence *= genuine;
     return confidences;

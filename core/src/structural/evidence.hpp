@@ -68,8 +68,11 @@ struct Support {
                                           const EvidenceParams& params);
 
 /// How likely each of some poses is the one among them, by their scores alone; sums up to 1.
+/// large_cohort_share: CohortShare of twice as many, by which EvidenceParams::equal_in_cohort
+/// counts.
 [[nodiscard]] std::vector<double> Shares(std::span<const double> scores, std::size_t num_posts,
-                                         const EvidenceParams& params);
+                                         const EvidenceParams& params,
+                                         double large_cohort_share = 0.0);
 
 /// How likely each of some poses, best first, is where the scan was taken: that it was taken at the
 /// best one at all, for which its support speaks, times each one's share. Scores that may be equal
@@ -77,7 +80,8 @@ struct Support {
 /// exceeded.
 [[nodiscard]] std::vector<double> Confidences(std::span<const double> scores,
                                               const Support& support, double cohort_share,
-                                              const EvidenceParams& params);
+                                              const EvidenceParams& params,
+                                              double large_cohort_share = 0.0);
 
 [[nodiscard]] double Logistic(double log_odds);
 

@@ -155,6 +155,29 @@ TEST(Confidences, OfWhoIsBetterThanACohortAreMoreIndoorsMostOfItUpToUndecided) {
   EXPECT_EQ(told(1.0, {}), told(0.0, {})) << "outdoors it is not looked at";
 }
 
+TEST(ConfidencesOf, TellTheBestOfALargeCohortBySmallerLeads) {
+  const EvidenceParams indoors = AutoParamsAtScale(0.35).evidence;
+  const Support clear{.score = 0.75,
+                      .sharpness = 0.3,
+                      .over_mirror = 0.3,
+                      .inliers = 0.5,
+                      .over_mirror_exactly = 0.3,
+                      .num_posts = 900};
+  const auto told = [&](int num_alike, double lead, const EvidenceParams& params) {
+    std::vector<Spot> spots(1, {.score = 0.7, .support = clear});
+    for (int i = 1; i <= num_alike; ++i)
+      spots.push_back({.score = 0.55, .T_map_query = Offset(5.0 * i, 0.0, 0.0, 0.0)});
+    spots[1].score = 0.7 - lead;
+    return ConfidencesOf(spots, params, Eigen::Vector3d::UnitZ()).front();
+  };
+  EXPECT_NEAR(told(6, 0.06, indoors), indoors.undecided, 1e-9);
+  EXPECT_GT(told(12, 0.06, indoors), 0.95);
+  EXPECT_NEAR(told(12, 0.03, indoors), indoors.undecided, 1e-9);
+  EvidenceParams older = indoors;
+  older.equal_in_cohort = 1.0;
+  EXPECT_NEAR(told(12, 0.06, older), older.undecided, 1e-9);
+}
+
 TEST(SupportOf, IsSharpAmongPostsAndFlatBetweenTwoEndlessWalls) {
   const auto structure = [](const PointCloud& scan) {
     return Describer::Create(Params{})->Describe(scan).structure;

@@ -6,9 +6,11 @@
 #include <numeric>
 #include <string>
 #include <thread>
+#include <tuple>
 #include <vector>
 
 #include "scanloc/core/localizer.hpp"
+#include "support/building.hpp"
 #include "support/post_world.hpp"
 #include "support/same_answer.hpp"
 #include "support/scenes.hpp"
@@ -250,6 +252,37 @@ TEST(LocalizerAuto, AnswersFromAMapWithoutPlaces) {
   const Answer answer = empty.Ask(world.Seen(0, Pose::Identity()));
   EXPECT_EQ(answer.outcome, Outcome::kNotRecognized);
   EXPECT_TRUE(answer.candidates.empty());
+}
+
+TEST(LocalizerAuto, WeighsTheBestOfManyAlikeSpotsByThePlacesBesideThem) {
+  // So many posts of the query, and others instead of the rest.
+  const auto scene = [](int num_same, std::uint64_t others) {
+    PointCloud scan = scenes::PostScan(1, num_same);
+    const PointCloud more = scenes::PostScan(others, 70 - num_same);
+    scan.insert(scan.end(), more.begin(), more.end());
+    return scan;
+  };
+  const Pose T_aisle_beside = Offset(0.0, 2.0, 0.0, 0.0);
+  const auto best_aisle = [&](int num_beside) {
+    test::Building warehouse;
+    warehouse.map->params.automatic.evidence.num_beside = num_beside;
+    // By its one place the first is a little better than the second, where the query stands.
+    for (const auto& [aisle, num_same, num_same_beside] :
+         {std::tuple(0, 70, 45), std::tuple(1, 67, 67), std::tuple(2, 60, 60),
+          std::tuple(3, 60, 60), std::tuple(4, 60, 60), std::tuple(5, 60, 60),
+          std::tuple(6, 60, 60), std::tuple(7, 60, 60)}) {
+      const auto seed = static_cast<std::uint64_t>(100 + 2 * aisle);
+      const Pose T_map_aisle = Offset(60.0 * aisle, 0.0, 0.0, 0.0);
+      warehouse.Add(scene(num_same, seed), T_map_aisle);
+      warehouse.Add(scenes::SeenFrom(scene(num_same_beside, seed + 1), T_aisle_beside),
+                    T_map_aisle * T_aisle_beside);
+    }
+    const PointCloud seen = scenes::SeenFrom(scene(70, 1), Offset(0.3, 0.4, 0.0, 0.2));
+    const Answer answer = *warehouse.Open()->Localize(warehouse.Describe(seen), {});
+    return std::lround(answer.candidates.front().T_map_query.translation().x() / 60.0);
+  };
+  EXPECT_EQ(best_aisle(0), 0);
+  EXPECT_EQ(best_aisle(2), 1);
 }
 
 }  // namespace
