@@ -10,17 +10,16 @@ namespace scanloc::mapdb {
 namespace {
 
 constexpr std::size_t kMaxSample = 32;
-/// Three quarters of what a scan sees lie nearer than this in rooms, homes, offices, halls and
-/// aisles (3 to 16 m), and farther in car parks, tunnels, streets and on a campus (20 to 50 m).
-constexpr double kIndoors_m = 17.0;
+/// Half of what a scan sees lies nearer than this in rooms, homes, offices, halls and aisles (3 to
+/// 11.3 m), and farther in tunnels, streets and on a campus (12.5 to 35 m).
+constexpr double kIndoors_m = 12.0;
 constexpr double kIndoorScale = 0.35;
 
-/// The value that so large a share of them does not reach. Not of none.
-double Quantile(std::vector<double>& values, double share) {
-  const auto at =
-      values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size()));
-  std::nth_element(values.begin(), at, values.end());
-  return *at;
+/// Not of none.
+double Median(std::vector<double>& values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
 }
 
 }  // namespace
@@ -39,9 +38,9 @@ absl::StatusOr<double> LearnScale(const Params& params, const SessionPlan& plan,
     for (const Point& p : filter.Apply(*points)) {
       ranges_m.push_back(std::hypot(static_cast<double>(p.x), static_cast<double>(p.y)));
     }
-    if (!ranges_m.empty()) reaches_m.push_back(Quantile(ranges_m, 0.75));
+    if (!ranges_m.empty()) reaches_m.push_back(Median(ranges_m));
   }
-  const bool is_indoors = !reaches_m.empty() && Quantile(reaches_m, 0.5) < kIndoors_m;
+  const bool is_indoors = !reaches_m.empty() && Median(reaches_m) < kIndoors_m;
   return is_indoors ? kIndoorScale : 1.0;
 }
 

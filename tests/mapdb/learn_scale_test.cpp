@@ -33,6 +33,14 @@ TEST(LearnScale, TellsRoomsFromStreetsByMostOfTheirScans) {
   EXPECT_EQ(*LearnScale(Params(), Plan(), both), 1.0);
 }
 
+// Three quarters of what is seen lie as far away as in many a street.
+TEST(LearnScale, TellsALongAisleFromAStreetByWhatIsNear) {
+  const auto aisle = [](std::size_t) -> absl::StatusOr<PointCloud> {
+    return test::RoomScan(46.0F, 3.0F, 1, 8);
+  };
+  EXPECT_LT(*LearnScale(Params(), Plan(), aisle), 1.0);
+}
+
 TEST(LearnScale, LooksAtAFewScansAllOverTheDrive) {
   std::set<std::size_t> seen;
   const auto load = [&](std::size_t scan) {
