@@ -24,9 +24,9 @@ OUTDOORS = dict(bias=-11.2, score=15.0, sharpness=15.6, over_mirror=17.8, contra
                 cohort_surely=0.0, max_over_mirror=0.3, inliers_share=0.0, equal_floors=0.0,
                 max_unseen=1.0, equal_in_cohort=1.0)
 INDOORS = dict(bias=-19.0, score=17.6, sharpness=20.0, over_mirror=20.6, contradicted=-40.0,
-               chance=-29.7, inliers=12.8, rival=250.0, beside=250.0, equal_scores=0.07,
+               chance=-29.7, inliers=12.8, rival=250.0, beside=250.0, equal_scores=0.08,
                equal_by_chance=0.15, alike_score=0.8, equal_of_mirror=0.5, cohort=1.2,
-               cohort_surely=0.8, max_over_mirror=0.25, inliers_share=1.0 / 3.0, equal_floors=0.15,
+               cohort_surely=0.8, max_over_mirror=0.25, inliers_share=0.4, equal_floors=0.15,
                max_unseen=0.5, equal_in_cohort=0.5)
 # What is searched: how far a step goes, and the range.
 STEPS = dict(bias=(1.5, -40, 0), score=(2.5, 0, 60), sharpness=(3, 0, 60), over_mirror=(4, 0, 60),

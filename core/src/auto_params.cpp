@@ -24,10 +24,10 @@ EvidenceParams IndoorEvidence() {
   params.max_over_mirror = 0.25;  // of one wall a mirror image may have nothing
   params.contradicted = -40.0;
   params.chance = -29.7;
-  params.inliers_share = 1.0 / 3.0;
+  params.inliers_share = 0.4;
   params.inliers = 12.8;
   params.rival = 250.0;
-  params.equal_scores = 0.07;
+  params.equal_scores = 0.08;
   params.equal_by_chance = 0.15;
   params.beside = 250.0;
   params.alike_score = 0.8;
