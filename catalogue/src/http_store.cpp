@@ -142,6 +142,9 @@ class HttpStore : public Store {
         curl_easy_header(curl.get(), "ETag", 0, CURLH_HEADER, -1, &tag) != CURLHE_OK) {
       return false;
     }
+    // Another kind of tag is not worth reading the file for.
+    constexpr std::size_t kSizeOfMd5 = 34;  // 32 digits in quotation marks
+    if (std::string_view(tag->value).size() != kSizeOfMd5) return false;
     const absl::StatusOr<std::string> md5 = Md5OfFile(path);
     return md5.ok() && absl::StrCat("\"", *md5, "\"") == tag->value;
   }

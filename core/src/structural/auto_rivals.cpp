@@ -192,11 +192,8 @@ void AutoSearch::ScoreFromBeside(QueryMatch& match, const Structure& query, Plac
     if (beside.empty()) continue;
     double sum = 0.0;
     for (const std::int32_t number : beside) {
-      const Pose T_place_query = T_map_level(static_cast<std::size_t>(number)).inverse() *
-                                 spot.T_map_query * LevelFromSensor(query).inverse();
-      const Hypothesis there{
-          number,
-          {T_place_query.translation().x(), T_place_query.translation().y(), Yaw(T_place_query)}};
+      const Hypothesis there =
+          HypothesisOn(query, spot.T_map_query, static_cast<std::size_t>(number));
       match.SetPlace(places.Of(number));
       sum += WithInliers(match.Score(there.T_place_query), InlierRatio(match, places, there, lines),
                          params);

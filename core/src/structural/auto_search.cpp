@@ -194,11 +194,15 @@ std::optional<Hypothesis> AutoSearch::HypothesisAt(const Structure& query, const
                                                    const SearchControl& control) const {
   const auto place = places_.Nearest(T_map_query.translation(), control.excluded);
   if (!place) return std::nullopt;
+  return HypothesisOn(query, T_map_query, *place);
+}
+
+Hypothesis AutoSearch::HypothesisOn(const Structure& query, const Pose& T_map_query,
+                                    std::size_t place) const {
   const Pose T_place_query =
-      T_map_level(*place).inverse() * T_map_query * LevelFromSensor(query).inverse();
-  return Hypothesis{
-      static_cast<std::int32_t>(*place),
-      {T_place_query.translation().x(), T_place_query.translation().y(), Yaw(T_place_query)}};
+      T_map_level(place).inverse() * T_map_query * LevelFromSensor(query).inverse();
+  return {static_cast<std::int32_t>(place),
+          {T_place_query.translation().x(), T_place_query.translation().y(), Yaw(T_place_query)}};
 }
 
 std::vector<Hypothesis> AutoSearch::VerifyPredicted(QueryMatch& match, const Structure& query,

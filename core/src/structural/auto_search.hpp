@@ -83,6 +83,9 @@ class AutoSearch {
   [[nodiscard]] std::optional<Hypothesis> HypothesisAt(const Structure& query,
                                                        const Pose& T_map_query,
                                                        const SearchControl& control) const;
+  /// The same, on a place.
+  [[nodiscard]] Hypothesis HypothesisOn(const Structure& query, const Pose& T_map_query,
+                                        std::size_t place) const;
   /// A query's posts in the directions in which they stand from a spot beside it.
   struct Aside {
     double left_m = 0.0;  ///< how far farther to the left than from the query they are taken to be
