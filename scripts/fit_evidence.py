@@ -21,7 +21,7 @@ import numpy as np
 OUTDOORS = dict(bias=-11.2, score=15.0, sharpness=15.6, over_mirror=17.8, contradicted=-4.2,
                 chance=-7.2, inliers=0.0, rival=40.0, beside=100.0, equal_scores=0.02,
                 equal_by_chance=0.5, alike_score=0.65, equal_of_mirror=1.0, cohort=0.0,
-                cohort_surely=0.0, max_over_mirror=0.3, inliers_share=0.0, equal_floors=0.0,
+                cohort_surely=0.0, max_over_mirror=0.3, inliers_share=0.0, equal_floors=0.15,
                 max_unseen=1.0, equal_in_cohort=1.0)
 INDOORS = dict(bias=-19.0, score=17.6, sharpness=20.0, over_mirror=20.6, contradicted=-40.0,
                chance=-29.7, inliers=12.8, rival=250.0, beside=250.0, equal_scores=0.08,

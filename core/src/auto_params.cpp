@@ -38,7 +38,6 @@ EvidenceParams IndoorEvidence() {
   params.num_beside = 2;
   params.explaining_score = 0.55;
   params.max_unseen = 0.5;
-  params.equal_floors = 0.15;
   params.shared_in_a_row = 0.3;  // floors are alike in more than decks are
   return params;
 }

@@ -69,6 +69,7 @@ TEST(Params, OfSchema2KnewNoNumbersOfAuto) {
   ASSERT_TRUE(decoded.ok()) << decoded.status();
   Params expected;
   expected.automatic.verify.heights_share = 0.0;
+  expected.automatic.evidence.equal_floors = 0.0;
   EXPECT_EQ(*decoded, expected);
 }
 

@@ -46,6 +46,7 @@ inline Params GoldenParams(int version) {
   if (version < 3) {
     params.automatic.verify.heights_share = 0.0;
     params.automatic.evidence.inliers_share = 0.0;
+    params.automatic.evidence.equal_floors = 0.0;
     return params;
   }
   VisitAutoFields(params.automatic, [](const char*, auto& field, auto least, auto most) {
@@ -78,6 +79,7 @@ inline Params GoldenParams(int version) {
   }
   if (version < 9) {
     EvidenceParams& evidence = params.automatic.evidence;
+    evidence.equal_floors = 0.0;
     evidence.inlier_m = usual.evidence.inlier_m;
     evidence.inliers_share = 0.0;
     evidence.inliers = usual.evidence.inliers;

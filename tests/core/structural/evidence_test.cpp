@@ -306,24 +306,23 @@ TEST(Evidence, OfFewPostsSaidOftenIsOfFewPosts) {
   EXPECT_EQ(world.Ask(query).outcome, Outcome::kInsufficientScan);
 }
 
-TEST(ConfidencesOf, DoNotTellFloorsApartByASmallLead) {
-  const EvidenceParams indoors = AutoParamsAtScale(0.35).evidence;
+TEST(ConfidencesOf, DoNotTellFloorsApartByASmallLeadAtAnyScale) {
   const Support sure{.score = 0.9,
                      .sharpness = 0.3,
                      .over_mirror = 0.4,
                      .inliers = 0.7,
                      .over_mirror_exactly = 0.4,
                      .num_posts = 400};
-  std::vector<Spot> spots(2);
-  spots[0].score = 0.75;
-  spots[0].support = sure;
-  spots[1].score = 0.62;
-  spots[1].T_map_query.translation().x() = 5.0;
-  EXPECT_GT(ConfidencesOf(spots, indoors, Eigen::Vector3d::UnitZ()).front(), 0.95);
-  spots[1].T_map_query.translation() = Eigen::Vector3d(0.3, 0.0, 3.6);
-  EXPECT_LT(ConfidencesOf(spots, indoors, Eigen::Vector3d::UnitZ()).front(), 0.55);
-  spots[1].score = 0.45;
-  EXPECT_GT(ConfidencesOf(spots, indoors, Eigen::Vector3d::UnitZ()).front(), 0.95);
+  for (const double scale : {0.35, 1.0}) {
+    const EvidenceParams params = AutoParamsAtScale(scale).evidence;
+    std::vector<Spot> spots = {{.score = 0.75, .support = sure}, {.score = 0.62}};
+    spots[1].T_map_query.translation().x() = 5.0;
+    EXPECT_GT(ConfidencesOf(spots, params, Eigen::Vector3d::UnitZ()).front(), 0.95);
+    spots[1].T_map_query.translation() = Eigen::Vector3d(0.3, 0.0, 3.6);
+    EXPECT_LT(ConfidencesOf(spots, params, Eigen::Vector3d::UnitZ()).front(), 0.55);
+    spots[1].score = 0.45;
+    EXPECT_GT(ConfidencesOf(spots, params, Eigen::Vector3d::UnitZ()).front(), 0.95);
+  }
 }
 
 TEST(ConfidencesOf, BelieveNoScanAloneThatAMapOfNarrowViewsExplainsIndoors) {

@@ -170,7 +170,7 @@ struct EvidenceParams {
   double max_unseen = 1.0;
   /// By how much scores differ that may be equal of spots that differ in height alone: what is seen
   /// of each floor depends on where a place of the map happens to be, on stairs most of all.
-  double equal_floors = 0.0;
+  double equal_floors = 0.15;
   double shared_in_a_row = 0.12;  ///< and by this: scans that follow each other share their errors
   double clear_m = 1.0;           ///< what stands before what is seen first is nearer by this ...
   double clear_share = 0.03;      ///< ... and by this share of the range, which a turn may move
