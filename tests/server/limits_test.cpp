@@ -62,8 +62,10 @@ class LimitsTest : public ScanlocdTest {
   /// A client of good will is answered; it asks again where the server, short of memory, shuts its
   /// connection.
   void ExpectAnswer() const {
-    const auto client = client::Client::Connect(
-        {.address = address_, .token = token_, .retry = {.max_attempts = 50}});
+    const auto client = client::Client::Connect({.address = address_,
+                                                 .token = token_,
+                                                 .connect_timeout = std::chrono::milliseconds(0),
+                                                 .retry = {.max_attempts = 50}});
     ASSERT_TRUE(client.ok()) << client.status();
     const auto reply =
         client->LocalizeScan(test::QueryScan(1, 2), {.timeout = test::Process::kPatience});
