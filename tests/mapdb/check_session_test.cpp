@@ -104,6 +104,26 @@ TEST_F(CheckSessionTest, NoticesFilesInTheOrderOfTheirTexts) {
   EXPECT_THAT(std::string(status.message()), HasSubstr("order of the files"));
 }
 
+TEST_F(CheckSessionTest, ExpectsNothingInCommonOfViewsThatFaceOtherWays) {
+  const PointCloud dense = scenes::PostScan(7, 1200);
+  const auto narrow = [&](double turned_deg) {
+    return [&, turned_deg](std::size_t i) -> absl::StatusOr<PointCloud> {
+      const double yaw_rad = turned_deg * static_cast<double>(i) * std::numbers::pi / 180.0;
+      PointCloud seen = scenes::SeenFrom(dense, poses_[i] * PlanarOffset(0.0, yaw_rad));
+      std::erase_if(seen, [](const Point& p) { return std::abs(p.y) > 0.7F * p.x; });
+      return seen;
+    };
+  };
+  const auto turned = [&](double by_deg) {
+    return Plan([&, by_deg](std::size_t i) {
+      const double yaw_rad = by_deg * static_cast<double>(i) * std::numbers::pi / 180.0;
+      return poses_[i] * PlanarOffset(0.0, yaw_rad);
+    });
+  };
+  EXPECT_EQ(CheckPoses(params_, turned(100.0), narrow(100.0)), absl::OkStatus());
+  EXPECT_FALSE(CheckPoses(params_, turned(20.0), narrow(0.0)).ok()) << "the poses turn too much";
+}
+
 TEST_F(CheckSessionTest, SaysNothingWhereThereIsTooLittleToSee) {
   const auto bare = [](std::size_t) { return absl::StatusOr<PointCloud>(scenes::PostScan(1, 5)); };
   EXPECT_EQ(CheckPoses(params_, RightPlan(), bare), absl::OkStatus());

@@ -1,11 +1,13 @@
 #include "scanloc/core/structural/consistency.hpp"
 
 #include <algorithm>
+#include <bitset>
 #include <cmath>
 #include <functional>
 #include <numeric>
 
 #include "absl/strings/str_cat.h"
+#include "scan/bearing.hpp"
 #include "scanloc/core/scan/bearing_grid.hpp"
 #include "scanloc/core/scan/pose_difference.hpp"
 #include "structural/query_match.hpp"
@@ -31,6 +33,10 @@ constexpr double kNotBad = 0.75;
 constexpr double kTolerance_m = 1.0;
 constexpr double kTolerancePerMetre = 0.1;
 
+/// Scans that look in the same directions in less than this share of the narrower one's view cannot
+/// be laid on each other: those of a sensor with 70° of view, where a robot turns.
+constexpr double kSeenByBoth = 0.5;
+
 PlanarPose Planar(const Pose& pose) {
   return {pose.translation().x(), pose.translation().y(), Yaw(pose)};
 }
@@ -41,6 +47,27 @@ bool Agree(const Pose& told, const Pose& shown) {
   const PoseDifference difference = DifferenceOf(told, shown);
   // The height of a planar registration is that of the grounds; slopes between scans are no error.
   return difference.plane_m <= limits.plane_m && difference.heading_deg <= limits.heading_deg;
+}
+
+using View = std::bitset<36>;
+
+/// The directions in which anything stands, of a scan that is turned so.
+View ViewOf(std::span<const Post> posts, double yaw_rad) {
+  const Eigen::Rotation2Df turn(static_cast<float>(yaw_rad));
+  View view;
+  for (const Post& post : posts) {
+    const Eigen::Vector2f at = turn * Eigen::Vector2f(post.x_cm, post.y_cm);
+    view.set(
+        static_cast<std::size_t>(SectorFromRear(at.x(), at.y(), static_cast<int>(view.size()))));
+  }
+  return view;
+}
+
+bool LookTheSameWay(const ScanPair& pair, double yaw_rad) {
+  const View first = ViewOf(pair.first_structure.posts, 0.0);
+  const View second = ViewOf(pair.second_structure.posts, yaw_rad);
+  return static_cast<double>((first & second).count()) >=
+         kSeenByBoth * static_cast<double>(std::min(first.count(), second.count()));
 }
 
 /// Of right drives no pair in forty is against; of files sorted as text one in eight.
@@ -158,6 +185,7 @@ PairCheck CheckPair(const ScanPair& pair, const Pose& T_map_first, const Pose& T
   const Pose from_first = LevelFromSensor(pair.first_structure);
   const Pose from_second = LevelFromSensor(pair.second_structure);
   const PlanarPose told = Planar(from_first * check.told * from_second.inverse());
+  if (!LookTheSameWay(pair, told.yaw_rad)) return check;
   std::vector<Hypothesis> guesses{{0, told, 0.0}, {0, {}, 0.0}, {0, {0.0, 0.0, told.yaw_rad}, 0.0}};
   const double ring_m = params.shortlist.bearing_ring_m;
   for (const double yaw_rad :
