@@ -8,6 +8,7 @@
 #include <limits>
 #include <numbers>
 #include <random>
+#include <utility>
 #include <vector>
 
 namespace scanloc {
@@ -103,9 +104,18 @@ struct GroundCandidate {
   Eigen::Vector3f normal;
   float height_m;
   int num_on;
+  bool is_clear;  ///< next to nothing lies below
+
+  [[nodiscard]] bool IsRivalOf(const GroundCandidate& best) const {
+    const auto other_way = static_cast<float>(std::cos(kOtherWay_rad));
+    const float cosine = normal.dot(best.normal);
+    // A ceiling is as clear as a floor, and clearer than a ramp or a landing.
+    const bool is_other = is_clear ? cosine < other_way : cosine < -other_way;
+    return is_other && num_on > kRivalShare * best.num_on;
+  }
 };
 
-/// Planes that a robot with such a sensor may stand on.
+/// Planes as far from the sensor as what it stands on.
 std::vector<GroundCandidate> DrawGrounds(const Points& points, const Points& near,
                                          const Lengths& lengths, double sensor_height_m) {
   const double slack_m = std::max(kHeightSlack_m, kHeightShare * sensor_height_m);
@@ -128,9 +138,9 @@ std::vector<GroundCandidate> DrawGrounds(const Points& points, const Points& nea
     }
     if (std::abs(height_m - sensor_height_m) > slack_m) continue;
     const Counts counts = CountAround(points, normal, height_m);
-    if (counts.num_on < kMinOn || counts.num_below > kMaxShareBelowUpright * counts.num_on)
-      continue;
-    candidates.push_back({normal, height_m, counts.num_on});
+    if (counts.num_on < kMinOn) continue;
+    candidates.push_back({normal, height_m, counts.num_on,
+                          counts.num_below <= kMaxShareBelowUpright * counts.num_on});
   }
   return candidates;
 }
@@ -164,14 +174,13 @@ std::optional<GroundPlane> SearchGround(const PointCloud& voxels, const GroundPa
   const std::vector<GroundCandidate> candidates =
       DrawGrounds(points, near, lengths, sensor_height_m);
   const auto best = std::max_element(
-      candidates.begin(), candidates.end(),
-      [](const GroundCandidate& a, const GroundCandidate& b) { return a.num_on < b.num_on; });
-  if (best == candidates.end()) return std::nullopt;
-  const auto cosine = static_cast<float>(std::cos(kOtherWay_rad));
-  const bool has_rival =
-      std::any_of(candidates.begin(), candidates.end(), [&](const GroundCandidate& other) {
-        return other.normal.dot(best->normal) < cosine && other.num_on > kRivalShare * best->num_on;
+      candidates.begin(), candidates.end(), [](const GroundCandidate& a, const GroundCandidate& b) {
+        return std::pair(a.is_clear, a.num_on) < std::pair(b.is_clear, b.num_on);
       });
+  if (best == candidates.end() || !best->is_clear) return std::nullopt;
+  const bool has_rival =
+      std::any_of(candidates.begin(), candidates.end(),
+                  [&](const GroundCandidate& other) { return other.IsRivalOf(*best); });
   if (has_rival) return std::nullopt;
   return GroundPlane{best->normal.cast<double>().normalized(), best->height_m};
 }

@@ -106,6 +106,18 @@ TEST(SearchGround, DoesNotChooseBetweenGroundsThatFaceDifferentWays) {
   EXPECT_FALSE(SearchGround(scan, kGround, 2.0).has_value());
 }
 
+TEST(SearchGround, TakesNoCeilingForTheFloorOfARamp) {
+  // As far above as the floor is below, and as large; beside the floor there is another deck.
+  PointCloud scan;
+  for (float a = -8.0F; a <= 8.0F; a += 0.5F) {
+    for (float b = -8.0F; b <= 8.0F; b += 0.5F) {
+      scan.push_back({a, b, 1.2F});
+      scan.push_back({a, b, b < 5.0F ? -1.2F : -4.0F});
+    }
+  }
+  EXPECT_FALSE(SearchGround(scan, kGround, 1.2).has_value());
+}
+
 TEST(Localizer, SaysInsufficientOfAScanThatDoesNotSayWhichWayIsUp) {
   test::Building street;
   street.Add(scenes::PostScan(20, 120, 30.0F), Pose::Identity());
