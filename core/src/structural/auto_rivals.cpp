@@ -103,7 +103,8 @@ std::vector<Hypothesis> AutoSearch::VerifyRivals(QueryMatch& match, const Struct
   Hypothesis again = best;
   match.LayCoarsely(coarse, stage.steps, again);
   const double least_coarse = again.score - match.params().verify.hopeless_by;
-  for (const PlanarPose& guess : TurnedGuesses(place.posts, best.T_place_query)) {
+  const std::vector<PlanarPose> turned = TurnedGuesses(place.posts, best.T_place_query);
+  for (const PlanarPose& guess : turned) {
     Hypothesis rival{best.place, guess};
     match.LayCoarsely(coarse, stage.steps, rival);
     if (rival.score < least_coarse) continue;
@@ -129,13 +130,18 @@ std::vector<Hypothesis> AutoSearch::VerifyRivals(QueryMatch& match, const Struct
     const auto there = HypothesisAt(query, T_map_rival, control);
     if (there && there->place != best.place) lay(*there);
   }
-  std::vector<Hypothesis> along = HypothesesAlong(query, T_map_best, best.place, control);
-  for (const Hypothesis& there : along) {
+  std::vector<Hypothesis> around = HypothesesAlong(query, T_map_best, best.place, control);
+  // Turned about the middle of a hall, it may be farther off than this place sees.
+  for (const PlanarPose& guess : turned) {
+    const auto there = HypothesisAt(query, PoseInMap(query, {best.place, guess}), control);
+    if (there && there->place != best.place) around.push_back(*there);
+  }
+  for (const Hypothesis& there : around) {
     payload.WillUseStructure(static_cast<std::size_t>(there.place));
   }
   payload.Fetch();
   PlanarPoints posts;
-  for (Hypothesis& there : along) {
+  for (Hypothesis& there : around) {
     posts.Assign(structure_of(there.place).posts, static_cast<std::size_t>(stage.num_posts));
     match.LayCoarsely(posts, stage.steps, there);
     if (there.score >= least_coarse) lay(there);
@@ -150,7 +156,11 @@ std::vector<Hypothesis> AutoSearch::VerifyRivals(QueryMatch& match, const Struct
     last = above->place;
     const PoseDifference off =
         DifferenceOf(T_map_best, map_.places[static_cast<std::size_t>(last)].T_map_place, up_);
-    if (off.plane_m < params.above_radius_m && off.height_m > PoseLimits{}.height_m) lay(*above);
+    if (off.plane_m >= params.above_radius_m || off.height_m <= PoseLimits{}.height_m) continue;
+    lay(*above);
+    // As it is, too: along a corridor it may settle somewhere else.
+    Hypothesis& still = rivals.emplace_back(*above);
+    still.score = match.Score(still.T_place_query);
   }
   return rivals;
 }

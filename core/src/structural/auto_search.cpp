@@ -103,13 +103,21 @@ absl::StatusOr<std::vector<Spot>> AutoSearch::Find(const ScanDescriptor& query,
   if (!payload.status().ok()) return payload.status();
   if (verified.empty()) return std::vector<Spot>();
   const auto worse = [](const Hypothesis& a, const Hypothesis& b) { return a.score < b.score; };
-  // Whatever the time: without its rivals the best would look surer than it is.
-  add(VerifyRivals(match, structure, payload,
-                   *std::max_element(verified.begin(), verified.end(), worse), control));
-  std::vector<Spot> spots = Distinct(structure, std::move(verified));
+  // Whatever the time: without its rivals the best would look surer than it is. With inliers
+  // another may be the best; so that it ends, that is asked a few times only.
+  constexpr int kMaxLooks = 3;
+  Hypothesis best = *std::max_element(verified.begin(), verified.end(), worse);
+  std::vector<Spot> spots;
   LinesOfPlaces lines;
-  ScoreWithInliers(match, structures, lines, spots);
-  ScoreFromBeside(match, structure, structures, lines, control, spots);
+  for (int look = 0; look < kMaxLooks; ++look) {
+    add(VerifyRivals(match, structure, payload, best, control));
+    spots = Distinct(structure, verified);
+    ScoreWithInliers(match, structures, lines, spots);
+    ScoreFromBeside(match, structure, structures, lines, control, spots);
+    const Pose T_map_best = PoseInMap(structure, best);
+    if (!MissOf(DifferenceOf(T_map_best, spots.front().T_map_query, up_)).any()) break;
+    best = spots.front().hypothesis;
+  }
   const int num_seen = std::max(options.num_supported, options.num_measured);
   for (std::size_t i = 0; i < spots.size() && static_cast<int>(i) < num_seen; ++i) {
     const Hypothesis& hypothesis = spots[i].hypothesis;
