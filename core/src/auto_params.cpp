@@ -30,14 +30,14 @@ EvidenceParams IndoorEvidence() {
   params.equal_scores = 0.08;
   params.equal_by_chance = 0.15;
   params.beside = 250.0;
-  params.alike_score = 0.8;
+  params.alike_score = 0.85;
   params.equal_of_mirror = 0.5;
   params.cohort = 1.2;
   params.cohort_surely = 0.8;
   params.equal_in_cohort = 0.5;
   params.num_beside = 2;
   params.explaining_score = 0.55;
-  params.max_unseen = 0.5;
+  params.sure_of_narrow = 1.0;
   params.shared_in_a_row = 0.3;  // floors are alike in more than decks are
   return params;
 }
@@ -68,6 +68,7 @@ AutoParams AutoParamsAtScale(double scale) {
     params.shortlist.num_hypotheses = 600;
     params.verify.num_survivors = 160;
     params.verify.heights_share = 0.8;
+    params.verify.hopeless_by = 0.3;
     params.evidence = IndoorEvidence();
   }
   return params;

@@ -7,7 +7,7 @@
 namespace scanloc::mapdb::schema {
 
 inline constexpr std::uint32_t kApplicationId = 0x534C4F43;  // "SLOC"; persisted, never change
-inline constexpr int kVersion = 14;                          ///< of the files that this code writes
+inline constexpr int kVersion = 15;                          ///< of the files that this code writes
 inline constexpr int kCompatibleVersion = 9;  ///< oldest version whose readers can read these files
 
 struct Table {

@@ -58,6 +58,7 @@ inline Params GoldenParams(int version) {
   const AutoParams usual = AutoParamsAtScale(params.automatic.scale);
   if (version < 12) params.automatic.evidence.max_unseen = usual.evidence.max_unseen;
   if (version < 13) params.automatic.evidence.equal_of_mirror = usual.evidence.equal_of_mirror;
+  if (version < 15) params.automatic.evidence.sure_of_narrow = usual.evidence.sure_of_narrow;
   if (version < 14) {
     params.automatic.evidence.equal_in_cohort = 1.0;
     params.automatic.evidence.num_beside = 0;

@@ -288,16 +288,37 @@ std::vector<double> ConfidencesOf(const std::vector<Spot>& spots, const Evidence
                                   const Eigen::Vector3d& up) {
   if (spots.empty()) return {};
   const Spot& best = spots.front();
-  std::vector<double> scores;
-  scores.reserve(spots.size());
-  for (const Spot& spot : spots) {
-    const double more = IsAbove(best, spot, up) ? params.equal_floors : 0.0;
-    scores.push_back(more > 0.0 ? std::min(spot.score + more, best.score) : spot.score);
-  }
+  const std::size_t num_posts = best.support->num_posts;
   EvidenceParams of_twice_as_many = params;
   of_twice_as_many.cohort_size *= 2;
-  return Confidences(scores, *best.support, CohortShare(spots, params, up), params,
-                     CohortShare(spots, of_twice_as_many, up));
+  const double large_cohort_share = CohortShare(spots, of_twice_as_many, up);
+  std::vector<double> scores;
+  scores.reserve(spots.size());
+  bool has_floors = false;
+  for (const Spot& spot : spots) {
+    const PoseDifference off = DifferenceOf(best.T_map_query, spot.T_map_query, up);
+    const bool is_above = IsAbove(best, spot, up);
+    has_floors = has_floors || is_above;
+    double more = 0.0;
+    if (off.heading_deg > 90.0) {
+      more = MoreOfTurned(spot.score, spot.hypothesis.score, num_posts, large_cohort_share, params);
+    }
+    if (is_above) more = params.equal_floors;
+    scores.push_back(std::max(spot.score, std::min(spot.score + more, best.score)));
+  }
+  std::vector<double> confidences = Confidences(
+      scores, *best.support, CohortShare(spots, params, up), params, large_cohort_share);
+  // Of alike floors the other may fit best a few steps on.
+  const bool is_other_floor_near =
+      has_floors && std::any_of(spots.begin(), spots.end(), [&](const Spot& spot) {
+        return spot.score + params.equal_floors > best.score &&
+               MissOf(DifferenceOf(best.T_map_query, spot.T_map_query, up)).height;
+      });
+  if (is_other_floor_near) confidences.front() = std::min(confidences.front(), params.undecided);
+  if (best.hypothesis.score < params.explaining_score) {
+    confidences.front() = std::min(confidences.front(), 0.5);
+  }
+  return confidences;
 }
 
 std::size_t CountDistinct(std::span<const Post> posts, double cell_m) {

@@ -23,10 +23,13 @@ double EqualByChance(std::size_t num_posts, const EvidenceParams& params) {
   return params.equal_scores + params.equal_by_chance * ChanceOf(num_posts);
 }
 
+double EqualOfAlike(double score, const EvidenceParams& params) {
+  return params.equal_of_alike * std::max(0.0, score - params.alike_score);
+}
+
 /// By how much a better score must be better to say anything against this one.
 double EqualScores(double score, std::size_t num_posts, const EvidenceParams& params) {
-  return EqualByChance(num_posts, params) +
-         params.equal_of_alike * std::max(0.0, score - params.alike_score);
+  return EqualByChance(num_posts, params) + EqualOfAlike(score, params);
 }
 
 double FallAround(const QueryMatch& match, double score, const PlanarPose& pose) {
@@ -213,6 +216,12 @@ double GenuineLogOdds(const Support& support, double cohort_share, const Evidenc
                    over_mirror, over_beside});
 }
 
+double MoreOfTurned(double score, double score_by_posts, std::size_t num_posts,
+                    double large_cohort_share, const EvidenceParams& params) {
+  return large_cohort_share * (1.0 - params.equal_in_cohort) * EqualByChance(num_posts, params) +
+         EqualOfAlike(score_by_posts, params) - EqualOfAlike(score, params);
+}
+
 double RivalryLogOdds(double better_score, double score, std::size_t num_posts,
                       const EvidenceParams& params) {
   return params.rival * std::max(0.0, better_score - score - EqualScores(score, num_posts, params));
@@ -264,7 +273,7 @@ std::vector<double> Confidences(std::span<const double> scores, const Support& s
       cautious[i] += told / more * (literal[i] - cautious[i]);
     }
   }
-  if (support.unseen > params.max_unseen) {
+  if (support.unseen > params.max_unseen && cautious.front() < params.sure_of_narrow) {
     cautious.front() = std::min(cautious.front(), params.undecided);
   }
   return cautious;

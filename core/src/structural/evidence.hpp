@@ -67,6 +67,12 @@ struct Support {
 [[nodiscard]] double RivalryLogOddsInARow(double better_score, double score, std::size_t num_posts,
                                           const EvidenceParams& params);
 
+/// How much more a rival counts that looks the other way than one that stands elsewhere: it is no
+/// other place of the cohort (large_cohort_share: see Shares), but perhaps this very hall, turned
+/// about, alike by all its posts wherever they lie exactly.
+[[nodiscard]] double MoreOfTurned(double score, double score_by_posts, std::size_t num_posts,
+                                  double large_cohort_share, const EvidenceParams& params);
+
 /// How likely each of some poses is the one among them, by their scores alone; sums up to 1.
 /// large_cohort_share: CohortShare of twice as many, by which EvidenceParams::equal_in_cohort
 /// counts.

@@ -118,66 +118,6 @@ TEST(CohortShare, CountNoSpotThatOnlySomeQueriesLookAtAndNoOtherFloor) {
   EXPECT_DOUBLE_EQ(CohortShare(spots, indoors, up), 1.0 / 3.0);
 }
 
-TEST(Confidences, TellApartWhatMayBeEqualByChanceOnlyAsFarAsUndecided) {
-  const EvidenceParams params;
-  const Support support{.score = 0.8,
-                        .sharpness = 0.3,
-                        .over_mirror = 0.3,
-                        .over_mirror_exactly = 0.3,
-                        .num_posts = 400};
-  const auto best_of = [&](double rival) {
-    return Confidences(std::vector<double>{0.6, rival}, support, 0.0, params).front();
-  };
-  EXPECT_NEAR(best_of(0.6), 0.5, 0.01);
-  EXPECT_GT(best_of(0.59), 0.55);
-  EXPECT_LT(best_of(0.59), 0.65);
-  EXPECT_NEAR(best_of(0.556), params.undecided, 1e-9) << "equal by chance";
-  EXPECT_GT(best_of(0.4), 0.98);
-  const std::vector<double> three =
-      Confidences(std::vector<double>{0.6, 0.557, 0.556}, support, 0.0, params);
-  EXPECT_GT(three[1], three[2]);
-  EXPECT_LE(three[0] + three[1] + three[2], 1.0);
-}
-
-TEST(Confidences, OfWhoIsBetterThanACohortAreMoreIndoorsMostOfItUpToUndecided) {
-  const EvidenceParams indoors = AutoParamsAtScale(0.35).evidence;
-  const Support support{.score = 0.65,
-                        .sharpness = 0.3,
-                        .over_mirror = 0.2,
-                        .inliers = 0.305,
-                        .over_mirror_exactly = 0.2,
-                        .num_posts = 900};
-  const auto told = [&](double cohort_share, const EvidenceParams& params) {
-    return Confidences(std::vector<double>{0.6, 0.4}, support, cohort_share, params).front();
-  };
-  EXPECT_GT(told(1.0, indoors), told(0.0, indoors));
-  EXPECT_NEAR(told(1.0, indoors), indoors.undecided, 1e-9) << "of 3 only 1 counts beyond";
-  EXPECT_EQ(told(1.0, {}), told(0.0, {})) << "outdoors it is not looked at";
-}
-
-TEST(ConfidencesOf, TellTheBestOfALargeCohortBySmallerLeads) {
-  const EvidenceParams indoors = AutoParamsAtScale(0.35).evidence;
-  const Support clear{.score = 0.75,
-                      .sharpness = 0.3,
-                      .over_mirror = 0.3,
-                      .inliers = 0.5,
-                      .over_mirror_exactly = 0.3,
-                      .num_posts = 900};
-  const auto told = [&](int num_alike, double lead, const EvidenceParams& params) {
-    std::vector<Spot> spots(1, {.score = 0.7, .support = clear});
-    for (int i = 1; i <= num_alike; ++i)
-      spots.push_back({.score = 0.55, .T_map_query = Offset(5.0 * i, 0.0, 0.0, 0.0)});
-    spots[1].score = 0.7 - lead;
-    return ConfidencesOf(spots, params, Eigen::Vector3d::UnitZ()).front();
-  };
-  EXPECT_NEAR(told(6, 0.06, indoors), indoors.undecided, 1e-9);
-  EXPECT_GT(told(12, 0.06, indoors), 0.95);
-  EXPECT_NEAR(told(12, 0.03, indoors), indoors.undecided, 1e-9);
-  EvidenceParams older = indoors;
-  older.equal_in_cohort = 1.0;
-  EXPECT_NEAR(told(12, 0.06, older), older.undecided, 1e-9);
-}
-
 TEST(SupportOf, IsSharpAmongPostsAndFlatBetweenTwoEndlessWalls) {
   const auto structure = [](const PointCloud& scan) {
     return Describer::Create(Params{})->Describe(scan).structure;
@@ -304,45 +244,6 @@ TEST(Evidence, OfFewPostsSaidOftenIsOfFewPosts) {
     query.structure.posts.insert(query.structure.posts.end(), two.begin(), two.end());
   }
   EXPECT_EQ(world.Ask(query).outcome, Outcome::kInsufficientScan);
-}
-
-TEST(ConfidencesOf, DoNotTellFloorsApartByASmallLeadAtAnyScale) {
-  const Support sure{.score = 0.9,
-                     .sharpness = 0.3,
-                     .over_mirror = 0.4,
-                     .inliers = 0.7,
-                     .over_mirror_exactly = 0.4,
-                     .num_posts = 400};
-  for (const double scale : {0.35, 1.0}) {
-    const EvidenceParams params = AutoParamsAtScale(scale).evidence;
-    std::vector<Spot> spots = {{.score = 0.75, .support = sure}, {.score = 0.62}};
-    spots[1].T_map_query.translation().x() = 5.0;
-    EXPECT_GT(ConfidencesOf(spots, params, Eigen::Vector3d::UnitZ()).front(), 0.95);
-    spots[1].T_map_query.translation() = Eigen::Vector3d(0.3, 0.0, 3.6);
-    EXPECT_LT(ConfidencesOf(spots, params, Eigen::Vector3d::UnitZ()).front(), 0.55);
-    spots[1].score = 0.45;
-    EXPECT_GT(ConfidencesOf(spots, params, Eigen::Vector3d::UnitZ()).front(), 0.95);
-  }
-}
-
-TEST(ConfidencesOf, BelieveNoScanAloneThatAMapOfNarrowViewsExplainsIndoors) {
-  const EvidenceParams indoors = AutoParamsAtScale(0.35).evidence;
-  std::vector<Spot> spots(1, {.score = 0.8});
-  Support& support = spots[0].support.emplace();
-  support = {.score = 0.85,
-             .sharpness = 0.3,
-             .over_mirror = 0.4,
-             .inliers = 0.7,
-             .over_mirror_exactly = 0.4,
-             .num_posts = 300};
-  const auto confidence = [&](const EvidenceParams& params, double unseen) {
-    support.unseen = unseen;
-    return ConfidencesOf(spots, params, Eigen::Vector3d::UnitZ()).front();
-  };
-  EXPECT_EQ(confidence(indoors, 0.4), confidence(indoors, 0.0)) << "a wall that is far off";
-  EXPECT_GT(confidence(indoors, 0.4), 0.95);
-  EXPECT_EQ(confidence(indoors, 0.8), indoors.undecided);
-  EXPECT_EQ(confidence({}, 0.8), confidence({}, 0.0)) << "streets are not alike when turned";
 }
 
 }  // namespace
