@@ -4,6 +4,7 @@
 
 #include <filesystem>
 
+#include "support/file_size_limit.hpp"
 #include "support/temp_dir.hpp"
 
 namespace scanloc::cli {
@@ -18,37 +19,31 @@ int NumFiles(const TempDir& dir) {
       std::distance(fs::directory_iterator(dir.path()), fs::directory_iterator()));
 }
 
-TEST(TextOutput, WritesAllOfALongText) {
-  const TempDir dir;
-  std::string expected;
-  auto output = TextOutput::Open(dir.File("out"));
-  ASSERT_TRUE(output.ok()) << output.status();
-  for (int i = 0; i < 300'000; ++i) {
-    const std::string line = std::to_string(i) + "\n";
-    output->Append(line);
-    expected += line;
-  }
-  ASSERT_TRUE(output->Close().ok());
-  EXPECT_EQ(ReadFile(dir.File("out")), expected);
-  EXPECT_EQ(NumFiles(dir), 1);
-}
-
-TEST(TextOutput, LeavesTheOldFileUntilItIsClosed) {
+TEST(WriteText, ReplacesTheOldFileByAllOfALongOne) {
   const TempDir dir;
   dir.Write("out", "old");
-  {
-    auto output = TextOutput::Open(dir.File("out"));
-    ASSERT_TRUE(output.ok()) << output.status();
-    output->Append(std::string(3 << 20, 'x'));
-    EXPECT_EQ(ReadFile(dir.File("out")), "old");
-  }
-  EXPECT_EQ(ReadFile(dir.File("out")), "old");
+  std::string text;
+  for (int i = 0; i < 300'000; ++i) text += std::to_string(i) + "\n";
+  ASSERT_TRUE(WriteText(dir.File("out"), text).ok());
+  EXPECT_EQ(ReadFile(dir.File("out")), text);
   EXPECT_EQ(NumFiles(dir), 1);
-  ASSERT_TRUE(WriteText(dir.File("out"), "new").ok());
-  EXPECT_EQ(ReadFile(dir.File("out")), "new");
 }
 
-TEST(TextOutput, WritesThroughALink) {
+TEST(WriteText, LeavesTheOldFileWhereTheNewOneDoesNotFit) {
+  const TempDir dir;
+  dir.Write("out", "old");
+  absl::Status status;
+  {
+    const test::FileSizeLimit limit(1 << 20);
+    status = WriteText(dir.File("out"), std::string(3 << 20, 'x'));
+  }
+  EXPECT_FALSE(status.ok());
+  EXPECT_NE(status.message().find(dir.File("out")), std::string::npos) << status;
+  EXPECT_EQ(ReadFile(dir.File("out")), "old");
+  EXPECT_EQ(NumFiles(dir), 1);
+}
+
+TEST(WriteText, WritesThroughALink) {
   const TempDir dir;
   dir.Write("real", "old");
   fs::create_symlink("real", dir.File("link"));
@@ -57,7 +52,7 @@ TEST(TextOutput, WritesThroughALink) {
   EXPECT_EQ(ReadFile(dir.File("real")), "new");
 }
 
-TEST(TextOutput, WritesWhereALinkLeadsThoughNothingIsThereYet) {
+TEST(WriteText, WritesWhereALinkLeadsThoughNothingIsThereYet) {
   const TempDir dir;
   fs::create_directory(dir.File("folder"));
   fs::create_symlink("folder/second", dir.File("first"));
@@ -68,7 +63,7 @@ TEST(TextOutput, WritesWhereALinkLeadsThoughNothingIsThereYet) {
   EXPECT_EQ(ReadFile(dir.File("real")), "new");
 }
 
-TEST(TextOutput, ReplacesNoMapOrScan) {
+TEST(WriteText, ReplacesNoMapOrScan) {
   const TempDir dir;
   const std::string map = std::string("SQLite format 3") + '\0' + "pages";
   dir.Write("map", map);
@@ -79,12 +74,12 @@ TEST(TextOutput, ReplacesNoMapOrScan) {
   EXPECT_EQ(NumFiles(dir), 1);
 }
 
-TEST(TextOutput, TellsThatTheDiskIsFull) {
+TEST(WriteText, TellsThatTheDiskIsFull) {
   EXPECT_EQ(WriteText("/dev/full", "text").code(), absl::StatusCode::kResourceExhausted);
   EXPECT_TRUE(WriteText("/dev/null", "text").ok());
 }
 
-TEST(TextOutput, NamesThePathThatCannotBeWritten) {
+TEST(WriteText, NamesThePathThatCannotBeWritten) {
   const TempDir dir;
   EXPECT_EQ(WriteText(dir.File("none/out"), "text").code(), absl::StatusCode::kNotFound);
   const absl::Status folder = WriteText(dir.path().string(), "text");
