@@ -32,15 +32,6 @@ ChartSeries LineOf(const eval::MethodResult& result, PointAt&& point_at) {
   return line;
 }
 
-/// Those that are drawn.
-std::vector<const eval::MethodResult*> MainResults(const EvalReport& report) {
-  std::vector<const eval::MethodResult*> results;
-  for (const eval::MethodResult& result : report.results) {
-    if (result.within_m == report.within_m) results.push_back(&result);
-  }
-  return results;
-}
-
 /// Where methods are good the curves are told apart only if the rest is left out: what every method
 /// reaches at its greatest F1 stays, and some more.
 double LeastPrecisionShown(const std::vector<const eval::MethodResult*>& results) {
@@ -195,7 +186,7 @@ std::string KindTitle(std::size_t kind) {
 }
 
 std::vector<EvalFigure> DrawCurves(const EvalReport& report) {
-  const std::vector<const eval::MethodResult*> results = MainResults(report);
+  const std::vector<const eval::MethodResult*> results = ResultsWithin(report, report.within_m);
   std::vector<EvalFigure> figures = {DrawPrecisionRecall(results), DrawF1(results)};
   for (const eval::MethodResult* result : results) {
     if (result->reliability) figures.push_back(DrawReliability(*result));

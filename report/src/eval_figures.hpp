@@ -23,6 +23,10 @@ template <typename Chart>
   return {std::move(title), std::move(note), Draw(chart), AsCsv(chart)};
 }
 
+/// The results for one within_m.
+[[nodiscard]] std::vector<const eval::MethodResult*> ResultsWithin(const EvalReport& report,
+                                                                   double within_m);
+
 /// `easy`, `lateral`, `rotational` or `lateral and rotational`.
 [[nodiscard]] std::string KindTitle(std::size_t kind);
 

@@ -20,39 +20,35 @@ constexpr const char* kExplanation =
     "errors of right matches. ms: mean processor time to describe and search. Recall counts all "
     "revisits; a wrong match counts against precision whether its query is a revisit or not.</p>\n";
 
-/// The results for one within_m.
-std::vector<const eval::MethodResult*> ResultsWithin(const EvalReport& report, double within_m) {
-  std::vector<const eval::MethodResult*> results;
-  for (const eval::MethodResult& result : report.results) {
-    if (result.within_m == within_m) results.push_back(&result);
-  }
-  return results;
+/// A row a method.
+std::string Table(const Row& columns, const std::vector<const eval::MethodResult*>& results,
+                  Row (*row_of)(const eval::MethodResult&)) {
+  std::vector<Row> rows;
+  for (const eval::MethodResult* result : results) rows.push_back(row_of(*result));
+  return HtmlTable(columns, rows);
 }
 
-std::string ResultTable(const std::vector<const eval::MethodResult*>& results) {
-  std::vector<Row> rows;
-  rows.reserve(results.size());
-  for (const eval::MethodResult* result : results) rows.push_back(EvalRow(*result));
-  return HtmlTable(EvalColumns(), rows);
-}
-
-std::string ErrorTable(const std::vector<const eval::MethodResult*>& results) {
-  std::vector<Row> rows;
-  for (const eval::MethodResult* result : results) {
-    Row row = {result->name};
-    for (const std::optional<eval::ErrorSummary>& error :
-         {result->position_m, result->lateral_m, result->yaw_deg}) {
-      if (!error) row.insert(row.end(), {"-", "-", "-"});
-      if (!error) continue;
-      for (const double value : {error->mean, error->median, error->p90}) {
-        row.push_back(absl::StrFormat("%.3f", value));
-      }
+Row ErrorRow(const eval::MethodResult& result) {
+  Row row = {result.name};
+  for (const std::optional<eval::ErrorSummary>& error :
+       {result.position_m, result.lateral_m, result.yaw_deg}) {
+    if (!error) row.insert(row.end(), {"-", "-", "-"});
+    if (!error) continue;
+    for (const double value : {error->mean, error->median, error->p90}) {
+      row.push_back(absl::StrFormat("%.3f", value));
     }
-    rows.push_back(std::move(row));
   }
-  return HtmlTable({"method", "pos mean [m]", "median [m]", "90 % [m]", "lat mean [m]",
-                    "median [m]", "90 % [m]", "yaw mean [deg]", "median [deg]", "90 % [deg]"},
-                   rows);
+  return row;
+}
+
+Row TimeRow(const eval::MethodResult& result) {
+  Row row = {result.name};
+  const eval::StageMeans& times = result.times;
+  for (const double ms : {times.describe_ms, times.retrieve_ms, times.match_ms, times.verify_ms,
+                          times.total_ms, times.total_p99_ms}) {
+    row.push_back(absl::StrFormat("%.3f", ms));
+  }
+  return row;
 }
 
 std::string KindTable(const EvalReport& report,
@@ -78,47 +74,33 @@ std::string KindTable(const EvalReport& report,
   return HtmlTable(columns, rows);
 }
 
-std::string OutcomeTable(const std::vector<const eval::MethodResult*>& results) {
-  std::vector<Row> rows;
-  rows.reserve(results.size());
-  for (const eval::MethodResult* result : results) rows.push_back(OutcomeRow(*result));
-  return HtmlTable({"method", "localized and right", "false", "missed in the plane", "in height",
-                    "in heading", "ambiguous", "not recognised", "too few points"},
-                   rows);
-}
-
-std::string TimeTable(const std::vector<const eval::MethodResult*>& results) {
-  std::vector<Row> rows;
-  for (const eval::MethodResult* result : results) {
-    const eval::StageMeans& times = result->times;
-    Row row = {result->name};
-    for (const double ms : {times.describe_ms, times.retrieve_ms, times.match_ms, times.verify_ms,
-                            times.total_ms, times.total_p99_ms}) {
-      row.push_back(absl::StrFormat("%.3f", ms));
-    }
-    rows.push_back(std::move(row));
-  }
-  return HtmlTable({"method", "describe [ms]", "retrieve [ms]", "match [ms]", "verify [ms]",
-                    "total [ms]", "99 % of totals [ms]"},
-                   rows);
-}
-
 std::string Tables(const EvalReport& report) {
   const std::vector<const eval::MethodResult*> results = ResultsWithin(report, report.within_m);
-  std::string html = absl::StrCat("<h2>Results</h2>\n", ResultTable(results), kExplanation);
+  std::string html =
+      absl::StrCat("<h2>Results</h2>\n", Table(EvalColumns(), results, EvalRow), kExplanation);
   double told_m = report.within_m;
   for (const eval::MethodResult& result : report.results) {
     if (result.within_m == told_m) continue;
     told_m = result.within_m;
     absl::StrAppend(&html, "<h2>Results within ", told_m, " m (", result.first_right.size(),
-                    " revisits)</h2>\n", ResultTable(ResultsWithin(report, told_m)));
+                    " revisits)</h2>\n",
+                    Table(EvalColumns(), ResultsWithin(report, told_m), EvalRow));
   }
-  absl::StrAppend(&html, "<h2>Recall@1 by kind of revisit (their number)</h2>\n",
-                  KindTable(report, results),
-                  "<h2>Answers by their pose: within 1 m, 1 m of "
-                  "height and 10 degrees of heading</h2>\n",
-                  OutcomeTable(results), "<h2>Errors of right matches</h2>\n", ErrorTable(results),
-                  "<h2>Mean time of each stage a query, one thread</h2>\n", TimeTable(results));
+  absl::StrAppend(
+      &html, "<h2>Recall@1 by kind of revisit (their number)</h2>\n", KindTable(report, results),
+      "<h2>Answers by their pose: within 1 m, 1 m of "
+      "height and 10 degrees of heading</h2>\n",
+      Table({"method", "localized and right", "false", "missed in the plane", "in height",
+             "in heading", "ambiguous", "not recognised", "too few points"},
+            results, OutcomeRow),
+      "<h2>Errors of right matches</h2>\n",
+      Table({"method", "pos mean [m]", "median [m]", "90 % [m]", "lat mean [m]", "median [m]",
+             "90 % [m]", "yaw mean [deg]", "median [deg]", "90 % [deg]"},
+            results, ErrorRow),
+      "<h2>Mean time of each stage a query, one thread</h2>\n",
+      Table({"method", "describe [ms]", "retrieve [ms]", "match [ms]", "verify [ms]", "total [ms]",
+             "99 % of totals [ms]"},
+            results, TimeRow));
   return html;
 }
 

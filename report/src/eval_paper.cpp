@@ -68,8 +68,8 @@ std::string ResultsTex(const EvalReport& report) {
       "% ", EvalSummary(report), "\n% content id ", report.content_id, "; right within ",
       report.within_m, " m\n% needs \\usepackage{booktabs}\n", "\\begin{tabular}{l",
       std::string(columns.size() - 1, 'r'), "}\n\\toprule\n", TexRow(columns), "\\midrule\n");
-  for (const eval::MethodResult& result : report.results) {
-    if (result.within_m == report.within_m) tex += TexRow(EvalRow(result));
+  for (const eval::MethodResult* result : ResultsWithin(report, report.within_m)) {
+    tex += TexRow(EvalRow(*result));
   }
   return tex + "\\bottomrule\n\\end{tabular}\n";
 }
@@ -87,8 +87,8 @@ std::vector<ReportFile> PaperFiles(const EvalReport& report) {
     }
   };
   add(DrawCurves(report));
-  for (const eval::MethodResult& result : report.results) {
-    if (result.within_m == report.within_m) add(DrawMatches(report, result));
+  for (const eval::MethodResult* result : ResultsWithin(report, report.within_m)) {
+    add(DrawMatches(report, *result));
   }
   return files;
 }

@@ -4,6 +4,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "eval_figures.hpp"
 #include "outcome_json.hpp"
 #include "scanloc/report/csv.hpp"
 #include "scanloc/report/json.hpp"
@@ -131,32 +132,6 @@ constexpr std::array<const char*, 9> kOutcomeColumns = {
 constexpr std::array<const char*, 8> kTimeColumns = {
     "ms a query", "describe", "(place)", "retrieve", "match", "verify", "total", "p99"};
 
-std::vector<std::string> RowOf(const eval::MethodResult& result) {
-  std::optional<double> calibration_error, best_precision, best_recall;
-  if (result.reliability) calibration_error = result.reliability->expected_calibration_error;
-  if (const eval::OperatingPoint* best = BestPoint(result)) {
-    best_precision = best->precision;
-    best_recall = best->recall;
-  }
-  const eval::PrecisionRecall& curve = result.precision_recall;
-  return {result.name,
-          OrDash(Recall(result, 1), 3),
-          OrDash(Recall(result, 5), 3),
-          OrDash(Recall(result, 10), 3),
-          OrDash(OfRevisits(result, curve.area), 3),
-          OrDash(OfRevisits(result, curve.f1_max), 3),
-          OrDash(best_precision, 3),
-          OrDash(best_recall, 3),
-          OrDash(OfRevisits(result, curve.recall_at_full_precision), 3),
-          OrDash(OfRevisits(result, curve.extended_precision), 3),
-          OrDash(result.divergence_at_f1_max, 3),
-          OrDash(calibration_error, 3),
-          OrDash(MedianOf(result.position_m), 2),
-          OrDash(MedianOf(result.lateral_m), 2),
-          OrDash(MedianOf(result.yaw_deg), 2),
-          absl::StrFormat("%.2f", result.times.total_ms)};
-}
-
 std::vector<std::string> ErrorRowOf(const eval::MethodResult& result) {
   std::vector<std::string> row = {result.name};
   for (const auto& error : {result.position_m, result.lateral_m, result.yaw_deg}) {
@@ -210,19 +185,27 @@ std::string EvalAsTable(const EvalReport& report, bool with_times) {
       absl::StrAppendFormat(&text, "within %g m: %d revisits\n", within_m,
                             result.first_right.size());
     }
-    AppendRow(RowOf(result), &text);
+    AppendRow(EvalRow(result), &text);
   }
   for (const eval::MethodResult& result : report.results) AppendRightBeyond(result, &text);
   const auto append_main = [&](const auto& columns, const auto& row_of) {
     AppendRow(columns, &text);
-    for (const eval::MethodResult& result : report.results) {
-      if (result.within_m == report.within_m) AppendRow(row_of(result), &text);
+    for (const auto* result : ResultsWithin(report, report.within_m)) {
+      AppendRow(row_of(*result), &text);
     }
   };
   append_main(kOutcomeColumns, OutcomeRow);
   append_main(kErrorColumns, ErrorRowOf);
   if (with_times) append_main(kTimeColumns, TimeRowOf);
   return text;
+}
+
+std::vector<const eval::MethodResult*> ResultsWithin(const EvalReport& report, double within_m) {
+  std::vector<const eval::MethodResult*> results;
+  for (const eval::MethodResult& result : report.results) {
+    if (result.within_m == within_m) results.push_back(&result);
+  }
+  return results;
 }
 
 KindCount CountKind(const EvalReport& report, const eval::MethodResult& result, std::size_t kind) {
@@ -292,7 +275,31 @@ std::string EvalAsCsv(const EvalReport& report) {
 }
 
 std::vector<std::string> EvalColumns() { return {kColumns.begin(), kColumns.end()}; }
-std::vector<std::string> EvalRow(const eval::MethodResult& result) { return RowOf(result); }
+std::vector<std::string> EvalRow(const eval::MethodResult& result) {
+  std::optional<double> calibration_error, best_precision, best_recall;
+  if (result.reliability) calibration_error = result.reliability->expected_calibration_error;
+  if (const eval::OperatingPoint* best = BestPoint(result)) {
+    best_precision = best->precision;
+    best_recall = best->recall;
+  }
+  const eval::PrecisionRecall& curve = result.precision_recall;
+  return {result.name,
+          OrDash(Recall(result, 1), 3),
+          OrDash(Recall(result, 5), 3),
+          OrDash(Recall(result, 10), 3),
+          OrDash(OfRevisits(result, curve.area), 3),
+          OrDash(OfRevisits(result, curve.f1_max), 3),
+          OrDash(best_precision, 3),
+          OrDash(best_recall, 3),
+          OrDash(OfRevisits(result, curve.recall_at_full_precision), 3),
+          OrDash(OfRevisits(result, curve.extended_precision), 3),
+          OrDash(result.divergence_at_f1_max, 3),
+          OrDash(calibration_error, 3),
+          OrDash(MedianOf(result.position_m), 2),
+          OrDash(MedianOf(result.lateral_m), 2),
+          OrDash(MedianOf(result.yaw_deg), 2),
+          absl::StrFormat("%.2f", result.times.total_ms)};
+}
 
 std::vector<std::string> OutcomeRow(const eval::MethodResult& result) {
   const eval::OutcomeCounts& counts = result.outcomes;
