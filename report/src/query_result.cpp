@@ -39,14 +39,10 @@ Summary Summarize(const std::vector<QueryResult>& results, double within_m) {
       ++summary.num_topk_right;
     }
   }
-  summary.median_place_m = Median(std::move(places_m));
-  summary.median_pose_m = Median(std::move(poses_m));
-  summary.median_yaw_deg = Median(std::move(yaws_deg));
+  summary.median_place_m = eval::Quantile(std::move(places_m), 0.5);
+  summary.median_pose_m = eval::Quantile(std::move(poses_m), 0.5);
+  summary.median_yaw_deg = eval::Quantile(std::move(yaws_deg), 0.5);
   return summary;
-}
-
-std::optional<double> Median(std::vector<double> values) {
-  return eval::Quantile(std::move(values), 0.5);
 }
 
 }  // namespace scanloc::report

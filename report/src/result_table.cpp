@@ -5,6 +5,7 @@
 #include "absl/strings/str_format.h"
 #include "deviations.hpp"
 #include "scanloc/core/printable.hpp"
+#include "scanloc/eval/quantile.hpp"
 #include "scanloc/report/csv.hpp"
 #include "scanloc/report/result_text.hpp"
 
@@ -86,7 +87,7 @@ std::string TimesText(const std::vector<QueryResult>& results) {
     for (const QueryResult& result : results) {
       times_ms.push_back(static_cast<double>(time_ns(result)) / 1e6);
     }
-    return Median(std::move(times_ms)).value_or(0.0);
+    return eval::Quantile(std::move(times_ms), 0.5).value_or(0.0);
   };
   return absl::StrFormat(
       "  time a query      %.2f ms, median; reading its file took %.2f ms more\n"

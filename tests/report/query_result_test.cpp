@@ -40,13 +40,6 @@ TEST(ErrorOf, TakesTheShortWayRound) {
   EXPECT_NEAR(error.pose.heading_deg, 2.0, 1e-9);
 }
 
-TEST(Median, IsTheMiddle) {
-  EXPECT_EQ(Median({}), std::nullopt);
-  EXPECT_EQ(Median({3.0}), 3.0);
-  EXPECT_EQ(Median({9.0, 1.0, 5.0}), 5.0);
-  EXPECT_EQ(Median({9.0, 1.0, 5.0, 2.0}), 3.5);
-}
-
 TEST(Summarize, CountsRecallWhateverTheOutcome) {
   const Pose origin = Pose::Identity();
   const Summary summary = Summarize(

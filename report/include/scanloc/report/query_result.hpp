@@ -46,7 +46,4 @@ struct Summary {
 };
 [[nodiscard]] Summary Summarize(const std::vector<QueryResult>& results, double within_m);
 
-/// The middle value, or the mean of the two in the middle; none of no values.
-[[nodiscard]] std::optional<double> Median(std::vector<double> values);
-
 }  // namespace scanloc::report
