@@ -162,7 +162,6 @@ MethodResult Measure(const EvalMethod& method, std::size_t index,
     yaw_deg.push_back(judgement.error->off.heading_deg);
   }
   result.precision_recall = MeasurePrecisionRecall(result.scored);
-  result.threshold_at_f1_max = result.precision_recall.BestThreshold();
   if (!confident.empty()) {
     result.reliability = MeasureReliability(confident, kNumReliabilityBins);
   }

@@ -31,8 +31,8 @@ std::size_t CountAll(const QueriesByKind& kinds) {
 }
 
 std::optional<double> ThresholdAtF1Max(const eval::MethodResult& result) {
-  if (result.precision_recall.f1_max <= 0.0) return std::nullopt;
-  return result.threshold_at_f1_max;
+  const eval::PrecisionRecall& curve = result.precision_recall;
+  return curve.best ? std::optional(curve.BestThreshold()) : std::nullopt;
 }
 
 std::optional<double> ThresholdAtFullPrecision(const eval::MethodResult& result) {

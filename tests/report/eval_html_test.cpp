@@ -62,9 +62,6 @@ void AddResult(const std::string& name, AnswerTo&& answer_to, EvalReport* report
   const std::vector<eval::OperatingPoint>& points = result.precision_recall.points;
   result.divergences.assign(points.size(), 1.75);
   for (auto& divergences : result.kind_divergences) divergences.assign(points.size(), 0.25);
-  for (const eval::OperatingPoint& point : points) {
-    if (point.f1 == result.precision_recall.f1_max) result.threshold_at_f1_max = point.threshold;
-  }
   if (name == "sure") result.reliability = eval::MeasureReliability(result.scored, 10);
   result.yaw_deg = eval::ErrorSummary{.median = 1.125, .mean = 1.25, .p90 = 2.5};
   report->results.push_back(std::move(result));
@@ -160,7 +157,8 @@ TEST(EvalPage, DrawsAllWrongMatchesEachByItself) {
   AddResult(
       "pc", [](std::size_t i) { return i % 2 == 0 ? Answered::kRight : Answered::kWrong; },
       &report);
-  report.results[0].threshold_at_f1_max = 0.0;  // all
+  eval::PrecisionRecall& curve = report.results[0].precision_recall;
+  curve.best = curve.points.size() - 1;  // all
   const std::string page = EvalAsHtml(report);
   int num_wrong = 0;
   int num_right = 0;

@@ -94,8 +94,6 @@ struct MethodResult {
   /// None where no revisit, or none of the kind, is found at the greatest F1.
   std::array<std::optional<double>, kNumKinds> kind_divergence_at_f1_max;
   std::optional<double> divergence_at_f1_max;
-  /// Infinite, which accepts nothing, where the greatest F1 is 0.
-  double threshold_at_f1_max = std::numeric_limits<double>::infinity();
   /// Of all right matches, accepted or not; none without any, and of baselines, which tell no pose.
   std::optional<ErrorSummary> position_m, lateral_m, yaw_deg;
   StageMeans times;
