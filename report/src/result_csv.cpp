@@ -48,27 +48,20 @@ void AppendGeo(const Candidate* candidate, std::vector<std::string>* fields) {
 
 void AppendTruth(const QueryResult& result, const Candidate* candidate,
                  std::vector<std::string>* fields) {
-  if (candidate != nullptr && result.T_map_true.has_value()) {
-    const TruthError error = ErrorOf(*candidate, *result.T_map_true);
-    for (const double value : {error.place_m, error.pose.plane_m, error.pose.heading_deg}) {
-      fields->push_back(FixedText(value, kDecimals));
-    }
-  } else {
-    fields->insert(fields->end(), 3, "");
-  }
-  if (result.T_map_true.has_value()) {
-    fields->push_back(FixedText(result.T_map_true->translation().x(), kDecimals));
-    fields->push_back(FixedText(result.T_map_true->translation().y(), kDecimals));
-  } else {
-    fields->insert(fields->end(), 2, "");
-  }
-  if (candidate != nullptr && result.T_map_true.has_value()) {
-    const PoseDifference error = ErrorOf(*candidate, *result.T_map_true).pose;
-    fields->push_back(FixedText(error.height_m, kDecimals));
-    fields->push_back(eval::MissText(MissOf(error)));
-  } else {
-    fields->insert(fields->end(), 2, "");
-  }
+  const std::optional<Pose>& truth = result.T_map_true;
+  const bool has_error = candidate != nullptr && truth.has_value();
+  const TruthError error = has_error ? ErrorOf(*candidate, *truth) : TruthError();
+  const Eigen::Vector3d at_m = truth.value_or(Pose::Identity()).translation();
+  const auto add = [fields](bool is_known, double value) {
+    fields->push_back(is_known ? FixedText(value, kDecimals) : "");
+  };
+  add(has_error, error.place_m);
+  add(has_error, error.pose.plane_m);
+  add(has_error, error.pose.heading_deg);
+  add(truth.has_value(), at_m.x());
+  add(truth.has_value(), at_m.y());
+  add(has_error, error.pose.height_m);
+  fields->push_back(eval::MissText(MissOf(error.pose)));
 }
 
 }  // namespace
