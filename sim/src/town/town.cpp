@@ -28,29 +28,14 @@ Ground MakeGround(const std::vector<Street>& streets, Random random) {
   const Eigen::Vector2d margin(kSurroundings_m, kSurroundings_m);
   Ground ground(lower - margin, upper + margin);
 
-  struct Wave {
-    Eigen::Vector2d number;  // radians a metre
-    double phase;
-    double height_m;
-  };
-  std::array<Wave, 5> waves{};
-  for (Wave& wave : waves) {
+  std::array<Ground::Wave, 5> waves{};
+  for (Ground::Wave& wave : waves) {
     const double length = random.Uniform(180.0, 700.0);
     wave.number = CosSin(random.Uniform(0.0, 6.28)) * (6.283185307179586 / length);
     wave.phase = random.Uniform(0.0, 6.28);
     wave.height_m = length * random.Uniform(0.0005, 0.0018);
   }
-  for (int row = 0; row < ground.num_rows(); ++row) {
-    for (int column = 0; column < ground.num_columns(); ++column) {
-      const Eigen::Vector2d at =
-          ground.lower() + Eigen::Vector2d(column, row) * Ground::kTerrainCell_m;
-      double height = 0.0;
-      for (const Wave& wave : waves) {
-        height += wave.height_m * CosSin(at.dot(wave.number) + wave.phase).y();
-      }
-      ground.SetHeight(column, row, height);
-    }
-  }
+  ground.Shape(waves);
   for (const Street& street : streets) ground.CarveStreet(street.center, street.kerb_half_m);
   return ground;
 }

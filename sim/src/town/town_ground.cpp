@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "random.hpp"
 #include "scanloc/sim/town.hpp"
 
 namespace scanloc::sim {
@@ -49,15 +50,24 @@ Ground::Ground(const Eigen::Vector2d& lower, const Eigen::Vector2d& upper) : low
   lowered_.assign(static_cast<std::size_t>(num_kerb_columns_) * num_kerb_rows_, false);
 }
 
-void Ground::SetHeight(int column, int row, double height_m) {
-  const auto at = [this](int c, int r) -> double& {
-    return heights_m_[static_cast<std::size_t>(r) * num_columns_ + c];
+void Ground::Shape(std::span<const Wave> waves) {
+  const auto at = [this](int column, int row) -> double& {
+    return heights_m_[static_cast<std::size_t>(row) * num_columns_ + column];
   };
-  at(column, row) = height_m;
-  // A bilinear cell is nowhere steeper than its edges' slopes along x and y together.
-  const double dx = column > 0 ? std::abs(height_m - at(column - 1, row)) : 0.0;
-  const double dy = row > 0 ? std::abs(height_m - at(column, row - 1)) : 0.0;
-  max_slope_ = std::max(max_slope_, 1.5 * std::max(dx, dy) / kTerrainCell_m);
+  for (int row = 0; row < num_rows_; ++row) {
+    for (int column = 0; column < num_columns_; ++column) {
+      const Eigen::Vector2d here = lower_ + Eigen::Vector2d(column, row) * kTerrainCell_m;
+      double height_m = 0.0;
+      for (const Wave& wave : waves) {
+        height_m += wave.height_m * CosSin(here.dot(wave.number) + wave.phase).y();
+      }
+      at(column, row) = height_m;
+      // A bilinear cell is nowhere steeper than its edges' slopes along x and y together.
+      const double dx = column > 0 ? std::abs(height_m - at(column - 1, row)) : 0.0;
+      const double dy = row > 0 ? std::abs(height_m - at(column, row - 1)) : 0.0;
+      max_slope_ = std::max(max_slope_, 1.5 * std::max(dx, dy) / kTerrainCell_m);
+    }
+  }
 }
 
 void Ground::CarveStreet(const Path& center, double half_width_m) {

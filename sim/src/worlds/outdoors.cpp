@@ -27,29 +27,15 @@ Rect Around(const std::vector<Vector2d>& way, double margin_m) {
 
 /// Hills of long waves.
 Ground MakeHills(const Rect& rect, double steepness, Random random) {
-  struct Wave {
-    Vector2d number;
-    double phase;
-    double height_m;
-  };
-  std::array<Wave, 6> waves{};
-  for (Wave& wave : waves) {
+  std::array<Ground::Wave, 6> waves{};
+  for (Ground::Wave& wave : waves) {
     const double length = random.Uniform(60.0, 300.0);
     wave.number = CosSin(random.Uniform(0.0, 6.28)) * (6.283185307179586 / length);
     wave.phase = random.Uniform(0.0, 6.28);
     wave.height_m = length * steepness * random.Uniform(0.3, 1.0);
   }
   Ground ground(rect.low, rect.high);
-  for (int row = 0; row < ground.num_rows(); ++row) {
-    for (int column = 0; column < ground.num_columns(); ++column) {
-      const Vector2d at = ground.lower() + Vector2d(column, row) * Ground::kTerrainCell_m;
-      double height = 0.0;
-      for (const Wave& wave : waves) {
-        height += wave.height_m * CosSin(at.dot(wave.number) + wave.phase).y();
-      }
-      ground.SetHeight(column, row, height);
-    }
-  }
+  ground.Shape(waves);
   return ground;
 }
 

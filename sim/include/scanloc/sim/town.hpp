@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "absl/status/status.h"
@@ -73,16 +74,18 @@ class Ground {
 
   /// A flat street without end at z = 0.
   Ground() = default;
-  /// Flat at z = 0 from `lower` to `upper`, raised everywhere; to be shaped by the town's maker.
+  /// Flat at z = 0 from `lower` to `upper`, raised everywhere; to be shaped by the world's maker.
   Ground(const Eigen::Vector2d& lower, const Eigen::Vector2d& upper);
 
-  void SetHeight(int column, int row, double height_m);
+  struct Wave {
+    Eigen::Vector2d number;  ///< radians a metre
+    double phase;
+    double height_m;
+  };
+  /// Makes the streets' level the sum of the waves.
+  void Shape(std::span<const Wave> waves);
   /// Lowers the kerb within `half_width_m` of every point of the path.
   void CarveStreet(const Path& center, double half_width_m);
-
-  [[nodiscard]] int num_columns() const { return num_columns_; }
-  [[nodiscard]] int num_rows() const { return num_rows_; }
-  [[nodiscard]] const Eigen::Vector2d& lower() const { return lower_; }
 
   /// Height of the streets' level [m]; the kerb comes on top where IsRaised.
   [[nodiscard]] double Height(double x, double y) const;
