@@ -3,7 +3,6 @@
 #include <chrono>
 #include <optional>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
@@ -12,6 +11,7 @@
 #include "cli/command.hpp"
 #include "cli/output.hpp"
 #include "cli/progress.hpp"
+#include "scanloc/jobs/jobs.hpp"
 #include "scanloc/sim/drive_writer.hpp"
 #include "scanloc/sim/simulated_drive.hpp"
 
@@ -148,10 +148,7 @@ void SimulateCommand::DeclareLidar(CLI::App& app) {
 
 absl::Status SimulateCommand::Run() {
   const auto start = std::chrono::steady_clock::now();
-  const int num_threads =
-      num_threads_ > 0
-          ? num_threads_
-          : static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1U, 256U));
+  const auto num_threads = static_cast<int>(std::min<std::size_t>(NumThreads(num_threads_), 256));
   std::size_t num_scans = 0;
   {
     Progress progress("scans cast", quiet_);
