@@ -1,7 +1,10 @@
 #include "scanloc/sim/simulated_drive.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <optional>
+#include <unordered_map>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -9,7 +12,7 @@
 #include "random.hpp"
 #include "scanloc/core/status_macros.hpp"
 #include "sim_text.hpp"
-#include "town/town_index.hpp"
+#include "town/town_cells.hpp"
 #include "town/town_traffic.hpp"
 #include "worlds/scene.hpp"
 #include "worlds/walk.hpp"
@@ -19,6 +22,33 @@ namespace {
 
 constexpr double kSpeed_mps = 8.0;
 constexpr double kWalkingSpeed_mps = 1.2;
+
+/// Finds the solids around a point. Immutable; any number of threads may look.
+class SolidIndex {
+ public:
+  explicit SolidIndex(const std::vector<Solid>& solids) {
+    for (const Solid& solid : solids) {
+      max_radius_m_ = std::max(max_radius_m_, solid.half_length_m + solid.half_width_m);
+      cells_[CellKey(solid.center, kCell_m)].push_back(solid);
+    }
+  }
+
+  /// Appends every solid that comes within radius_m of the point, and some that do not, in an order
+  /// that depends on the point alone.
+  void AppendAround(const Eigen::Vector2d& point, double radius_m, std::vector<Solid>& to) const {
+    const Eigen::Vector2d reach = Eigen::Vector2d::Constant(radius_m + max_radius_m_);
+    VisitCells(point - reach, point + reach, kCell_m, [&](std::uint64_t key) {
+      const auto cell = cells_.find(key);
+      if (cell != cells_.end()) to.insert(to.end(), cell->second.begin(), cell->second.end());
+    });
+  }
+
+ private:
+  static constexpr double kCell_m = 32.0;
+
+  std::unordered_map<std::uint64_t, std::vector<Solid>> cells_;  // by the cell of the centre
+  double max_radius_m_ = 0.0;
+};
 
 }  // namespace
 
