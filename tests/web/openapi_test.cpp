@@ -11,7 +11,7 @@ namespace scanloc::web {
 namespace {
 
 const Json& Document() {
-  static const Json document = Json::parse(Api::OpenApiDocument());
+  static const Json document = Json::parse(kOpenApiDocument);
   return document;
 }
 

@@ -10,7 +10,6 @@
 #include "api_asked.hpp"
 #include "http_parts.hpp"
 #include "json.hpp"
-#include "openapi_document.hpp"
 #include "scanloc/client/error_reason.hpp"
 #include "scanloc/core/printable.hpp"
 #include "scanloc/core/status_macros.hpp"
@@ -121,8 +120,6 @@ bool Api::TakesBody(const Request& request) {
   return request.method == "POST" && request.path == "/v1/localize";
 }
 
-std::string_view Api::OpenApiDocument() { return kOpenApiDocument; }
-
 Response Api::Handle(const Request& request) const {
   const std::vector<std::string> path =
       absl::StrSplit(absl::string_view(request.path).substr(1), '/');
@@ -230,7 +227,7 @@ Api::Answer Api::Health(const Asked& asked) const {
 }
 
 Api::Answer Api::Document(const Asked&) const {
-  return Response{.body = std::string(OpenApiDocument())};
+  return Response{.body = std::string(kOpenApiDocument)};
 }
 
 }  // namespace scanloc::web

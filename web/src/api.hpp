@@ -10,6 +10,9 @@
 
 namespace scanloc::web {
 
+/// openapi.json, as it was when this was built.
+extern const std::string_view kOpenApiDocument;
+
 /// What scanloc-web answers over HTTP (docs/web.md, openapi.json), by asking the server as whoever
 /// asks here. Thread-safe.
 class Api {
@@ -24,8 +27,6 @@ class Api {
 
   /// "GET /v1/maps/{map}" and so on: all there is, for the tests of the document.
   [[nodiscard]] std::vector<std::string> Routes() const;
-
-  [[nodiscard]] static std::string_view OpenApiDocument();
 
  private:
   /// One request on its way.
