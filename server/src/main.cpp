@@ -18,7 +18,6 @@
 #include "front/memory.hpp"
 #include "lifecycle.hpp"
 #include "ops/health_probe.hpp"
-#include "ops/library_logs.hpp"
 #include "ops/logs.hpp"
 #include "scanloc/core/printable.hpp"
 #include "scanloc/files/files.hpp"

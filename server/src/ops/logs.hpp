@@ -20,6 +20,12 @@ enum class LogFormat : std::uint8_t { kText, kJson };
 /// threads log.
 void StartLogging(spdlog::level::level_enum level, LogFormat format);
 
+/// Sends what gRPC and protobuf would print on stderr to our log at level debug: most of it is what
+/// clients do wrong, and any client could fill the log with it. Why a TLS handshake failed is a
+/// warning, ten a minute: it is how a wrong certificate is told from a wrong address. Call before
+/// any other thread exists.
+void RouteLibraryLogs();
+
 /// A number is one in JSON, too; one with a fraction is told with three decimals.
 using LogValue = std::variant<std::string, std::int64_t, double>;
 using LogFields = std::vector<std::pair<std::string, LogValue>>;

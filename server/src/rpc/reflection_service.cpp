@@ -12,7 +12,7 @@
 namespace scanloc::server {
 
 using google::protobuf::DescriptorPool;
-using google::protobuf::FileDescriptor;
+using FileOfMessages = google::protobuf::FileDescriptor;  // scanloc has a FileDescriptor
 using grpc::reflection::v1::ServerReflectionRequest;
 using grpc::reflection::v1::ServerReflectionResponse;
 
@@ -25,7 +25,7 @@ constexpr std::size_t kMaxAskedBytes = 4096;
 constexpr const char* kReflectionName = "grpc.reflection.v1.ServerReflection";
 constexpr const char* kOldName = "grpc.reflection.v1alpha.ServerReflection";
 
-void AddFiles(const FileDescriptor& file, std::set<const FileDescriptor*>& added,
+void AddFiles(const FileOfMessages& file, std::set<const FileOfMessages*>& added,
               ServerReflectionResponse& response) {
   if (!added.insert(&file).second) return;
   google::protobuf::FileDescriptorProto proto;
@@ -41,8 +41,8 @@ void TellError(grpc::StatusCode code, const char* what, ServerReflectionResponse
   response.mutable_error_response()->set_error_message(what);
 }
 
-void TellFile(const FileDescriptor* file, ServerReflectionResponse& response) {
-  std::set<const FileDescriptor*> added;
+void TellFile(const FileOfMessages* file, ServerReflectionResponse& response) {
+  std::set<const FileOfMessages*> added;
   if (file == nullptr) return TellError(grpc::StatusCode::NOT_FOUND, "not known here", response);
   AddFiles(*file, added, response);
 }
