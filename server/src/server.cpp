@@ -4,8 +4,6 @@
 
 #include <algorithm>
 #include <atomic>
-#include <mutex>
-#include <thread>
 #include <utility>
 #include <vector>
 
@@ -32,17 +30,13 @@
 #include "rpc/unary_call.hpp"
 #include "rpc/viewer_service.hpp"
 #include "scanloc/core/status_macros.hpp"
+#include "scanloc/jobs/jobs.hpp"
 #include "scanloc/v1/admin.grpc.pb.h"
 #include "scanloc/v1/localization.grpc.pb.h"
 #include "scanloc/v1/viewer.grpc.pb.h"
 
 namespace scanloc::server {
 namespace {
-
-int NumThreads(const ServerOptions& options) {
-  if (options.num_threads > 0) return options.num_threads;
-  return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
-}
 
 /// How long a request may take to arrive once the server drains, and an answer to be taken in.
 constexpr std::chrono::seconds kDrainGrace(1);
@@ -79,7 +73,8 @@ struct Server::State {
       : options(server_options),
         kept_bytes(std::move(kept_of_maps_bytes)),
         access(std::move(callers)),
-        workers(NumThreads(server_options), server_options.max_inflight, server_options.max_wait_s),
+        workers(static_cast<int>(NumThreads(server_options.num_threads)),
+                server_options.max_inflight, server_options.max_wait_s),
         metrics([this] { return Look(); }),
         capture(open_capture(metrics)),
         recent(server_options.recent_answers),
