@@ -1,19 +1,26 @@
 #include "ops/metrics.hpp"
 
+#include <dirent.h>
 #include <prometheus/counter.h>
 #include <prometheus/gauge.h>
 #include <prometheus/histogram.h>
 #include <prometheus/registry.h>
 #include <prometheus/text_serializer.h>
+#include <sys/resource.h>
 
+#include <algorithm>
+#include <iterator>
+#include <memory>
 #include <utility>
 
-#include "ops/process_metrics.hpp"
+#include "front/memory.hpp"
 #include "scanloc/server/build_info.hpp"
 
 namespace scanloc::server {
 namespace {
 
+using prometheus::Counter;
+using prometheus::Gauge;
 using prometheus::Histogram;
 using prometheus::MetricType;
 
@@ -29,7 +36,31 @@ Histogram::BucketBoundaries Shares() {
   return {0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 0.99, 0.999};
 }
 
-std::string CodeName(absl::StatusCode code) { return absl::StatusCodeToString(code); }
+double NumEntries(const char* folder) {
+  const std::unique_ptr<DIR, int (*)(DIR*)> open(opendir(folder), closedir);
+  if (open == nullptr) return 0.0;
+  double count = 0.0;
+  while (const dirent* entry = readdir(open.get())) count += entry->d_name[0] == '.' ? 0.0 : 1.0;
+  return count;
+}
+
+double CpuSeconds() {
+  rusage usage = {};
+  if (getrusage(RUSAGE_SELF, &usage) != 0) return 0.0;
+  const auto seconds = [](const timeval& time) {
+    return static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_usec);
+  };
+  return seconds(usage.ru_utime) + seconds(usage.ru_stime);
+}
+
+/// A family of one gauge, or counter, without labels.
+prometheus::MetricFamily One(const char* name, const char* help, double value,
+                             MetricType type = MetricType::Gauge) {
+  prometheus::ClientMetric metric;
+  metric.gauge.value = value;
+  metric.counter.value = value;
+  return {name, help, type, {metric}};
+}
 
 /// One gauge a map.
 prometheus::MetricFamily MapGauge(const char* name, const char* help,
@@ -45,59 +76,44 @@ prometheus::MetricFamily MapGauge(const char* name, const char* help,
   return family;
 }
 
-/// What is not counted but looked up.
-class Looked : public prometheus::Collectable {
- public:
-  explicit Looked(std::function<Metrics::Gauges()> look) : look_(std::move(look)) {}
+/// What is not counted but looked up; of the process by the names that Prometheus' own libraries
+/// use.
+std::vector<prometheus::MetricFamily> LookedUp(const Metrics::Gauges& now) {
+  return {
+      One("scanloc_queue_depth", "Queries that wait for a thread.", now.num_waiting),
+      One("scanloc_in_flight", "Queries that run or wait.", now.num_waiting + now.num_running),
+      One("scanloc_streams_open", "Robots on a stream.", now.num_streams),
+      One("scanloc_draining", "1 while the server is stopping.", now.is_draining ? 1.0 : 0.0),
+      MapGauge("scanloc_map_serving", "1 while the map answers.", now.maps,
+               [](const MapSummary& map) { return map.state == MapState::kServing ? 1.0 : 0.0; }),
+      MapGauge("scanloc_map_generation", "How often a map was put in service by this name.",
+               now.maps, [](const MapSummary& map) { return static_cast<double>(map.generation); }),
+      MapGauge("scanloc_map_places", "Places of the map.", now.maps,
+               [](const MapSummary& map) { return static_cast<double>(map.num_places); }),
+      One("process_resident_memory_bytes", "Memory that the process holds [bytes].",
+          static_cast<double>(MeasureMemory().resident_bytes)),
+      One("process_open_fds", "Open files and connections.", NumEntries("/proc/self/fd")),
+      One("process_threads", "Threads of the process.", NumEntries("/proc/self/task")),
+      One("process_cpu_seconds_total", "Processor time used [s].", CpuSeconds(),
+          MetricType::Counter),
+  };
+}
 
-  [[nodiscard]] std::vector<prometheus::MetricFamily> Collect() const override {
-    const Metrics::Gauges now = look_();
-    return {
-        FamilyOf("scanloc_queue_depth", "Queries that wait for a thread.", MetricType::Gauge,
-                 now.num_waiting),
-        FamilyOf("scanloc_in_flight", "Queries that run or wait.", MetricType::Gauge,
-                 now.num_waiting + now.num_running),
-        FamilyOf("scanloc_streams_open", "Robots on a stream.", MetricType::Gauge, now.num_streams),
-        FamilyOf("scanloc_draining", "1 while the server is stopping.", MetricType::Gauge,
-                 now.is_draining ? 1.0 : 0.0),
-        MapGauge("scanloc_map_serving", "1 while the map answers.", now.maps,
-                 [](const MapSummary& map) { return map.state == MapState::kServing ? 1.0 : 0.0; }),
-        MapGauge("scanloc_map_generation", "How often a map was put in service by this name.",
-                 now.maps,
-                 [](const MapSummary& map) { return static_cast<double>(map.generation); }),
-        MapGauge("scanloc_map_places", "Places of the map.", now.maps,
-                 [](const MapSummary& map) { return static_cast<double>(map.num_places); }),
-    };
-  }
-
- private:
-  const std::function<Metrics::Gauges()> look_;
-};
+template <typename Builder>
+auto& FamilyIn(prometheus::Registry& registry, Builder builder, const char* name,
+               const char* help) {
+  return builder.Name(name).Help(help).Register(registry);
+}
 
 }  // namespace
 
 struct Metrics::State {
-  explicit State(std::function<Gauges()> look) : looked(std::move(look)) {
-    prometheus::BuildGauge()
-        .Name("scanloc_build_info")
-        .Help("Always 1; what is running.")
-        .Register(registry)
+  explicit State(std::function<Gauges()> look_up) : look(std::move(look_up)) {
+    FamilyIn(registry, prometheus::BuildGauge(), "scanloc_build_info", "Always 1; what is running.")
         .Add({{"version", BuildVersion()}, {"compiler", BuildCompiler()}})
         .Set(1.0);
     // At 0 from the start, so that the first one is seen as a rise.
     for (const char* reason : {"deaf", "memory"}) fronts_made_anew.Add({{"reason", reason}});
-  }
-
-  [[nodiscard]] std::vector<prometheus::MetricFamily> Collect() const {
-    std::vector<prometheus::MetricFamily> families = registry.Collect();
-    for (const prometheus::Collectable* more :
-         {static_cast<const prometheus::Collectable*>(&looked),
-          static_cast<const prometheus::Collectable*>(&process)}) {
-      for (prometheus::MetricFamily& family : more->Collect()) {
-        families.push_back(std::move(family));
-      }
-    }
-    return families;
   }
 
   /// Looked up once: most queries have all of them.
@@ -110,23 +126,17 @@ struct Metrics::State {
     Histogram& histogram;
   };
 
+  const std::function<Gauges()> look;
   prometheus::Registry registry;
-  Looked looked;
-  ProcessMetrics process;
-  prometheus::Family<prometheus::Counter>& calls =
-      prometheus::BuildCounter()
-          .Name("scanloc_requests_total")
-          .Help("Requests that have ended, by method, status code, map and outcome of the answer.")
-          .Register(registry);
+  prometheus::Family<Counter>& calls =
+      FamilyIn(registry, prometheus::BuildCounter(), "scanloc_requests_total",
+               "Requests that have ended, by method, status code, map and outcome of the answer.");
   prometheus::Family<Histogram>& call_times =
-      prometheus::BuildHistogram()
-          .Name("scanloc_request_duration_seconds")
-          .Help("From the arrival of a request to its answer [s].")
-          .Register(registry);
-  prometheus::Family<Histogram>& stages = prometheus::BuildHistogram()
-                                              .Name("scanloc_stage_duration_seconds")
-                                              .Help("Time of answered queries by stage [s].")
-                                              .Register(registry);
+      FamilyIn(registry, prometheus::BuildHistogram(), "scanloc_request_duration_seconds",
+               "From the arrival of a request to its answer [s].");
+  prometheus::Family<Histogram>& stages =
+      FamilyIn(registry, prometheus::BuildHistogram(), "scanloc_stage_duration_seconds",
+               "Time of answered queries by stage [s].");
   Stage queue{stages, "queue"};
   Stage decode{stages, "decode"};
   Stage describe{stages, "describe"};
@@ -134,67 +144,42 @@ struct Metrics::State {
   Stage match{stages, "match"};
   Stage verify{stages, "verify"};
   prometheus::Family<Histogram>& confidences =
-      prometheus::BuildHistogram()
-          .Name("scanloc_confidence")
-          .Help("Confidence of the best candidate of answered queries, by map.")
-          .Register(registry);
-  prometheus::Family<prometheus::Counter>& rejections =
-      prometheus::BuildCounter()
-          .Name("scanloc_rejected_total")
-          .Help("Requests and streams refused before any work was done, by reason.")
-          .Register(registry);
-  prometheus::Family<prometheus::Counter>& captures =
-      prometheus::BuildCounter()
-          .Name("scanloc_captures_total")
-          .Help("Queries without a place, kept for replay or dropped because the disk was slower.")
-          .Register(registry);
-  prometheus::Family<prometheus::Gauge>& load_times =
-      prometheus::BuildGauge()
-          .Name("scanloc_map_load_seconds")
-          .Help("How long the last load of the map took, its check included [s].")
-          .Register(registry);
-  prometheus::Family<prometheus::Counter>& failed_loads =
-      prometheus::BuildCounter()
-          .Name("scanloc_map_reload_failures_total")
-          .Help("Loads and reloads that failed; the map before stays in service.")
-          .Register(registry);
-  prometheus::Family<prometheus::Gauge>& checked_places =
-      prometheus::BuildGauge()
-          .Name("scanloc_map_checked_places")
-          .Help("Places of the map that were found sound since it was put in service.")
-          .Register(registry);
-  prometheus::Family<prometheus::Counter>& damaged_maps =
-      prometheus::BuildCounter()
-          .Name("scanloc_map_damaged_total")
-          .Help("Times that a map was taken out of service because its file is damaged.")
-          .Register(registry);
-  prometheus::Family<prometheus::Counter>& fronts_made_anew =
-      prometheus::BuildCounter()
-          .Name("scanloc_front_rebuilds_total")
-          .Help(
-              "Times that all connections were ended because the server did not answer itself or "
-              "clients made it hold too much memory, by reason.")
-          .Register(registry);
-  prometheus::Family<prometheus::Counter>& self_checks =
-      prometheus::BuildCounter()
-          .Name("scanloc_self_checks_total")
-          .Help("Health checks of the server by itself, as a client, by result.")
-          .Register(registry);
-  prometheus::Family<prometheus::Counter>& failed_tls_reloads =
-      prometheus::BuildCounter()
-          .Name("scanloc_tls_reload_failures_total")
-          .Help("Changes of the TLS files that were of no use; those before stay in force.")
-          .Register(registry);
-  prometheus::Family<prometheus::Gauge>& tls_expiries =
-      prometheus::BuildGauge()
-          .Name("scanloc_tls_expiry_seconds")
-          .Help("When the certificate in force expires [Unix time, s].")
-          .Register(registry);
-  prometheus::Family<prometheus::Gauge>& unusable_files =
-      prometheus::BuildGauge()
-          .Name("scanloc_file_unusable")
-          .Help("1 while a file that is read again on change cannot be read, or is bad.")
-          .Register(registry);
+      FamilyIn(registry, prometheus::BuildHistogram(), "scanloc_confidence",
+               "Confidence of the best candidate of answered queries, by map.");
+  prometheus::Family<Counter>& rejections =
+      FamilyIn(registry, prometheus::BuildCounter(), "scanloc_rejected_total",
+               "Requests and streams refused before any work was done, by reason.");
+  prometheus::Family<Counter>& captures =
+      FamilyIn(registry, prometheus::BuildCounter(), "scanloc_captures_total",
+               "Queries without a place, kept for replay or dropped because the disk was slower.");
+  prometheus::Family<Gauge>& load_times =
+      FamilyIn(registry, prometheus::BuildGauge(), "scanloc_map_load_seconds",
+               "How long the last load of the map took, its check included [s].");
+  prometheus::Family<Counter>& failed_loads =
+      FamilyIn(registry, prometheus::BuildCounter(), "scanloc_map_reload_failures_total",
+               "Loads and reloads that failed; the map before stays in service.");
+  prometheus::Family<Gauge>& checked_places =
+      FamilyIn(registry, prometheus::BuildGauge(), "scanloc_map_checked_places",
+               "Places of the map that were found sound since it was put in service.");
+  prometheus::Family<Counter>& damaged_maps =
+      FamilyIn(registry, prometheus::BuildCounter(), "scanloc_map_damaged_total",
+               "Times that a map was taken out of service because its file is damaged.");
+  prometheus::Family<Counter>& fronts_made_anew =
+      FamilyIn(registry, prometheus::BuildCounter(), "scanloc_front_rebuilds_total",
+               "Times that all connections were ended because the server did not answer itself or "
+               "clients made it hold too much memory, by reason.");
+  prometheus::Family<Counter>& self_checks =
+      FamilyIn(registry, prometheus::BuildCounter(), "scanloc_self_checks_total",
+               "Health checks of the server by itself, as a client, by result.");
+  prometheus::Family<Counter>& failed_tls_reloads =
+      FamilyIn(registry, prometheus::BuildCounter(), "scanloc_tls_reload_failures_total",
+               "Changes of the TLS files that were of no use; those before stay in force.");
+  prometheus::Family<Gauge>& tls_expiries =
+      FamilyIn(registry, prometheus::BuildGauge(), "scanloc_tls_expiry_seconds",
+               "When the certificate in force expires [Unix time, s].");
+  prometheus::Family<Gauge>& unusable_files =
+      FamilyIn(registry, prometheus::BuildGauge(), "scanloc_file_unusable",
+               "1 while a file that is read again on change cannot be read, or is bad.");
 };
 
 Metrics::Metrics(std::function<Gauges()> look) : state_(std::make_unique<State>(std::move(look))) {}
@@ -203,7 +188,10 @@ Metrics::~Metrics() = default;
 void Metrics::CountCall(const std::string& method, absl::StatusCode code, const std::string& map,
                         const std::string& outcome, std::optional<double> seconds) {
   state_->calls
-      .Add({{"method", method}, {"code", CodeName(code)}, {"map", map}, {"outcome", outcome}})
+      .Add({{"method", method},
+            {"code", absl::StatusCodeToString(code)},
+            {"map", map},
+            {"outcome", outcome}})
       .Increment();
   if (seconds) state_->call_times.Add({{"method", method}}, CallSeconds()).Observe(*seconds);
 }
@@ -272,7 +260,9 @@ void Metrics::SetFileUnusable(const std::string& file, bool is_unusable) {
 }
 
 std::string Metrics::Text() const {
-  return prometheus::TextSerializer().Serialize(state_->Collect());
+  std::vector<prometheus::MetricFamily> families = state_->registry.Collect();
+  std::ranges::move(LookedUp(state_->look()), std::back_inserter(families));
+  return prometheus::TextSerializer().Serialize(families);
 }
 
 }  // namespace scanloc::server
