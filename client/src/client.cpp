@@ -48,9 +48,7 @@ Client::~Client() = default;
 absl::StatusOr<std::vector<MapSummary>> Client::ListMaps() const {
   ASSIGN_OR_RETURN(const auto response, state_->Call(&v1::Localization::Stub::ListMaps,
                                                      v1::ListMapsRequest(), state_->UsualTerms()));
-  auto maps = proto::FromProto(response);
-  if (!maps.ok()) return state_->BadReply(maps.status());
-  return maps;
+  return state_->Read(response);
 }
 
 absl::StatusOr<MapInfo> Client::GetMapInfo(const std::string& map) const {
@@ -64,9 +62,7 @@ absl::StatusOr<PlacesPage> Client::ListPlaces(const std::string& map,
   request.set_page_token(page_token);
   ASSIGN_OR_RETURN(const auto response, state_->Call(&v1::Localization::Stub::ListPlaces, request,
                                                      state_->UsualTerms()));
-  auto page = proto::FromProto(response);
-  if (!page.ok()) return state_->BadReply(page.status());
-  return page;
+  return state_->Read(response);
 }
 
 absl::StatusOr<PlaceDetails> Client::GetPlace(const std::string& map, std::int32_t place) const {
@@ -157,13 +153,8 @@ absl::StatusOr<LocalizeReply> Client::LocalizeDescriptor(const SignedDescriptor&
 absl::StatusOr<LocalizeReply> Client::LocalizeByDescriptor(PointView scan,
                                                            const RequestOptions& options) const {
   ASSIGN_OR_RETURN(const auto terms, state_->TermsOf(options.timeout, options.request_id));
-  const auto fetch = [&]() -> absl::StatusOr<std::shared_ptr<CachedMap>> {
-    ASSIGN_OR_RETURN(const auto info, state_->FetchInfo(options.map, terms));
-    return state_->cache.Put(options.map, info);
-  };
-
   absl::StatusOr<std::shared_ptr<CachedMap>> map = state_->cache.Find(options.map);
-  if (*map == nullptr) map = fetch();
+  if (*map == nullptr) map = state_->FetchMap(options.map, terms);
   const auto are_several = [&](const absl::Status& status) {
     return options.map.empty() && absl::IsNotFound(status);
   };
@@ -173,7 +164,7 @@ absl::StatusOr<LocalizeReply> Client::LocalizeByDescriptor(PointView scan,
   auto reply = state_->LocalizeWith(**map, scan, options, terms);
   if (absl::IsFailedPrecondition(reply.status())) {
     // Either the map has got other parameters, or the query asks for what it does not serve.
-    const auto newer = fetch();
+    const auto newer = state_->FetchMap(options.map, terms);
     if (are_several(newer.status())) return LocalizeScan(scan, options);
     if (!newer.ok()) return newer.status();
     if ((*newer)->signature() == (*map)->signature()) return reply;

@@ -50,9 +50,13 @@ absl::StatusOr<MapInfo> Client::State::FetchInfo(const std::string& map, const T
   v1::GetMapInfoRequest request;
   request.set_map(map);
   ASSIGN_OR_RETURN(const auto response, Call(&v1::Localization::Stub::GetMapInfo, request, terms));
-  auto info = proto::FromProto(response.info());
-  if (!info.ok()) return BadReply(info.status());
-  return info;
+  return Read(response.info());
+}
+
+absl::StatusOr<std::shared_ptr<CachedMap>> Client::State::FetchMap(const std::string& map,
+                                                                   const Terms& terms) {
+  ASSIGN_OR_RETURN(const auto info, FetchInfo(map, terms));
+  return cache.Put(map, info);
 }
 
 absl::StatusOr<LocalizeReply> Client::State::Localize(v1::LocalizeRequest request,
@@ -62,9 +66,7 @@ absl::StatusOr<LocalizeReply> Client::State::Localize(v1::LocalizeRequest reques
   proto::SetHeader(request_options.header, &request);
   *request.mutable_options() = proto::ToProto(request_options.query, request_options.budget);
   ASSIGN_OR_RETURN(const auto response, Call(&v1::Localization::Stub::Localize, request, terms));
-  auto reply = proto::FromProto(response);
-  if (!reply.ok()) return BadReply(reply.status());
-  return reply;
+  return Read(response);
 }
 
 absl::StatusOr<LocalizeReply> Client::State::LocalizeWith(CachedMap& map, PointView scan,

@@ -110,15 +110,20 @@ struct Client::State {
     return response;
   }
 
-  /// What FromProto makes of the response.
+  /// What FromProto makes of the response; a bad reply if nothing.
+  template <typename Response>
+  [[nodiscard]] auto Read(const Response& response) const -> decltype(proto::FromProto(response)) {
+    auto read = proto::FromProto(response);
+    if (!read.ok()) return BadReply(read.status());
+    return read;
+  }
+
   template <typename Request, typename Response>
   [[nodiscard]] auto View(Method<v1::Viewer::Stub, Request, Response> method,
                           const Request& request) const
       -> decltype(proto::FromProto(std::declval<Response>())) {
     ASSIGN_OR_RETURN(const auto response, CallAgain(*viewer, method, request, UsualTerms()));
-    auto view = proto::FromProto(response);
-    if (!view.ok()) return BadReply(view.status());
-    return view;
+    return Read(response);
   }
 
   /// Reload or load.
@@ -132,12 +137,14 @@ struct Client::State {
     ASSIGN_OR_RETURN(const auto response, CallOn(*admin, method, request, terms));
     v1::ListMapsResponse list;
     *list.add_maps() = response.map();
-    auto maps = proto::FromProto(list);
-    if (!maps.ok()) return BadReply(maps.status());
-    return std::move(maps->front());
+    ASSIGN_OR_RETURN(auto maps, Read(list));
+    return std::move(maps.front());
   }
 
   [[nodiscard]] absl::StatusOr<MapInfo> FetchInfo(const std::string& map, const Terms& terms) const;
+  /// Into the cache.
+  [[nodiscard]] absl::StatusOr<std::shared_ptr<CachedMap>> FetchMap(const std::string& map,
+                                                                    const Terms& terms);
 
   [[nodiscard]] absl::StatusOr<LocalizeReply> Localize(v1::LocalizeRequest request,
                                                        const RequestOptions& request_options,

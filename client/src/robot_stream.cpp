@@ -46,8 +46,7 @@ class Client::ServedRobot final : public RobotStream::Tracking {
     }
     // The map was replaced by one that wants other descriptors. The scan has been counted.
     ASSIGN_OR_RETURN(const auto terms, client_->TermsOf(options_.timeout, options_.request_id));
-    ASSIGN_OR_RETURN(const auto info, client_->FetchInfo(options_.map, terms));
-    map_ = client_->cache.Put(options_.map, info);
+    ASSIGN_OR_RETURN(map_, client_->FetchMap(options_.map, terms));
     return Ask(scan, Pose::Identity(), header);
   }
 
@@ -79,9 +78,8 @@ class Client::ServedRobot final : public RobotStream::Tracking {
     if (response.has_error()) {
       return client_->WithAddress(proto::FromErrorStatus(response.error()));
     }
-    auto reply = proto::FromProto(response.answer());
-    if (!reply.ok()) return client_->BadReply(reply.status());
-    TellOfBase(turned_here, reply->reply.answer);
+    ASSIGN_OR_RETURN(auto reply, client_->Read(response.answer()));
+    TellOfBase(turned_here, reply.reply.answer);
     return reply;
   }
 
@@ -96,8 +94,7 @@ absl::StatusOr<RobotStream> Client::OpenStream(const StreamOptions& options) con
   ASSIGN_OR_RETURN(const auto terms, state_->TermsOf(options.timeout, options.request_id));
   std::shared_ptr<CachedMap> map;
   if (options.send_descriptor) {
-    ASSIGN_OR_RETURN(const auto info, state_->FetchInfo(options.map, terms));
-    map = state_->cache.Put(options.map, info);
+    ASSIGN_OR_RETURN(map, state_->FetchMap(options.map, terms));
   }
   auto robot = std::make_unique<ServedRobot>(state_, options, std::move(map));
   RETURN_IF_ERROR(robot->Open());

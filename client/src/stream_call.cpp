@@ -24,14 +24,7 @@ StreamCall::~StreamCall() {
   (void)AwaitEnd(lock);
 }
 
-void StreamCall::OnWriteDone(bool ok) {
-  const std::lock_guard lock(mutex_);
-  --num_under_way_;
-  has_failed_ |= !ok;
-  has_news_.notify_all();
-}
-
-void StreamCall::OnReadDone(bool ok) {
+void StreamCall::EndOne(bool ok) {
   const std::lock_guard lock(mutex_);
   --num_under_way_;
   has_failed_ |= !ok;
@@ -82,12 +75,9 @@ absl::Status StreamCall::Ask(const v1::LocalizeStreamRequest& request,
 
 absl::Status StreamCall::Close(std::chrono::milliseconds timeout) {
   std::unique_lock lock(mutex_);
-  if (is_held_) {
+  if (std::exchange(is_held_, false)) {
     lock.unlock();
     StartWritesDone();
-    lock.lock();
-    is_held_ = false;
-    lock.unlock();
     RemoveHold();
     lock.lock();
   }

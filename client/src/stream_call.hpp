@@ -32,10 +32,12 @@ class StreamCall final
   absl::Status Close(std::chrono::milliseconds timeout);
 
  private:
-  void OnWriteDone(bool ok) override;
-  void OnReadDone(bool ok) override;
+  void OnWriteDone(bool ok) override { EndOne(ok); }
+  void OnReadDone(bool ok) override { EndOne(ok); }
   void OnDone(const grpc::Status& status) override;
 
+  /// Of a write and a read.
+  void EndOne(bool ok);
   /// Gives up the right to start further work, and waits for the end.
   absl::Status AwaitEnd(std::unique_lock<std::mutex>& lock);
 
