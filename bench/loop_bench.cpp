@@ -3,8 +3,6 @@
 #include <benchmark/benchmark.h>
 
 #include <cstdint>
-#include <cstdlib>
-#include <iostream>
 #include <memory>
 #include <vector>
 
@@ -19,14 +17,8 @@ namespace {
 constexpr std::int64_t kStep_ns = 100'000'000;  // 10 Hz
 
 std::shared_ptr<const Map> LargeMap() {
-  static const std::shared_ptr<const Map> map = [] {
-    auto loaded = mapdb::LoadMap(bench::LargeMap().path);
-    if (!loaded.ok()) {
-      std::cerr << loaded.status() << "\n";
-      std::exit(1);
-    }
-    return std::make_shared<const Map>(*std::move(loaded));
-  }();
+  static const auto map =
+      std::make_shared<const Map>(mapdb::LoadMap(bench::LargeMap().path).value());
   return map;
 }
 

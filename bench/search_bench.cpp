@@ -3,8 +3,6 @@
 #include <benchmark/benchmark.h>
 
 #include <cstdint>
-#include <cstdlib>
-#include <iostream>
 #include <memory>
 #include <random>
 #include <string>
@@ -19,12 +17,7 @@ namespace scanloc {
 namespace {
 
 std::shared_ptr<const Localizer> Load(const std::string& path) {
-  auto map = mapdb::LoadMap(path);
-  if (!map.ok()) {
-    std::cerr << map.status() << "\n";
-    std::exit(1);
-  }
-  return *Localizer::Create(std::make_shared<const Map>(*std::move(map)));
+  return *Localizer::Create(std::make_shared<const Map>(mapdb::LoadMap(path).value()));
 }
 
 const Localizer& LargeLocalizer() {

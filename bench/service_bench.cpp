@@ -8,7 +8,6 @@
 #include <stdexcept>
 #include <vector>
 
-#include "absl/status/statusor.h"
 #include "scanloc/client/client.hpp"
 #include "scanloc/core/localizer.hpp"
 #include "scanloc/core/scan/descriptor.hpp"
@@ -22,24 +21,18 @@ namespace {
 
 constexpr int kNumCandidates = 10;
 
-template <typename T>
-T Need(absl::StatusOr<T> result) {
-  if (!result.ok()) throw std::runtime_error(result.status().ToString());
-  return *std::move(result);
-}
-
 /// One server and client for all benchmarks, over the large map that search_bench uses.
 struct World {
   World() {
     server::ServerOptions options;
     options.maps = {{.name = "bench", .path = bench::LargeMap().path}};
     options.listen = "127.0.0.1:0";
-    server = Need(server::Server::Start(
-        options, [](const std::string& path, const Map*) { return mapdb::LoadMap(path); }));
+    const auto load = [](const std::string& path, const Map*) { return mapdb::LoadMap(path); };
+    server = server::Server::Start(options, load).value();
     if (auto status = server->LoadMaps(); !status.ok()) throw std::runtime_error(status.ToString());
     client = std::make_unique<client::Client>(
-        Need(client::Client::Connect({.address = server->address()})));
-    localizer = Need(server->maps().Find("bench"))->localizer;
+        client::Client::Connect({.address = server->address()}).value());
+    localizer = server->maps().Find("bench").value()->localizer;
     request.query.num_candidates = kNumCandidates;
     for (const ScanDescriptor& query : bench::LargeMap().queries) {
       descriptors.push_back({DescriptorSignature(bench::LargeMap().params), query});
@@ -57,7 +50,7 @@ struct World {
   client::RequestOptions request;
   std::vector<SignedDescriptor> descriptors;
   std::vector<PointCloud> scans = bench::FullScans();
-  Describer describer = Need(Describer::Create(bench::LargeMap().params));
+  Describer describer = Describer::Create(bench::LargeMap().params).value();
 };
 
 /// Runs call(i) for iteration i and tells the median and the 99th percentile of single calls.

@@ -5,7 +5,6 @@
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
-#include <iostream>
 #include <utility>
 
 #include "scanloc/mapdb/build_map.hpp"
@@ -17,15 +16,6 @@ namespace {
 constexpr double kSpacing_m = 1.5;
 constexpr std::size_t kNumQueries = 200;
 
-template <typename T>
-T ValueOrExit(absl::StatusOr<T> result) {
-  if (!result.ok()) {
-    std::cerr << "benchmark map: " << result.status() << "\n";
-    std::exit(1);
-  }
-  return *std::move(result);
-}
-
 sim::SimulatedDrive Drive(std::uint64_t session_seed, double lane_shift_m) {
   sim::SimulateOptions options;
   options.town.town_seed = 42;
@@ -35,7 +25,7 @@ sim::SimulatedDrive Drive(std::uint64_t session_seed, double lane_shift_m) {
   options.session.spacing_m = kSpacing_m;
   options.lidar.num_rays = 32;
   options.lidar.num_azimuths = 360;
-  return ValueOrExit(sim::SimulatedDrive::Create(options));
+  return sim::SimulatedDrive::Create(options).value();
 }
 
 BenchMap MakeLargeMap() {
@@ -54,11 +44,12 @@ BenchMap MakeLargeMap() {
     options.path = map.path;
     options.params = map.params;
     options.commit_interval = 1000;
-    ValueOrExit(mapdb::BuildMap(
-        options, plan, [&](std::size_t i) -> absl::StatusOr<PointCloud> { return drive.Scan(i); }));
+    mapdb::BuildMap(options, plan, [&](std::size_t i) -> absl::StatusOr<PointCloud> {
+      return drive.Scan(i);
+    }).value();
   }
   const sim::SimulatedDrive drive = Drive(2, 1.0);
-  Describer describer = ValueOrExit(Describer::Create(map.params));
+  Describer describer = Describer::Create(map.params).value();
   for (std::size_t q = 0; q < kNumQueries; ++q) {
     map.queries.push_back(describer.Describe(drive.Scan(q * drive.size() / kNumQueries)));
   }
