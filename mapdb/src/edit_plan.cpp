@@ -1,7 +1,8 @@
 #include <algorithm>
+#include <array>
 #include <set>
-#include <unordered_map>
 
+#include "absl/container/flat_hash_map.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
 #include "scanloc/core/limits.hpp"
@@ -79,32 +80,23 @@ bool IsIn(const Region& region, const EditedPlace& place) {
 
 /// Which places stay that have no newer one within the spacing.
 std::vector<bool> Thinned(const Places& places, double spacing_m) {
-  const auto cell_of = [&](const Eigen::Vector3d& at) {
-    return Eigen::Vector3i((at / spacing_m).array().floor().cast<int>());
-  };
-  const auto key_of = [](const Eigen::Vector3i& cell) {
-    constexpr std::int64_t kPrime1 = 73'856'093;
-    constexpr std::int64_t kPrime2 = 19'349'663;
-    constexpr std::int64_t kPrime3 = 83'492'791;
-    return (cell.x() * kPrime1) ^ (cell.y() * kPrime2) ^ (cell.z() * kPrime3);
-  };
   const Eigen::Vector3d origin = places.front().T_map_place.translation();
-  std::unordered_map<std::int64_t, std::vector<Eigen::Vector3d>> kept_in;  // by cell
+  absl::flat_hash_map<std::array<int, 3>, std::vector<Eigen::Vector3d>> kept_in;  // by cell
   std::vector<bool> stays(places.size(), false);
   for (std::size_t i = places.size(); i-- > 0;) {
     const Eigen::Vector3d at = places[i].T_map_place.translation() - origin;
-    const Eigen::Vector3i cell = cell_of(at);
+    const Eigen::Vector3i cell = (at / spacing_m).array().floor().cast<int>();
     bool is_free = true;
     for (int n = 0; n < 27 && is_free; ++n) {
       const Eigen::Vector3i near = cell + Eigen::Vector3i(n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1);
-      const auto found = kept_in.find(key_of(near));
+      const auto found = kept_in.find({near.x(), near.y(), near.z()});
       if (found == kept_in.end()) continue;
       is_free = std::ranges::none_of(
           found->second, [&](const auto& other) { return (other - at).norm() < spacing_m; });
     }
     if (!is_free) continue;
     stays[i] = true;
-    kept_in[key_of(cell)].push_back(at);
+    kept_in[{cell.x(), cell.y(), cell.z()}].push_back(at);
   }
   return stays;
 }
