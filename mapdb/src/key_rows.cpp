@@ -50,12 +50,6 @@ absl::StatusOr<KeysCursor> KeysCursor::Open(Connection& connection, const MapHea
   return KeysCursor(std::move(statement), {head.params, connection.path()});
 }
 
-absl::StatusOr<bool> KeysCursor::Step() {
-  absl::StatusOr<bool> row = statement_.Step();
-  if (row.ok() && *row) ++next_place_;
-  return row;
-}
-
 absl::Status KeysRowReader::Read(const Statement& statement, std::int64_t place, PlaceKeys& keys) {
   const auto damaged = [&](absl::string_view what) {
     return DamagedError(path_, absl::StrCat("keys of place ", place, ": ", what));
@@ -116,14 +110,12 @@ absl::StatusOr<BearingsCursor> BearingsCursor::Open(Connection& connection, cons
 }
 
 absl::StatusOr<bool> BearingsCursor::Step() {
-  absl::StatusOr<bool> row = std::visit([](auto& rows) { return rows.Step(); }, rows_);
-  if (row.ok() && *row) ++next_place_;
-  return row;
+  return std::visit([](auto& rows) { return rows.Step(); }, rows_);
 }
 
 absl::StatusOr<BearingGrid> BearingsCursor::Read() {
   if (const auto* statement = std::get_if<Statement>(&rows_)) {
-    return ReadBearingsRow(*statement, next_place_ - 1, path_, hasher_);
+    return ReadBearingsRow(*statement, statement->num_rows() - 1, path_, hasher_);
   }
   std::int64_t checksum = 0;
   RETURN_IF_ERROR(std::get<StructureCursor>(rows_).Read(structure_, checksum));

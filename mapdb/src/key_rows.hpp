@@ -66,10 +66,10 @@ class KeysCursor {
   [[nodiscard]] static absl::StatusOr<KeysCursor> Open(Connection& connection, const MapHead& head);
 
   /// False after the last row, as PlaceCursor.
-  [[nodiscard]] absl::StatusOr<bool> Step();
+  [[nodiscard]] absl::StatusOr<bool> Step() { return statement_.Step(); }
   /// KeysRowReader::Read of the current row.
   [[nodiscard]] absl::Status Read(PlaceKeys& keys) {
-    return reader_.Read(statement_, next_place_ - 1, keys);
+    return reader_.Read(statement_, statement_.num_rows() - 1, keys);
   }
 
  private:
@@ -78,7 +78,6 @@ class KeysCursor {
 
   Statement statement_;
   KeysRowReader reader_;
-  std::int64_t next_place_ = 0;
 };
 
 /// Decodes the row of kSelectBearings or kSelectBearingsOfPlace that a statement is at, which must
@@ -106,7 +105,6 @@ class BearingsCursor {
   std::variant<Statement, StructureCursor> rows_;
   const MapHead* head_;
   std::string path_;
-  std::int64_t next_place_ = 0;
   Structure structure_;
   Hasher hasher_;
 };

@@ -23,7 +23,7 @@ absl::StatusOr<PlaceCursor> PlaceCursor::Open(Connection& connection, const MapH
 absl::StatusOr<bool> PlaceCursor::Step() {
   absl::StatusOr<bool> row = statement_.Step();
   if (!row.ok() || !*row) return row;
-  for (++next_id_; next_id_ > session_end_;) {
+  while (statement_.num_rows() > session_end_) {
     if (session_ + 1 == head_->sessions.size()) {
       return DamagedError(path_, absl::StrCat("it has more than the ", session_end_,
                                               " places that its sessions count"));
@@ -34,7 +34,7 @@ absl::StatusOr<bool> PlaceCursor::Step() {
 }
 
 absl::Status PlaceCursor::Read(PlaceRow& row) const {
-  const std::int64_t id = next_id_ - 1;
+  const std::int64_t id = statement_.num_rows() - 1;
   const auto damaged = [&](absl::string_view what) {
     return DamagedError(path_, absl::StrCat("place ", id, ": ", what));
   };
@@ -64,9 +64,9 @@ absl::Status PlaceCursor::Read(PlaceRow& row) const {
 }
 
 absl::Status PlaceCursor::CheckEnd() const {
-  if (next_id_ == head_->num_places()) return absl::OkStatus();
-  return DamagedError(path_, absl::StrCat("it has ", next_id_, " places; its sessions count ",
-                                          head_->num_places()));
+  if (statement_.num_rows() == head_->num_places()) return absl::OkStatus();
+  return DamagedError(path_, absl::StrCat("it has ", statement_.num_rows(),
+                                          " places; its sessions count ", head_->num_places()));
 }
 
 ContextCursor::ContextCursor(Statement statement, const Params& params, std::string path)
@@ -77,22 +77,17 @@ absl::StatusOr<ContextCursor> ContextCursor::Open(Connection& connection, const 
   return ContextCursor(std::move(statement), params, connection.path());
 }
 
-absl::StatusOr<bool> ContextCursor::Step() {
-  absl::StatusOr<bool> row = statement_.Step();
-  if (row.ok() && *row) ++next_id_;
-  return row;
-}
-
 const ContextShape& ContextCursor::shape() const {
-  return shapes_[static_cast<std::size_t>(next_id_ - 1) % shapes_.size()];
+  return shapes_[static_cast<std::size_t>(statement_.num_rows() - 1) % shapes_.size()];
 }
 
 std::int64_t ContextCursor::place() const {
-  return (next_id_ - 1) / static_cast<std::int64_t>(shapes_.size());
+  return (statement_.num_rows() - 1) / static_cast<std::int64_t>(shapes_.size());
 }
 
 absl::Status ContextCursor::Read(ContextValues& values) {
-  return ReadContextRow(statement_, shape(), place(), next_id_ - 1, path_, hasher_, values);
+  return ReadContextRow(statement_, shape(), place(), statement_.num_rows() - 1, path_, hasher_,
+                        values);
 }
 
 std::string NameOf(const ContextShape& shape, std::int64_t place) {
@@ -142,15 +137,9 @@ absl::StatusOr<StructureCursor> StructureCursor::Open(Connection& connection, co
                          head.params.automatic.posts.reach_m, connection.path());
 }
 
-absl::StatusOr<bool> StructureCursor::Step() {
-  absl::StatusOr<bool> row = statement_.Step();
-  if (row.ok() && *row) ++next_place_;
-  return row;
-}
-
 absl::Status StructureCursor::Read(Structure& structure, std::int64_t& checksum) {
-  return ReadStructureRow(statement_, next_place_ - 1, schema_version_, reach_m_, path_, hasher_,
-                          structure, checksum);
+  return ReadStructureRow(statement_, statement_.num_rows() - 1, schema_version_, reach_m_, path_,
+                          hasher_, structure, checksum);
 }
 
 absl::Status ReadStructureRow(const Statement& statement, std::int64_t place, int schema_version,

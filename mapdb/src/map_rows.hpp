@@ -40,7 +40,6 @@ class PlaceCursor {
   Statement statement_;
   const MapHead* head_;
   std::string path_;
-  std::int64_t next_id_ = 0;      // of the row behind the current one
   std::size_t session_ = 0;       // of the current row
   std::int64_t session_end_ = 0;  // id behind the last place of that session
 };
@@ -99,7 +98,7 @@ class ContextCursor {
                                                           const Params& params);
 
   /// False after the last row, as PlaceCursor.
-  [[nodiscard]] absl::StatusOr<bool> Step();
+  [[nodiscard]] absl::StatusOr<bool> Step() { return statement_.Step(); }
   /// ReadContextRow of the current row.
   [[nodiscard]] absl::Status Read(ContextValues& values);
   /// What the current row is.
@@ -113,7 +112,6 @@ class ContextCursor {
   Statement statement_;
   std::vector<ContextShape> shapes_;
   std::string path_;
-  std::int64_t next_id_ = 0;
   Hasher hasher_;
 };
 
@@ -124,7 +122,7 @@ class StructureCursor {
                                                             const MapHead& head);
 
   /// False after the last row, as PlaceCursor.
-  [[nodiscard]] absl::StatusOr<bool> Step();
+  [[nodiscard]] absl::StatusOr<bool> Step() { return statement_.Step(); }
   /// ReadStructureRow of the current row.
   [[nodiscard]] absl::Status Read(Structure& structure, std::int64_t& checksum);
 
@@ -135,7 +133,6 @@ class StructureCursor {
   int schema_version_;
   double reach_m_;
   std::string path_;
-  std::int64_t next_place_ = 0;
   Hasher hasher_;
 };
 

@@ -124,40 +124,33 @@ std::string DamageOf(const absl::Status& status) {
 
 void Statement::Finalize::operator()(sqlite3_stmt* statement) const { sqlite3_finalize(statement); }
 
+void Statement::NoteBound(int code) {
+  if (code != SQLITE_OK) bind_error_ = code;
+}
+
 void Statement::Bind(int parameter, std::int64_t value) {
-  if (const int code = sqlite3_bind_int64(statement_.get(), parameter, value); code != SQLITE_OK) {
-    bind_error_ = code;
-  }
+  NoteBound(sqlite3_bind_int64(statement_.get(), parameter, value));
 }
 
 void Statement::Bind(int parameter, double value) {
-  if (const int code = sqlite3_bind_double(statement_.get(), parameter, value); code != SQLITE_OK) {
-    bind_error_ = code;
-  }
+  NoteBound(sqlite3_bind_double(statement_.get(), parameter, value));
 }
 
 void Statement::Bind(int parameter, std::string_view text) {
-  const int code = sqlite3_bind_text64(statement_.get(), parameter, text.data(), text.size(),
-                                       SQLITE_STATIC, SQLITE_UTF8);
-  if (code != SQLITE_OK) {
-    bind_error_ = code;
-  }
+  NoteBound(sqlite3_bind_text64(statement_.get(), parameter, text.data(), text.size(),
+                                SQLITE_STATIC, SQLITE_UTF8));
 }
 
 void Statement::Bind(int parameter, std::span<const std::byte> blob) {
   // An empty span may have no address, which SQLite would take for NULL.
   const void* data = blob.empty() ? "" : static_cast<const void*>(blob.data());
-  const int code =
-      sqlite3_bind_blob64(statement_.get(), parameter, data, blob.size(), SQLITE_STATIC);
-  if (code != SQLITE_OK) {
-    bind_error_ = code;
-  }
+  NoteBound(sqlite3_bind_blob64(statement_.get(), parameter, data, blob.size(), SQLITE_STATIC));
 }
 
 absl::StatusOr<bool> Statement::Step() {
   const int code = bind_error_ != 0 ? bind_error_ : sqlite3_step(statement_.get());
-  if (code == SQLITE_ROW) return true;
-  if (code == SQLITE_DONE) return false;
+  num_rows_ += code == SQLITE_ROW ? 1 : 0;
+  if (code == SQLITE_ROW || code == SQLITE_DONE) return code == SQLITE_ROW;
   return SqliteError(sqlite3_db_handle(statement_.get()), code, path_);
 }
 
@@ -170,6 +163,7 @@ absl::Status Statement::Run() {
 void Statement::Reset() {
   sqlite3_reset(statement_.get());
   bind_error_ = 0;
+  num_rows_ = 0;
 }
 
 std::int64_t Statement::Int(int column) const {

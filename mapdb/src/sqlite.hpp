@@ -50,6 +50,8 @@ class Statement {
   }
   void Reset();
 
+  /// That Step gave since the statement was prepared or reset.
+  [[nodiscard]] std::int64_t num_rows() const { return num_rows_; }
   /// Columns of the current row, from 0; valid until the next Step. What is stored with another
   /// type is read as SQLite converts it: callers check contents by checksum.
   [[nodiscard]] std::int64_t Int(int column) const;
@@ -62,12 +64,14 @@ class Statement {
   struct Finalize {
     void operator()(sqlite3_stmt* statement) const;
   };
+  void NoteBound(int code);
   Statement(sqlite3_stmt* statement, std::string path)
       : path_(std::move(path)), statement_(statement) {}
 
   std::string path_;
   std::unique_ptr<sqlite3_stmt, Finalize> statement_;
   int bind_error_ = 0;
+  std::int64_t num_rows_ = 0;
 };
 
 /// One open database file. Not thread-safe.
