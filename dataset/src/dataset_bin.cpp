@@ -3,6 +3,7 @@
 #include "absl/strings/str_cat.h"
 #include "dataset_frames.hpp"
 #include "scan_decoders.hpp"
+#include "scanloc/core/byte_order.hpp"
 #include "scanloc/core/limits.hpp"
 #include "scanloc/core/status_macros.hpp"
 
@@ -26,11 +27,6 @@ absl::StatusOr<std::size_t> CountRecords(std::string_view bytes, std::size_t rec
   return num_points;
 }
 
-std::uint16_t Uint16At(std::string_view bytes, std::size_t at) {
-  return static_cast<std::uint16_t>(static_cast<unsigned char>(bytes[at]) |
-                                    static_cast<unsigned char>(bytes[at + 1]) << 8U);
-}
-
 }  // namespace
 
 absl::StatusOr<Scan> DecodeNcltSync(std::string_view bytes, bool with_intensities) {
@@ -40,7 +36,8 @@ absl::StatusOr<Scan> DecodeNcltSync(std::string_view bytes, bool with_intensitie
   scan.points.reserve(num_points);
   for (std::size_t i = 0; i < num_points; ++i) {
     const auto value_m = [&](std::size_t column) {
-      return 0.005 * Uint16At(bytes, i * kRecordBytes + 2 * column) - 100.0;
+      return 0.005 * LoadNumber<std::uint16_t>(bytes.data() + i * kRecordBytes + 2 * column) -
+             100.0;
     };
     const Eigen::Vector3d point =
         Eigen::Vector3d(value_m(0), value_m(1), value_m(2)) - kNcltSensor_m;

@@ -7,6 +7,7 @@
 
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
+#include "scanloc/core/byte_order.hpp"
 #include "scanloc/core/status_macros.hpp"
 
 namespace scanloc::dataset {
@@ -148,14 +149,6 @@ class HeaderParser {
   bool has_shape_ = false;
 };
 
-std::uint64_t LittleEndian(std::string_view bytes) {
-  std::uint64_t value = 0;
-  for (std::size_t i = bytes.size(); i > 0; --i) {
-    value = value << 8U | static_cast<unsigned char>(bytes[i - 1]);
-  }
-  return value;
-}
-
 // The header's text; the values follow it in `bytes`.
 absl::StatusOr<std::string_view> TakeHeader(std::string_view& bytes) {
   constexpr std::size_t kVersionBytes = 2;
@@ -170,7 +163,8 @@ absl::StatusOr<std::string_view> TakeHeader(std::string_view& bytes) {
   bytes.remove_prefix(kVersionBytes);
   const std::size_t length_bytes = version == 1 ? 2 : 4;
   if (bytes.size() < length_bytes) return BadNpy("truncated in the length of its header");
-  const std::uint64_t header_bytes = LittleEndian(bytes.substr(0, length_bytes));
+  const std::uint64_t header_bytes = version == 1 ? LoadNumber<std::uint16_t>(bytes.data())
+                                                  : LoadNumber<std::uint32_t>(bytes.data());
   bytes.remove_prefix(length_bytes);
   if (header_bytes > kMaxHeaderBytes) {
     return BadNpy(absl::StrCat("its header has ", header_bytes, " bytes; at most ", kMaxHeaderBytes,
