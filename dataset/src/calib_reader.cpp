@@ -19,16 +19,16 @@ constexpr std::int64_t kMaxCalibBytes = 1LL << 20;
 
 absl::StatusOr<Pose> PoseFromJson(const Json& rows) {
   Eigen::Matrix4d matrix;
-  if (!rows.is_array() || rows.size() != 4) return BadText("is not an array of 4 rows");
+  if (!rows.is_array() || rows.size() != 4) return Invalid("is not an array of 4 rows");
   for (int row = 0; row < 4; ++row) {
     const Json& values = rows[static_cast<std::size_t>(row)];
     if (!values.is_array() || values.size() != 4) {
-      return BadText(absl::StrCat("row ", row, " is not an array of 4 numbers"));
+      return Invalid(absl::StrCat("row ", row, " is not an array of 4 numbers"));
     }
     for (int column = 0; column < 4; ++column) {
       const Json& value = values[static_cast<std::size_t>(column)];
       if (!value.is_number()) {
-        return BadText(absl::StrCat("row ", row, ", column ", column, " is not a number"));
+        return Invalid(absl::StrCat("row ", row, ", column ", column, " is not a number"));
       }
       matrix(row, column) = value.get<double>();
     }
@@ -39,10 +39,10 @@ absl::StatusOr<Pose> PoseFromJson(const Json& rows) {
 // NAVER LABS: {"Extrinsic": {"Lidar": 4x4, ...}, ...}.
 absl::StatusOr<Pose> ReadJsonCalib(const std::string& text) {
   const Json calib = Json::parse(text, nullptr, false);
-  if (calib.is_discarded()) return BadText("is not JSON");
+  if (calib.is_discarded()) return Invalid("is not JSON");
   const auto extrinsic = calib.find("Extrinsic");
   if (extrinsic == calib.end() || !extrinsic->is_object() || !extrinsic->contains("Lidar")) {
-    return BadText("has no entry \"Lidar\" in \"Extrinsic\"");
+    return Invalid("has no entry \"Lidar\" in \"Extrinsic\"");
   }
   const absl::StatusOr<Pose> pose = PoseFromJson((*extrinsic)["Lidar"]);
   return pose.ok() ? pose : Annotate(pose.status(), "\"Lidar\" in \"Extrinsic\"");
@@ -55,13 +55,13 @@ absl::StatusOr<Pose> ReadTrRow(const std::string& calib_file) {
         const Tokens& row = text_row.values;
         if (row[0] != "Tr:") return absl::OkStatus();
         RETURN_IF_ERROR(CheckNumValues(row, 13));
-        if (T_camera_sensor.has_value()) return BadText("a second Tr: row");
+        if (T_camera_sensor.has_value()) return Invalid("a second Tr: row");
         ASSIGN_OR_RETURN(T_camera_sensor, ParseMatrix(std::span(row).subspan(1)));
         return absl::OkStatus();
       });
   if (!status.ok()) return status;
   if (T_camera_sensor.has_value()) return *T_camera_sensor;
-  return BadText(absl::StrCat(calib_file,
+  return Invalid(absl::StrCat(calib_file,
                               ": has no row \"Tr: \" with 12 values; the calib.txt of the KITTI "
                               "odometry benchmark has one"));
 }

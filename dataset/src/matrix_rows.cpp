@@ -33,14 +33,14 @@ absl::Status MatrixRows::Append(const Tokens& row, Trajectory& trajectory) {
 }
 
 absl::Status MatrixRows::Finish(Trajectory& trajectory) const {
-  if (num_values_ != 0) return BadText("ends within a matrix; 4x4 ones have 16 values");
+  if (num_values_ != 0) return Invalid("ends within a matrix; 4x4 ones have 16 values");
   if (are_corners_one_) return absl::OkStatus();
   const TimeUnit unit = LikelyUnit(corners_.front());
   for (const std::string& corner : corners_) {
     const std::optional<std::int64_t> ns = ParseTimeAsNs(corner, unit);
     const std::vector<std::int64_t>& stamps_ns = trajectory.stamps_ns;
     if (!ns || (!stamps_ns.empty() && *ns <= stamps_ns.back())) {
-      return BadText(absl::StrCat("the last row of matrix ", stamps_ns.size(),
+      return Invalid(absl::StrCat("the last row of matrix ", stamps_ns.size(),
                                   " is not 0 0 0 1, and ", Quote(corner),
                                   " is no time later than that of the matrix before"));
     }

@@ -114,7 +114,7 @@ absl::StatusOr<Scan> DecodeAscii(const PcdHeader& header, const PcdField* intens
   LineReader lines(body, header.num_lines + 1);
   absl::StatusOr<Scan> scan = ReadTextRows(layout, header.num_points, lines);
   if (!scan.ok()) return scan;
-  std::vector<std::string_view> tokens;
+  Tokens tokens;
   while (const std::optional<std::string_view> line = lines.Next()) {
     SplitAtBlanks(*line, tokens);
     if (!tokens.empty()) {

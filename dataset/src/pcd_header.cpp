@@ -13,8 +13,6 @@
 namespace scanloc::dataset {
 namespace {
 
-using Tokens = std::vector<std::string_view>;
-
 constexpr std::size_t kMaxHeaderLines = 1000;
 constexpr std::size_t kMaxFields = 256;
 constexpr std::uint32_t kMaxRecordBytes = 65536;

@@ -16,8 +16,6 @@ namespace {
 // Read here and not through PCL, whose reader takes a path only, refuses NaN in text, and writes
 // and reads out of bounds on headers with unusual colours or range grids.
 
-using Tokens = std::vector<std::string_view>;
-
 constexpr std::size_t kMaxPlyHeaderLines = 1000;
 constexpr std::size_t kMaxProperties = 256;
 

@@ -106,7 +106,7 @@ absl::StatusOr<Scan> ReadTextRows(const RowLayout& layout, std::size_t num_rows,
   }
   Scan scan;
   scan.points.reserve(num_rows);
-  std::vector<std::string_view> tokens;
+  Tokens tokens;
   for (std::size_t row = 0; row < num_rows;) {
     const std::optional<std::string_view> line = lines.Next();
     if (!line) {

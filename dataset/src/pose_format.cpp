@@ -28,7 +28,7 @@ constexpr std::array<FormatInfo, 9> kPoseFormats = {{{PoseFormat::kAuto, "auto",
 const FormatInfo& Info(PoseFormat format) { return kPoseFormats[static_cast<std::size_t>(format)]; }
 
 absl::Status CannotTell(const TextRow& row, std::string_view why) {
-  return BadText(absl::StrCat("cannot tell the format of the poses: the first row has ",
+  return Invalid(absl::StrCat("cannot tell the format of the poses: the first row has ",
                               row.values.size(), " values", ToAbsl(why),
                               "; give it as --format, or write a headline that names the columns, "
                               "such as \"timestamp,x,y,z,qx,qy,qz,qw\""));
@@ -86,7 +86,7 @@ absl::StatusOr<PoseFormat> ParsePoseFormat(std::string_view name) {
   for (const FormatInfo& info : kPoseFormats) {
     if (info.name == name) return info.format;
   }
-  return BadText(
+  return Invalid(
       absl::StrCat("pose format ", Quote(name),
                    " is not auto, kitti, tum, mulran, nclt, oxford, naver, matrix or kitti360"));
 }

@@ -52,7 +52,7 @@ absl::StatusOr<PoseMount> FindMount(PoseFormat format, const std::string& calib_
                        "sensors on the vehicle is added",
                        true};
     case PoseFormat::kNaver:
-      return BadText(
+      return Invalid(
           "its rows are NAVER LABS's, poses of the vehicle, but there is no "
           "calibration.json in the folders above; give it as --calib");
     case PoseFormat::kMatrix:

@@ -26,7 +26,7 @@ namespace {
 absl::StatusOr<std::int64_t> ParseNanoseconds(std::string_view token) {
   std::int64_t ns = 0;
   if (!absl::SimpleAtoi(ToAbsl(token), &ns)) {
-    return BadText(absl::StrCat(Quote(token), " is not a stamp in whole nanoseconds"));
+    return Invalid(absl::StrCat(Quote(token), " is not a stamp in whole nanoseconds"));
   }
   return ns;
 }
@@ -35,7 +35,7 @@ absl::StatusOr<std::int64_t> ParseMicroseconds(std::string_view token) {
   constexpr std::int64_t kMax_us = std::numeric_limits<std::int64_t>::max() / 1000;
   std::int64_t us = 0;
   if (!absl::SimpleAtoi(ToAbsl(token), &us) || us < 0 || us > kMax_us) {
-    return BadText(absl::StrCat(Quote(token), " is not a stamp in whole microseconds"));
+    return Invalid(absl::StrCat(Quote(token), " is not a stamp in whole microseconds"));
   }
   return us * 1000;
 }
@@ -121,8 +121,8 @@ class TrajectoryReader {
       return Annotate(status, file);
     }
     if (!trajectory_.T_map_sensor.empty()) return std::move(trajectory_);
-    if (trajectory_.num_left_out == 0) return BadText(absl::StrCat(file, ": holds no pose"));
-    return BadText(absl::StrCat(
+    if (trajectory_.num_left_out == 0) return Invalid(absl::StrCat(file, ": holds no pose"));
+    return Invalid(absl::StrCat(
         file, ": holds no pose that can be used: none of its ", trajectory_.num_left_out, " rows ",
         format() == PoseFormat::kOxford ? "has the ins_status INS_SOLUTION_GOOD"
                                         : "is without NaN"));
@@ -158,7 +158,7 @@ class TrajectoryReader {
 
   absl::Status AppendRow(const Tokens& row) {
     if (format() == PoseFormat::kOxford && !has_headline_) {
-      return BadText("ins.csv begins with a headline; this is none");
+      return Invalid("ins.csv begins with a headline; this is none");
     }
     RETURN_IF_ERROR(CheckNumValues(row, NumValues(format())));
     if ((format() == PoseFormat::kNclt && HoldsNan(row)) ||
@@ -183,7 +183,7 @@ class TrajectoryReader {
   absl::Status AppendNumbered(const Tokens& row) {
     std::int64_t number = 0;
     if (!IsNumber(row[0]) || !absl::SimpleAtoi(ToAbsl(row[0]), &number)) {
-      return BadText(absl::StrCat(Quote(row[0]), " is not the number of a frame"));
+      return Invalid(absl::StrCat(Quote(row[0]), " is not the number of a frame"));
     }
     if (row.size() != 13) {
       RETURN_IF_ERROR(CheckNumValues(row, 17));
@@ -264,7 +264,7 @@ absl::StatusOr<std::vector<std::int64_t>> ReadTimes(const std::string& times_fil
         if (stamps_ns.empty()) unit = LikelyUnit(row.values[0]);
         const std::optional<std::int64_t> ns = ParseTimeAsNs(row.values[0], unit);
         if (!ns) {
-          return BadText(
+          return Invalid(
               absl::StrCat(Quote(row.values[0]), " is not a time in ", ToAbsl(TimeUnitName(unit))));
         }
         stamps_ns.push_back(*ns);

@@ -40,7 +40,7 @@ absl::Status ForEachRow(const std::string& file, BlankLines blank_lines, const R
   ASSIGN_OR_RETURN(const FileBytes bytes, ReadFileBytes(file, kMaxTextFileBytes));
   const std::string_view mark = bytes.view().substr(0, 2);
   if (mark == "\xFF\xFE" || mark == "\xFE\xFF") {
-    return BadText(absl::StrCat(file, ": is text in UTF-16; save it as UTF-8"));
+    return Invalid(absl::StrCat(file, ": is text in UTF-16; save it as UTF-8"));
   }
   LineReader lines(bytes.view());
   TextRow row;
@@ -60,22 +60,22 @@ absl::Status ForEachRow(const std::string& file, BlankLines blank_lines, const R
     }
     if (first_blank_line != 0 && !is_comment) {
       // Rows are paired by their number: a row that went missing must not shift the others.
-      return BadText(absl::StrCat(file, ":", first_blank_line, ": blank line between rows"));
+      return Invalid(absl::StrCat(file, ":", first_blank_line, ": blank line between rows"));
     }
     if (!is_comment && static_cast<std::int64_t>(++num_rows) > limits::kMaxPlaces) {
-      return BadText(absl::StrCat(file, ": more than ", limits::kMaxPlaces, " rows"));
+      return Invalid(absl::StrCat(file, ": more than ", limits::kMaxPlaces, " rows"));
     }
     if (absl::Status status = (is_comment ? handle_comment : handle)(row); !status.ok()) {
       return Annotate(status, absl::StrCat(file, ":", row.line));
     }
   }
-  if (num_rows == 0) return BadText(absl::StrCat(file, ": holds no row"));
+  if (num_rows == 0) return Invalid(absl::StrCat(file, ": holds no row"));
   return absl::OkStatus();
 }
 
 absl::Status CheckNumValues(const Tokens& row, std::size_t expected) {
   if (row.size() == expected) return absl::OkStatus();
-  return BadText(absl::StrCat("has ", row.size(), " values; ", expected, " are needed"));
+  return Invalid(absl::StrCat("has ", row.size(), " values; ", expected, " are needed"));
 }
 
 absl::StatusOr<Pose> ParseMatrix(std::span<const std::string_view> tokens) {
@@ -88,7 +88,7 @@ absl::StatusOr<Pose> PoseFromHomogeneous(const Eigen::Matrix4d& matrix) {
   constexpr double kRounding = 1e-3;
   const Eigen::Vector4d off = matrix.row(3).transpose() - Eigen::Vector4d::UnitW();
   if (!(off.array().abs() < kRounding).all()) {
-    return BadText("the last row of the matrix is not 0 0 0 1");
+    return Invalid("the last row of the matrix is not 0 0 0 1");
   }
   return PoseFromMatrix(matrix.topRows<3>());
 }

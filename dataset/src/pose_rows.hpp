@@ -18,8 +18,6 @@
 /// Rows of numbers in text files of poses, times and calibrations.
 namespace scanloc::dataset {
 
-using Tokens = std::vector<std::string_view>;
-
 /// A row of a text file.
 struct TextRow {
   Tokens values;
@@ -29,10 +27,6 @@ struct TextRow {
 using RowHandler = std::function<absl::Status(const TextRow& row)>;
 
 enum class BlankLines { kSkip, kOnlyAtEnd };
-
-[[nodiscard]] inline absl::Status BadText(std::string_view reason) {
-  return absl::InvalidArgumentError(ToAbsl(reason));
-}
 
 /// Calls `handle` for each row of a file that is no comment, and `handle_comment`, if there is one,
 /// for those that are, without their "#"; a status that they return gets file and line. The values
@@ -51,7 +45,7 @@ template <std::size_t kNum>
   std::array<double, kNum> values{};
   for (std::size_t i = 0; i < kNum; ++i) {
     if (!absl::SimpleAtod(ToAbsl(tokens[i]), &values[i])) {
-      return BadText(absl::StrCat(Quote(tokens[i]), " is not a number"));
+      return Invalid(absl::StrCat(Quote(tokens[i]), " is not a number"));
     }
   }
   return values;

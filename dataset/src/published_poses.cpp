@@ -51,7 +51,7 @@ absl::Status CheckOxfordHeader(const Tokens& row) {
        {14, "yaw"}}};
   for (const auto& [column, name] : kColumns) {
     if (column >= row.size() || row[column] != name) {
-      return BadText(absl::StrCat("column ", column + 1, " of the header is not ", ToAbsl(name),
+      return Invalid(absl::StrCat("column ", column + 1, " of the header is not ", ToAbsl(name),
                                   ", as that of ins.csv is"));
     }
   }

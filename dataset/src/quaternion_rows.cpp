@@ -46,17 +46,17 @@ absl::Status QuaternionRows::AppendStamp(const TextRow& row) {
   if (rows_.empty() && at.size() == 1) unit_ = LikelyUnit(token);
   const std::optional<std::int64_t> ns = ParseTimeAsNs(token, unit_);
   if (!ns) {
-    return BadText(absl::StrCat(Quote(token), " is not a time in ", ToAbsl(TimeUnitName(unit_))));
+    return Invalid(absl::StrCat(Quote(token), " is not a time in ", ToAbsl(TimeUnitName(unit_))));
   }
   std::int64_t rest_ns = 0;
   if (at.size() == 2 &&
       (!IsWhole(token, 1, kMaxDigits) || !IsWhole(row.values[at[1]], 1, kMaxDigits) ||
        !absl::SimpleAtoi(ToAbsl(row.values[at[1]]), &rest_ns))) {
-    return BadText(absl::StrCat(Quote(token), " and ", Quote(row.values[at[1]]),
+    return Invalid(absl::StrCat(Quote(token), " and ", Quote(row.values[at[1]]),
                                 " are not whole seconds and nanoseconds"));
   }
   if (*ns > std::numeric_limits<std::int64_t>::max() - rest_ns) {
-    return BadText(absl::StrCat(Quote(token), " is no time in seconds that is read"));
+    return Invalid(absl::StrCat(Quote(token), " is no time in seconds that is read"));
   }
   stamps_ns_.push_back(*ns + rest_ns);
   return absl::OkStatus();
@@ -110,7 +110,7 @@ absl::StatusOr<QuaternionRows::Order> QuaternionRows::TellOrder() const {
     if (StandsUpright(kOrders[first + 1])) return kOrders[first + 1];
     if (is_tum && first == 0) return kOrders[0];
   }
-  return BadText(absl::StrCat(
+  return Invalid(absl::StrCat(
       "cannot tell the format of the poses: rows of ", columns_->num_values, " values hold ",
       first < kOrders.size() ? "a quaternion, but neither with w first nor with w last does the "
                                "sensor stand upright"

@@ -19,7 +19,7 @@ std::optional<std::string_view> LineReader::Next() {
   return line;
 }
 
-void SplitAtBlanks(std::string_view line, std::vector<std::string_view>& tokens) {
+void SplitAtBlanks(std::string_view line, Tokens& tokens) {
   tokens.clear();
   std::size_t i = 0;
   while (i < line.size() && tokens.size() < kMaxTokens) {

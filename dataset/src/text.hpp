@@ -36,13 +36,15 @@ class LineReader {
 /// Most tokens that a line is split into; more than any format reads.
 inline constexpr std::size_t kMaxTokens = 100'000;
 
+using Tokens = std::vector<std::string_view>;
+
 /// The first kMaxTokens tokens of a line, between any number of blanks; tokens is overwritten.
-void SplitAtBlanks(std::string_view line, std::vector<std::string_view>& tokens);
+void SplitAtBlanks(std::string_view line, Tokens& tokens);
 
 /// The same text for absl, whose string_view is a type of its own in Debian 12.
 inline absl::string_view ToAbsl(std::string_view text) { return {text.data(), text.size()}; }
 
-inline absl::Status Invalid(std::string_view reason) {
+[[nodiscard]] inline absl::Status Invalid(std::string_view reason) {
   return absl::InvalidArgumentError(ToAbsl(reason));
 }
 
