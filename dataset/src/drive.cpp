@@ -1,6 +1,7 @@
 #include "scanloc/dataset/drive.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <functional>
 #include <map>
@@ -11,7 +12,9 @@
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "file_bytes.hpp"
 #include "name_order.hpp"
+#include "scanloc/core/scan/pose_difference.hpp"
 #include "scanloc/core/status_macros.hpp"
 #include "text.hpp"
 
@@ -21,6 +24,8 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::int64_t kNsPerMs = 1'000'000;
+
+double Seconds(std::int64_t ns) { return 1e-9 * static_cast<double>(ns); }
 
 // KITTI's calib.txt, beside the folder of the scans.
 std::string FindKittiCalib(const std::vector<ScanFile>& scans) {
@@ -151,6 +156,24 @@ class PosesByStamp {
     std::ranges::sort(order_);
   }
 
+  // Of two poses at one time neither is known to be right.
+  [[nodiscard]] absl::Status CheckAgree(const Trajectory& trajectory) const {
+    for (std::size_t i = 1, first = 0; i < order_.size(); ++i) {
+      if (order_[i].first != order_[first].first) first = i;
+      const auto [stamp_ns, a] = order_[first];
+      const std::size_t b = order_[i].second;
+      const PoseDifference difference =
+          DifferenceOf(trajectory.T_map_sensor[a], trajectory.T_map_sensor[b]);
+      if (!MissOf(difference).any()) continue;
+      return Invalid(absl::StrFormat(
+          "poses %d and %d have the same stamp, %.9f s, but lie %.2f m and %.1f deg apart; write "
+          "stamps with all their digits, and leave out the one that is wrong",
+          a + 1, b + 1, Seconds(stamp_ns), std::hypot(difference.plane_m, difference.height_m),
+          difference.heading_deg));
+    }
+    return absl::OkStatus();
+  }
+
   // None if the nearest lies beyond kMaxStampGap_ns.
   [[nodiscard]] std::optional<std::size_t> Nearest(std::int64_t stamp_ns) const {
     const auto after =
@@ -178,10 +201,34 @@ class PosesByStamp {
   std::vector<std::pair<std::int64_t, std::size_t>> order_;  // stamp [ns], index of the pose
 };
 
+// Two clocks make drives that meet by chance, at their ends.
+absl::Status CheckOneClock(const DriveOptions& options,
+                           const std::vector<std::int64_t>& scan_stamps_ns,
+                           const std::vector<std::int64_t>& pose_stamps_ns) {
+  const auto [first_scan, last_scan] = std::ranges::minmax(scan_stamps_ns);
+  const auto [first_pose, last_pose] = std::ranges::minmax(pose_stamps_ns);
+  // As doubles: the difference of two stamps need not fit.
+  const double scans_s = Seconds(last_scan) - Seconds(first_scan);
+  const double poses_s = Seconds(last_pose) - Seconds(first_pose);
+  const double both_s =
+      Seconds(std::min(last_scan, last_pose)) - Seconds(std::max(first_scan, first_pose));
+  if (2.0 * (both_s + Seconds(kMaxStampGap_ns)) >= std::min(scans_s, poses_s))
+    return absl::OkStatus();
+  return Invalid(absl::StrFormat(
+      "the scans of %s, of %.3f to %.3f s, and the poses of %s, of %.3f to %.3f s, have %.1f s in "
+      "common: are their stamps by one clock? GPS time is 18 s ahead of UTC. If they are, leave "
+      "out the poses before the first scan and after the last",
+      options.scans_dir, Seconds(first_scan), Seconds(last_scan), options.poses_file,
+      Seconds(first_pose), Seconds(last_pose), both_s));
+}
+
 absl::StatusOr<Drive> PairByStamp(const DriveOptions& options, const std::vector<ScanFile>& scans,
                                   const std::vector<std::int64_t>& scan_stamps_ns,
                                   const Trajectory& trajectory) {
   const PosesByStamp poses(trajectory);
+  if (absl::Status status = poses.CheckAgree(trajectory); !status.ok()) {
+    return Annotate(status, options.poses_file);
+  }
   Drive drive = Paired(scans, scan_stamps_ns, trajectory,
                        [&](std::size_t i) { return poses.Nearest(scan_stamps_ns[i]); });
   if (drive.frames.empty()) {
@@ -189,9 +236,9 @@ absl::StatusOr<Drive> PairByStamp(const DriveOptions& options, const std::vector
         "none of the %d scans of %s lies within %d ms of a pose of %s; the first scan's stamp is "
         "%.3f s, the first pose's %.3f s",
         scans.size(), options.scans_dir, kMaxStampGap_ns / kNsPerMs, options.poses_file,
-        1e-9 * static_cast<double>(scan_stamps_ns.front()),
-        1e-9 * static_cast<double>(trajectory.stamps_ns.front())));
+        Seconds(scan_stamps_ns.front()), Seconds(trajectory.stamps_ns.front())));
   }
+  RETURN_IF_ERROR(CheckOneClock(options, scan_stamps_ns, trajectory.stamps_ns));
   return drive;
 }
 

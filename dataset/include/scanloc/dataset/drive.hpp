@@ -81,7 +81,8 @@ inline constexpr std::int64_t kMaxStampGap_ns = 100'000'000;
 ///
 /// Errors as of ListScans, ReadTrajectory and ReadTimes. InvalidArgument too: numbers of scans,
 /// poses or times that differ (both are named); names that can be ordered in two ways; times that
-/// fall where scans and poses are paired in order; or not one scan that has a pose.
+/// fall where scans and poses are paired in order; stamps that scans and poses hardly have in
+/// common, or that poses share which differ; or not one scan that has a pose.
 [[nodiscard]] absl::StatusOr<Drive> OpenDrive(const DriveOptions& options);
 
 }  // namespace scanloc::dataset
