@@ -6,7 +6,11 @@
 #include <set>
 #include <string>
 
+#include "absl/strings/str_format.h"
+#include "scanloc/core/status_macros.hpp"
+#include "scanloc/dataset/scan_reader.hpp"
 #include "support/building.hpp"
+#include "support/real_data.hpp"
 
 namespace scanloc::mapdb {
 namespace {
@@ -33,12 +37,40 @@ TEST(LearnScale, TellsRoomsFromStreetsByMostOfTheirScans) {
   EXPECT_EQ(*LearnScale(Params(), Plan(), both), 1.0);
 }
 
+// The walls of an aisle or an alley, measured every step_m.
+PointCloud Walls(float step_m) {
+  PointCloud points;
+  for (float x_m = -23.0F; x_m <= 23.0F; x_m += step_m) {
+    for (float z_m = -2.0F; z_m <= 1.0F; z_m += step_m) {
+      for (const float y_m : {-1.5F, 1.5F}) points.push_back({x_m, y_m, z_m});
+    }
+  }
+  return points;
+}
+
 // Three quarters of what is seen lie as far away as in many a street.
 TEST(LearnScale, TellsALongAisleFromAStreetByWhatIsNear) {
-  const auto aisle = [](std::size_t) -> absl::StatusOr<PointCloud> {
-    return test::RoomScan(46.0F, 3.0F, 1, 8);
-  };
+  const auto aisle = [](std::size_t) -> absl::StatusOr<PointCloud> { return Walls(0.1F); };
   EXPECT_LT(*LearnScale(Params(), Plan(), aisle), 1.0);
+}
+
+TEST(LearnScale, IsThatOfAStreetWhereTheSmallScaleShowsNoMore) {
+  const auto alley = [](std::size_t) -> absl::StatusOr<PointCloud> { return Walls(0.5F); };
+  EXPECT_EQ(*LearnScale(Params(), Plan(), alley), 1.0);
+}
+
+// Half of what they show lies within 11.9 and 9.5 m.
+TEST(LearnScaleOnRealData, IsThatOfAStreetInTheNarrowPartsOfACampus) {
+  SCANLOC_REAL_DATA_OR_SKIP(root, "nclt-2013-01-10");
+  const auto from = [&](std::size_t first) {
+    return [&root, first](std::size_t scan) -> absl::StatusOr<PointCloud> {
+      ASSIGN_OR_RETURN(dataset::Scan read, dataset::ReadScan(absl::StrFormat("%s/velodyne/%06d.bin",
+                                                                             root, first + scan)));
+      return std::move(read.points);
+    };
+  };
+  EXPECT_EQ(*LearnScale(Params(), Plan(276), from(0)), 1.0);
+  EXPECT_EQ(*LearnScale(Params(), Plan(60), from(180)), 1.0);
 }
 
 TEST(LearnScale, LooksAtAFewScansAllOverTheDrive) {
