@@ -13,24 +13,42 @@ namespace {
 
 constexpr std::int64_t kMaxTextFileBytes = 512LL << 20;
 
-void SplitAtCommas(std::string_view row, Tokens& tokens) {
+void SplitAt(char separator, std::string_view row, Tokens& tokens) {
   tokens.clear();
   Tokens words;
   for (bool more = true; more;) {
-    const std::size_t comma = row.find(',');
-    SplitAtBlanks(row.substr(0, comma), words);
-    // Two words between commas are one bad value, and none is one too: both fail to parse.
-    tokens.push_back(words.size() == 1 ? words[0] : row.substr(0, comma));
-    more = comma != std::string_view::npos && tokens.size() < kMaxTokens;
-    if (more) row.remove_prefix(comma + 1);
+    const std::size_t end = row.find(separator);
+    SplitAtBlanks(row.substr(0, end), words);
+    // Two words in between are one bad value, and none is one too: both fail to parse.
+    tokens.push_back(words.size() == 1 ? words[0] : row.substr(0, end));
+    more = end != std::string_view::npos && tokens.size() < kMaxTokens;
+    if (more) row.remove_prefix(end + 1);
   }
-  const bool ends_with_comma = tokens.back().find_first_not_of(" \t\r") == std::string_view::npos;
-  if (ends_with_comma) tokens.pop_back();
+  const bool ends_with_one = tokens.back().find_first_not_of(" \t\r") == std::string_view::npos;
+  if (ends_with_one) tokens.pop_back();
 }
 
-void SplitRow(std::string_view line, TextRow& row) {
-  row.has_commas = line.find(',') != std::string_view::npos;
-  row.has_commas ? SplitAtCommas(line, row.values) : SplitAtBlanks(line, row.values);
+// As much of the world writes 0,5: a number with a comma in it, and others that do not hang on it.
+bool IsDecimalWithComma(std::string_view token) {
+  const std::size_t comma = token.find(',');
+  if (comma == std::string_view::npos) return false;
+  std::string with_point(token);
+  with_point[comma] = '.';
+  double value = 0.0;
+  return absl::SimpleAtod(with_point, &value);
+}
+
+absl::Status SplitRow(std::string_view line, TextRow& row) {
+  const auto has = [&](char c) { return line.find(c) != std::string_view::npos; };
+  row.has_commas = has(',') && !has(';');
+  has(';') ? SplitAt(';', line, row.values) : SplitAtBlanks(line, row.values);
+  if (!has(',')) return absl::OkStatus();
+  if (row.values.size() > 1 && std::ranges::all_of(row.values, &IsDecimalWithComma)) {
+    return BadText(
+        absl::StrCat(Quote(row.values[0]), " has a comma for a point; write 0.5, not 0,5"));
+  }
+  if (row.has_commas) SplitAt(',', line, row.values);
+  return absl::OkStatus();
 }
 
 }  // namespace
@@ -50,8 +68,11 @@ absl::Status ForEachRow(const std::string& file, BlankLines blank_lines, const R
     const std::size_t begin = std::min(line->find_first_not_of(" \t"), line->size());
     const bool is_comment = line->substr(begin, 1) == "#";
     if (is_comment && !handle_comment) continue;
-    SplitRow(is_comment ? line->substr(begin + 1) : *line, row);
     row.line = lines.line_number();
+    if (absl::Status status = SplitRow(is_comment ? line->substr(begin + 1) : *line, row);
+        !status.ok() && !is_comment) {
+      return Annotate(status, absl::StrCat(file, ":", row.line));
+    }
     if (row.values.empty()) {
       if (first_blank_line == 0 && blank_lines == BlankLines::kOnlyAtEnd && !is_comment) {
         first_blank_line = row.line;

@@ -30,7 +30,8 @@ enum class BlankLines { kSkip, kOnlyAtEnd };
 
 /// Calls `handle` for each row of a file that is no comment, and `handle_comment`, if there is one,
 /// for those that are, without their "#"; a status that they return gets file and line. The values
-/// of a row stand between commas if it has any, else between blanks; a comma at its end is ignored.
+/// of a row stand between semicolons if it has any, else between commas, else between blanks; one
+/// at its end is ignored. InvalidArgument if decimals have a comma for a point.
 [[nodiscard]] absl::Status ForEachRow(const std::string& file, BlankLines blank_lines,
                                       const RowHandler& handle,
                                       const RowHandler& handle_comment = nullptr);

@@ -112,6 +112,26 @@ TEST(PoseGuess, TakesTheColumnsThatAHeadlineNames) {
   }
 }
 
+TEST(PoseGuess, TakesSemicolonsBetweenValues) {
+  for (const std::string headline : {"", "t;x;y;z;qx;qy;qz;qw\n"}) {
+    const auto read = Read(headline + Rows("T; x; y; z; a; b; c; d"));
+    ExpectDrive(read);
+  }
+}
+
+TEST(PoseGuess, NamesCommasThatStandForPoints) {
+  for (const char between : {';', ' ', '\t'}) {
+    std::string rows;
+    for (const std::string value :
+         {"1583836591,5", "1,5", "2,5", "0,5", "0,0", "0,0", "0,6", "0,8"}) {
+      absl::StrAppend(&rows, rows.empty() ? "" : std::string(1, between), value);
+    }
+    const auto read = Read(rows + "\n");
+    EXPECT_THAT(std::string(read.status().message()),
+                HasSubstr("poses.txt:1: \"1583836591,5\" has a comma for a point"));
+  }
+}
+
 TEST(PoseGuess, TellsTheOrderOfPositionAndQuaternion) {
   for (const auto& [pattern, order] : std::vector<std::pair<std::string, std::string>>{
            {"x y z a b c d", "tx ty tz qx qy qz qw"},
