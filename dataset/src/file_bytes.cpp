@@ -3,6 +3,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <array>
 #include <cerrno>
 #include <new>
 #include <utility>
@@ -25,27 +26,30 @@ absl::Status CheckSize(const std::string& path, const struct stat& info, std::in
   return absl::OkStatus();
 }
 
-// What a repository holds in place of a large file that was not fetched, and what gzip makes of
-// one.
-absl::Status CheckIsItself(const std::string& path, std::string_view bytes) {
-  constexpr std::string_view kLfs = "version https://git-lfs.github.com/spec/";
-  constexpr std::string_view kAnnex = "/annex/objects/";
-  if (bytes.substr(0, kLfs.size()) == kLfs) {
-    return absl::InvalidArgumentError(absl::StrCat(
-        path, ": is a Git LFS pointer, not the file itself; fetch that with `git lfs pull`"));
-  }
-  if (bytes.substr(0, kAnnex.size()) == kAnnex) {
-    return absl::InvalidArgumentError(absl::StrCat(
-        path, ": is a git-annex pointer, not the file itself; fetch that with `git annex get`"));
-  }
-  // As a float, with the byte behind them, they are smaller than any coordinate.
-  constexpr std::string_view kGzip = "\x1F\x8B\x08";
-  if (bytes.size() > 3 && bytes.substr(0, 3) == kGzip && bytes[3] >= 0 && bytes[3] < ' ') {
-    return absl::InvalidArgumentError(
-        absl::StrCat(path, ": is compressed by gzip; decompress it with `gunzip` first"));
-  }
-  return absl::OkStatus();
-}
+// How a file begins that stands for another; as floats all are no coordinates.
+struct Substitute {
+  std::string_view begin;
+  std::string_view what;
+};
+constexpr std::string_view kPage =
+    "is a page that a server sent, not the file itself; fetch it again";
+constexpr std::array<Substitute, 11> kSubstitutes = {{
+    {"version https://git-lfs.github.com/spec/",
+     "is a Git LFS pointer, not the file itself; fetch that with `git lfs pull`"},
+    {"/annex/objects/",
+     "is a git-annex pointer, not the file itself; fetch that with `git annex get`"},
+    {"<!DOCTYPE", kPage},
+    {"<!doctype", kPage},
+    {"<html", kPage},
+    {"<HTML", kPage},
+    {"<?xml", kPage},
+    {"BZh91AY&SY", "is compressed by bzip2; decompress it with `bunzip2` first"},
+    {"\xFD"
+     "7zXZ",
+     "is compressed by xz; decompress it with `unxz` first"},
+    {"\x28\xB5\x2F\xFD", "is compressed by zstd; decompress it with `unzstd` first"},
+    {"PK\x03\x04", "is a zip archive; unpack it with `unzip` first"},
+}};
 
 }  // namespace
 
@@ -74,6 +78,20 @@ absl::StatusOr<FileBytes> ReadFileBytes(const std::string& path, std::int64_t ma
   FileBytes bytes(std::move(data), size);
   RETURN_IF_ERROR(CheckIsItself(path, bytes.view()));
   return bytes;
+}
+
+absl::Status CheckIsItself(const std::string& path, std::string_view begin) {
+  for (const auto& [first, what] : kSubstitutes) {
+    if (!begin.starts_with(first)) continue;
+    return absl::InvalidArgumentError(absl::StrCat(path, ": ", ToAbsl(what)));
+  }
+  // With the byte behind them, they are smaller than any coordinate.
+  constexpr std::string_view kGzip = "\x1F\x8B\x08";
+  if (begin.size() > 3 && begin.starts_with(kGzip) && begin[3] >= 0 && begin[3] < ' ') {
+    return absl::InvalidArgumentError(
+        absl::StrCat(path, ": is compressed by gzip; decompress it with `gunzip` first"));
+  }
+  return absl::OkStatus();
 }
 
 absl::Status Annotate(const absl::Status& status, std::string_view context) {

@@ -30,9 +30,13 @@ class FileBytes {
 
 /// Reads a regular file that is not empty and holds at most max_bytes. Never waits for a pipe.
 /// NotFound, PermissionDenied, or InvalidArgument with the path and the reason, which may be that
-/// the file is a pointer of Git LFS or git-annex, or compressed by gzip.
+/// of CheckIsItself.
 [[nodiscard]] absl::StatusOr<FileBytes> ReadFileBytes(const std::string& path,
                                                       std::int64_t max_bytes);
+
+/// InvalidArgument, with the path and what to do, if a file begins as what stands in its place: a
+/// pointer of Git LFS or git-annex, a page that a server sent instead, or a compressed file.
+[[nodiscard]] absl::Status CheckIsItself(const std::string& path, std::string_view begin);
 
 /// The same status with "context: " before its message.
 [[nodiscard]] absl::Status Annotate(const absl::Status& status, std::string_view context);

@@ -33,6 +33,13 @@ const Format* FindFormat(std::string_view path) {
   return format == kFormats.end() ? nullptr : format;
 }
 
+// .bin if it begins as none of the others.
+const Format* FormatOfBeginning(std::string_view bytes) {
+  return std::ranges::find_if(kFormats, [&](const Format& candidate) {
+    return absl::StartsWith(ToAbsl(bytes), ToAbsl(candidate.begin));
+  });
+}
+
 std::size_t CountBeyondLimit(const PointCloud& points) {
   // Number by number becomes vectors, and most often there is none.
   const auto* const numbers = reinterpret_cast<const float*>(points.data());
@@ -95,10 +102,21 @@ absl::StatusOr<Scan> ReadAs(const std::string& path, const Decode& decode) try {
   return OutOfMemory(path);
 }
 
+// What cannot be read may have the name of another format.
+absl::StatusOr<Scan> DecodeNamed(const Format& format, std::string_view bytes,
+                                 bool with_intensities) {
+  absl::StatusOr<Scan> scan = format.decode(bytes, with_intensities);
+  const Format& begun = *FormatOfBeginning(bytes);
+  if (scan.ok() || begun.begin.empty() || begun.extension == format.extension) return scan;
+  return absl::InvalidArgumentError(absl::StrCat("begins as a ", ToAbsl(begun.extension),
+                                                 " file does, but is named ",
+                                                 ToAbsl(format.extension), "; give it its name"));
+}
+
 absl::StatusOr<Scan> ReadPath(const std::string& path, bool with_intensities) {
   return ReadAs(path, [&](std::string_view bytes) -> absl::StatusOr<Scan> {
     const Format* format = FindFormat(path);
-    if (format != nullptr) return format->decode(bytes, with_intensities);
+    if (format != nullptr) return DecodeNamed(*format, bytes, with_intensities);
     return absl::InvalidArgumentError(
         "is no scan file; scans are .bin (KITTI), .npy (NAVER LABS), .pcd or .ply");
   });
@@ -122,10 +140,7 @@ absl::StatusOr<std::string> ReadToEnd(std::FILE* stream, const std::string& name
 }
 
 absl::StatusOr<Scan> DecodeByBeginning(std::string_view bytes, const std::string& name) {
-  const auto* const format = std::ranges::find_if(kFormats, [&](const Format& candidate) {
-    return absl::StartsWith(ToAbsl(bytes), ToAbsl(candidate.begin));
-  });
-  return Checked(format->decode(bytes, false), name);
+  return Checked(FormatOfBeginning(bytes)->decode(bytes, false), name);
 }
 
 }  // namespace

@@ -164,6 +164,9 @@ TEST(Bag, RefusesWhatIsNoBag) {
   for (const auto& [path, reason] : std::vector<std::pair<std::string, std::string>>{
            {dir.Write("none.bag", ""), "is empty"},
            {dir.Write("text.bag", "not a bag\n"), "is no bag"},
+           {dir.Write("lfs.mcap", "version https://git-lfs.github.com/spec/v1\n"),
+            "`git lfs pull`"},
+           {dir.Write("a.bag.gz", "\x1F\x8B\x08\x08 and more"), "`gunzip`"},
            {dir.File("pipe.bag"), "regular file"},
            {dir.File("empty"), "holds no bag"},
            {dir.Write("newer.mcap", newer), "version 0"},

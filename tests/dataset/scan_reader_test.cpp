@@ -120,6 +120,24 @@ TEST(ScanReader, NamesWhatStandsForAFile) {
     EXPECT_THAT(
         std::string(ReadScan(dir.Write(name, "\x1F\x8B\x08\x08 and more")).status().message()),
         HasSubstr("compressed by gzip"));
+    for (const auto& [begin, what] :
+         {std::pair("<!DOCTYPE html><title>404</title>", "a page that a server sent"),
+          {"<?xml version=\"1.0\"?><Error/>", "a page that a server sent"},
+          {"BZh91AY&SY and more", "`bunzip2`"},
+          {"PK\x03\x04 and more", "`unzip`"}}) {
+      EXPECT_THAT(std::string(ReadScan(dir.Write(name, begin)).status().message()),
+                  HasSubstr(what));
+    }
+  }
+}
+
+TEST(ScanReader, NamesTheFormatOfAFileOfAnotherName) {
+  const TempDir dir;
+  for (const auto& [name, begin, said] :
+       {std::tuple("0.bin", "# .PCD v0.7\nVERSION 0.7\n", "as a .pcd file does, but is named .bin"),
+        {"0.pcd", "ply\nformat ascii 1.0\n", "as a .ply file does, but is named .pcd"},
+        {"0.ply", "\x93NUMPY\x01", "as a .npy file does, but is named .ply"}}) {
+    EXPECT_THAT(std::string(ReadScan(dir.Write(name, begin)).status().message()), HasSubstr(said));
   }
 }
 

@@ -14,6 +14,7 @@
 #include "bag/bag_file.hpp"
 #include "bag/decompress.hpp"
 #include "bag/random_file.hpp"
+#include "file_bytes.hpp"
 #include "scanloc/core/status_macros.hpp"
 #include "text.hpp"
 
@@ -111,11 +112,12 @@ std::string ShortType(std::string_view type) {
 absl::StatusOr<std::unique_ptr<BagFile>> OpenBagFile(const std::string& path) {
   ASSIGN_OR_RETURN(const RandomFile file, RandomFile::Open(path));
   ASSIGN_OR_RETURN(const std::string begin,
-                   file.ReadText(0, std::min<std::uint64_t>(16, file.size())));
+                   file.ReadText(0, std::min<std::uint64_t>(64, file.size())));
   for (const Kind& kind : kKinds) {
     if (begin.compare(0, kind.magic.size(), kind.magic) == 0) return kind.open(path);
   }
   if (begin.compare(0, kZstdMagic.size(), kZstdMagic) == 0) return OpenCompressed(file);
+  RETURN_IF_ERROR(CheckIsItself(path, begin));
   return absl::InvalidArgumentError(
       absl::StrCat(path, ": is no bag; MCAP, rosbag2's .db3 and ROS 1's .bag are read"));
 }
