@@ -216,10 +216,25 @@ TEST(FrameTree, RefusesWhatIsNoTreeOnTheWayOnly) {
                 HasSubstr("frame \"camera\" has two parents, \"a\" and \"mast\""));
   }
   EXPECT_FALSE(tree.Connect("a", "self").ok());
+  tree.Add({0, "b", "b", At(0)}, true);
+  EXPECT_TRUE(tree.Connect("a", "b").ok());
   tree.Add({0, "b", "a", At(0)}, true);
   EXPECT_THAT(std::string(tree.Connect("map", "a").status().message()),
               HasSubstr("no transforms connect frame \"a\" to \"map\""))
       << "a circle ends";
+  EXPECT_THAT(std::string(tree.Connect("a", "b").status().message()),
+              HasSubstr("go in a circle: \"b\" lies in \"a\" lies in \"b\""));
+}
+
+TEST(FrameTree, TellsWhichFramesWereSaidToBeElsewhere) {
+  FrameTree tree;
+  tree.Add({0, "base", "lidar", At(1)}, true);
+  tree.Add({0, "base", "lidar", At(1.05)}, true);
+  tree.Add({0, "base", "wheel", At(1)}, false);
+  tree.Add({1, "base", "wheel", At(5)}, false);
+  EXPECT_THAT(tree.moved(), IsEmpty());
+  tree.Add({0, "base", "lidar", At(3)}, true);
+  EXPECT_THAT(tree.moved(), ElementsAre("lidar"));
 }
 
 TEST(Deskew, MovesPointsToWhereTheyWouldBeSeenAtTheStamp) {

@@ -184,6 +184,11 @@ absl::Status BagScans::ReadHeads() {
   std::ranges::stable_sort(clouds_, {}, &CloudHead::stamp_ns);
   tree_.Sort();
   topic_track_.Sort();
+  for (const std::string& frame : tree_.moved()) {
+    notes_.push_back(
+        absl::StrCat("tf_static says of ", Quote(frame),
+                     " several times where it is, and not the same: the last is taken"));
+  }
   if (num_unstamped_ > 0) {
     notes_.push_back(absl::StrCat(num_unstamped_, " clouds of ", Quote(cloud_topic_->name),
                                   " have no stamp: the time of recording is taken"));

@@ -24,6 +24,14 @@ bool IsEarlier(const std::pair<std::int64_t, Pose>& a, const std::pair<std::int6
   return a.first < b.first;
 }
 
+bool IsElsewhere(const Pose& a, const Pose& b) {
+  constexpr double kMax_m = 0.1;
+  constexpr double kMax_rad = 0.0175;
+  const Pose moved = a.inverse() * b;
+  return moved.translation().norm() > kMax_m ||
+         Eigen::AngleAxisd(moved.linear()).angle() > kMax_rad;
+}
+
 }  // namespace
 
 void PoseTrack::Sort() { std::ranges::stable_sort(samples_, &IsEarlier); }
@@ -60,10 +68,13 @@ std::optional<Pose> FrameChain::At(std::int64_t stamp_ns) const {
 }
 
 void FrameTree::Add(const StampedPose& pose, bool is_static) {
+  if (pose.child == pose.parent) return;
   Edge& edge = edges_.try_emplace(pose.child, Edge{.parent = pose.parent}).first->second;
   if (edge.parent != pose.parent) {
     edge.other_parent = pose.parent;
   } else if (is_static) {
+    const std::optional<Pose>& before = edge.track.fixed();
+    if (before && IsElsewhere(*before, pose.T_parent_child)) moved_.insert(pose.child);
     edge.track.SetStatic(pose.T_parent_child);
   } else {
     edge.track.Add(pose.stamp_ns, pose.T_parent_child);
@@ -108,6 +119,13 @@ absl::StatusOr<FrameChain> FrameTree::Connect(const std::string& parent,
     return absl::InvalidArgumentError(
         absl::StrCat("no transforms connect frame ", Quote(child), " to ", Quote(parent),
                      "; there are ", frames.empty() ? "none at all" : absl::StrJoin(frames, ", ")));
+  }
+  const std::vector<std::string> above = WayUp(*meet);
+  if (const auto again = std::find(above.begin() + 1, above.end(), *meet); again != above.end()) {
+    const auto quoted = [](std::string* out, const std::string& frame) { *out += Quote(frame); };
+    return absl::InvalidArgumentError(
+        absl::StrCat("transforms go in a circle: ",
+                     absl::StrJoin(above.begin(), again + 1, " lies in ", quoted)));
   }
   FrameChain chain;
   for (const std::string& frame : up) {

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -20,6 +21,7 @@ class PoseTrack {
  public:
   /// For all times.
   void SetStatic(const Pose& pose) { static_ = pose; }
+  [[nodiscard]] const std::optional<Pose>& fixed() const { return static_; }
   void Add(std::int64_t stamp_ns, const Pose& pose) { samples_.emplace_back(stamp_ns, pose); }
   void Sort();
   /// Drops the samples before a time. Requires Sort.
@@ -58,6 +60,7 @@ class FrameChain {
 /// The tree of frames that transforms make.
 class FrameTree {
  public:
+  /// A frame in itself says nothing and is passed over; of static poses the last one holds.
   void Add(const StampedPose& pose, bool is_static);
   /// After the last Add.
   void Sort();
@@ -65,9 +68,13 @@ class FrameTree {
   [[nodiscard]] std::size_t size() const { return edges_.size(); }
 
   /// T_parent_child over time. InvalidArgument, with the frames there are, if they do not connect,
-  /// or if a frame on the way was given two parents.
+  /// if a frame on the way was given two parents, or if the frames go in a circle, which gives two
+  /// ways.
   [[nodiscard]] absl::StatusOr<FrameChain> Connect(const std::string& parent,
                                                    const std::string& child) const;
+
+  /// Frames that static poses were told of which differ by more than 0.1 m or 1 degree.
+  [[nodiscard]] const std::set<std::string>& moved() const { return moved_; }
 
   /// The samples of all frames, for telling when there are poses.
   [[nodiscard]] std::optional<std::pair<std::int64_t, std::int64_t>> Span() const;
@@ -85,6 +92,7 @@ class FrameTree {
   [[nodiscard]] std::vector<std::string> WayUp(const std::string& frame) const;
 
   std::map<std::string, Edge> edges_;  // by child
+  std::set<std::string> moved_;
 };
 
 }  // namespace scanloc::dataset
