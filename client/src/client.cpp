@@ -15,16 +15,19 @@ using std::chrono::milliseconds;
 namespace {
 
 // Of a channel that has just failed to connect: what gRPC knows of it comes with a call alone.
-absl::Status WhyNotConnected(v1::Localization::Stub& stub) {
+absl::Status WhyNotConnected(v1::Localization::Stub& stub, const ClientOptions& options) {
   constexpr milliseconds kMoment(100);
   grpc::ClientContext context;
   context.set_deadline(ToGpr(Clock::now() + kMoment));
   v1::ListMapsResponse response;
   const grpc::Status status = stub.ListMaps(&context, {}, &response);
   const bool is_told = status.error_code() == grpc::StatusCode::UNAVAILABLE;
-  return absl::UnavailableError(
-      absl::StrCat("cannot connect; is it running, and is the address right? ",
-                   is_told ? status.error_message() : "It says nothing"));
+  const char* how = options.tls_ca_file.empty()     ? "without TLS"
+                    : options.tls_cert_file.empty() ? "by TLS, without a certificate of its own"
+                                                    : "by TLS, with a certificate of its own";
+  return absl::UnavailableError(absl::StrCat(
+      "cannot connect ", how, "; is it running, is the address right, and does it expect that? ",
+      is_told ? status.error_message() : "It says nothing"));
 }
 
 }  // namespace
@@ -35,7 +38,7 @@ absl::StatusOr<Client> Client::Connect(const ClientOptions& options) {
   auto state = std::make_shared<State>(options, std::move(channel));
   if (options.connect_timeout.count() > 0 &&
       !AwaitReady(*state->channel, Clock::now() + options.connect_timeout)) {
-    return state->WithAddress(WhyNotConnected(*state->stub));
+    return state->WithAddress(WhyNotConnected(*state->stub, options));
   }
   return Client(std::move(state));
 }

@@ -52,6 +52,14 @@ TEST(Client, RefusesCertificatesThatAreNone) {
   }
 }
 
+// A server that wants TLS says as little as none at all.
+TEST(Client, SaysHowItTriedToConnect) {
+  const auto client = Client::Connect({.address = "127.0.0.1:1"});
+  EXPECT_EQ(client.status().code(), absl::StatusCode::kUnavailable);
+  EXPECT_THAT(std::string(client.status().message()),
+              testing::HasSubstr("cannot connect without TLS; is it running"));
+}
+
 // So that robots have a server soon after it is back, for however long it was away.
 TEST(Client, TriesToConnectEveryFewSeconds) {
   if (!test::LongTests()) GTEST_SKIP() << "takes half a minute";
