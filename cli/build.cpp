@@ -232,12 +232,14 @@ absl::Status BuildCommand::CheckConsistency(const mapdb::BuildOptions& options,
                                             const mapdb::ScanLoader& load_scan) const {
   if (accept_inconsistent_ || options.mode == mapdb::BuildMode::kResume) return absl::OkStatus();
   absl::Status status = mapdb::CheckPoses(options.params, plan, load_scan);
+  const char* mend = "";
   if (status.ok() && options.mode == mapdb::BuildMode::kAppend) {
     status = mapdb::CheckFrame(map_, plan, load_scan);
+    mend = " by --append --align";
   }
   if (!absl::IsInvalidArgument(status)) return status;
   return absl::InvalidArgumentError(absl::StrCat(
-      status.message(), ". Nothing was written; --accept-inconsistent builds all the same"));
+      status.message(), mend, ". Nothing was written; --accept-inconsistent builds all the same"));
 }
 
 absl::Status BuildCommand::Run() {

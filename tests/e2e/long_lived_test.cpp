@@ -111,6 +111,12 @@ TEST_F(LongLived, TakesADriveOfAnotherFrameInAndLeavesItOutAgain) {
   MustScanloc({"build", map_, "--scans", first, "--poses", first + "/poses.txt", "--quiet",
                "--no-calibrate"});
   const std::string before = ContentId(map_);
+  const ProcessResult refused = Scanloc({"build", map_, "--scans", second, "--poses",
+                                         second + "/odometry.txt", "--append", "--quiet"});
+  EXPECT_EQ(refused.status, 1);
+  EXPECT_NE(refused.err.find("into the map's frame first by --append --align. Nothing"),
+            std::string::npos)
+      << refused.err;
   const std::string told =
       MustScanloc({"build", map_, "--scans", second, "--poses", second + "/odometry.txt",
                    "--append", "--align", "--quiet", "--no-calibrate"});
