@@ -49,6 +49,10 @@ absl::StatusOr<PoseFormat> DetectFormat(const TextRow& first_row, bool has_naver
     case 4:
     case 16:
       return has_naver_calib ? PoseFormat::kNaver : PoseFormat::kMatrix;
+    case 6:
+      return CannotTell(first_row,
+                        ", as x y z and three angles, which are not read: their order and unit "
+                        "are unknown; make quaternions of them");
     case 7:
       if (first_row.has_commas && IsWhole(first, 16, 16)) return PoseFormat::kNclt;
       return PoseFormat::kTum;

@@ -228,6 +228,8 @@ TEST(PoseGuess, RefusesWhatIsNotTypicalOfAFormat) {
            {"1357847248396800 1 2 3 0 0 0.5\n", "no quaternion of length 1"},
            // A quaternion that lies on its side in either order.
            {"1 2 3 0.5 0.5 0.5 0.5\n", "stand upright"},
+           // Angles, whose order and unit nothing tells.
+           {"x,y,z,roll,pitch,yaw\n1,2,3,0,0,0.5\n", "three angles, which are not read"},
            // The length of two stamps and a quaternion.
            {"1.5 2 1 2 3 0 0 0 1\n", "seconds and nanoseconds"},
            // Oxford's length without its headline.
