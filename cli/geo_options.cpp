@@ -52,7 +52,7 @@ void GeoOptions::Declare(CLI::App& app) {
   app.add_option(
          "--geo-fixes", fixes_path_,
          "The same from fixes of a GNSS receiver at the times of the scans: a CSV file with "
-         "the columns stamp [s], latitude, longitude, altitude, or a bag with "
+         "the columns stamp, latitude, longitude, altitude, or a bag with "
          "sensor_msgs/NavSatFix")
       ->type_name("FILE");
 }

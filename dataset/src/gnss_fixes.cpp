@@ -9,9 +9,9 @@
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
-#include "absl/strings/str_split.h"
 #include "decimal_time.hpp"
 #include "file_bytes.hpp"
+#include "pose_rows.hpp"
 #include "scanloc/core/status_macros.hpp"
 #include "scanloc/dataset/bag.hpp"
 #include "scanloc/dataset/ros_messages.hpp"
@@ -20,7 +20,6 @@
 namespace scanloc::dataset {
 namespace {
 
-constexpr std::int64_t kMaxFileBytes = std::int64_t{1} << 30;
 constexpr std::int64_t kMaxGap_ns = 2'000'000'000;
 
 bool IsBag(const std::string& path) {
@@ -46,57 +45,48 @@ absl::StatusOr<std::vector<GnssFix>> FromBag(const std::string& path) {
   return fixes;
 }
 
-std::vector<absl::string_view> FieldsOf(std::string_view line) {
-  std::vector<absl::string_view> fields = absl::StrSplit(ToAbsl(line), ',');
-  for (absl::string_view& field : fields) field = absl::StripAsciiWhitespace(field);
-  return fields;
-}
-
 /// The columns of stamp, latitude, longitude and altitude.
-absl::StatusOr<std::array<std::size_t, 4>> ColumnsOf(std::string_view header) {
-  constexpr std::array<absl::string_view, 4> kNames = {"stamp", "latitude", "longitude",
-                                                       "altitude"};
-  const std::vector<absl::string_view> fields = FieldsOf(header);
+absl::StatusOr<std::array<std::size_t, 4>> ColumnsOf(const Tokens& header) {
+  constexpr std::array<const char*, 4> kNames = {"stamp", "latitude", "longitude", "altitude"};
   std::array<std::size_t, 4> columns = {};
   for (std::size_t i = 0; i < kNames.size(); ++i) {
-    const auto found = std::ranges::find(fields, kNames[i]);
-    if (found == fields.end()) {
+    const auto found = std::ranges::find(header, kNames[i]);
+    if (found == header.end()) {
       return absl::InvalidArgumentError(absl::StrCat(
           "its first line names no column ", kNames[i], "; ", absl::StrJoin(kNames, ", "),
-          " are needed: stamps in seconds, degrees, and metres above the ellipsoid"));
+          " are needed: stamps in s, ms, us or ns, degrees, and metres above the ellipsoid"));
     }
-    columns[i] = static_cast<std::size_t>(found - fields.begin());
+    columns[i] = static_cast<std::size_t>(found - header.begin());
   }
   return columns;
 }
 
 absl::StatusOr<std::vector<GnssFix>> FromCsv(const std::string& path) {
-  ASSIGN_OR_RETURN(const FileBytes bytes, ReadFileBytes(path, kMaxFileBytes));
-  LineReader lines(bytes.view());
-  const std::optional<std::string_view> header = lines.Next();
-  const auto columns = ColumnsOf(header.value_or(""));
-  if (!columns.ok()) return Annotate(columns.status(), path);
+  std::optional<std::array<std::size_t, 4>> columns;
+  TimeUnit unit = TimeUnit::kSeconds;
   std::vector<GnssFix> fixes;
-  while (const std::optional<std::string_view> line = lines.Next()) {
-    const std::vector<absl::string_view> fields = FieldsOf(*line);
-    if (fields.size() == 1 && fields[0].empty()) continue;
-    GnssFix fix;
-    bool is_good = *std::ranges::max_element(*columns) < fields.size();
-    if (is_good) {
-      const absl::string_view stamp = fields[(*columns)[0]];
-      const auto stamp_ns = ParseTimeAsNs({stamp.data(), stamp.size()});
-      is_good = stamp_ns && absl::SimpleAtod(fields[(*columns)[1]], &fix.latitude_deg) &&
-                absl::SimpleAtod(fields[(*columns)[2]], &fix.longitude_deg) &&
-                absl::SimpleAtod(fields[(*columns)[3]], &fix.altitude_m);
-      fix.stamp_ns = stamp_ns.value_or(0);
-    }
-    if (!is_good) {
-      return absl::InvalidArgumentError(
-          absl::StrCat(path, ": line ", lines.line_number(),
-                       " does not hold stamp, latitude, longitude and ", "altitude as numbers"));
-    }
-    fixes.push_back(fix);
-  }
+  const absl::Status status =
+      ForEachRow(path, BlankLines::kSkip, [&](const TextRow& row) -> absl::Status {
+        if (!columns) {
+          ASSIGN_OR_RETURN(columns, ColumnsOf(row.values));
+          return absl::OkStatus();
+        }
+        if (row.values.size() > std::ranges::max(*columns)) {
+          const auto value = [&](std::size_t i) { return row.values[(*columns)[i]]; };
+          if (fixes.empty()) unit = LikelyUnit(value(0));
+          const std::optional<std::int64_t> stamp_ns = ParseTimeAsNs(value(0), unit);
+          GnssFix fix{.stamp_ns = stamp_ns.value_or(0)};
+          if (stamp_ns && absl::SimpleAtod(ToAbsl(value(1)), &fix.latitude_deg) &&
+              absl::SimpleAtod(ToAbsl(value(2)), &fix.longitude_deg) &&
+              absl::SimpleAtod(ToAbsl(value(3)), &fix.altitude_m)) {
+            fixes.push_back(fix);
+            return absl::OkStatus();
+          }
+        }
+        return BadText(absl::StrCat("does not hold stamp [", ToAbsl(TimeUnitName(unit)),
+                                    "], latitude, longitude and altitude as numbers"));
+      });
+  if (!status.ok()) return status;
   return fixes;
 }
 

@@ -35,14 +35,27 @@ TEST(GnssFixes, AreReadByTheNamesOfTheColumnsAndSortedByTime) {
   EXPECT_FALSE(FixAt(sparse, 1'000'000'000).has_value()) << "too long a gap";
 }
 
+// As the stamps and values of poses are.
+TEST(GnssFixes, AreReadWithStampsOfAnyUnitAndSemicolons) {
+  const test::TempDir dir;
+  for (const std::string stamp : {"1567410202.5", "1567410202500", "1567410202500000000"}) {
+    const auto fixes = ReadGnssFixes(
+        dir.Write("fixes.csv", "stamp;latitude;longitude;altitude\n" + stamp + ";48;11;500\n"));
+    ASSERT_TRUE(fixes.ok()) << fixes.status();
+    EXPECT_EQ(fixes->at(0).stamp_ns, 1567410202'500000000);
+  }
+}
+
 TEST(GnssFixes, RefusesFilesThatHoldNone) {
   const test::TempDir dir;
   const auto refused = [&](const std::string& text) {
     return std::string(ReadGnssFixes(dir.Write("bad.csv", text)).status().message());
   };
   EXPECT_THAT(refused("time,latitude,longitude,altitude\n"), HasSubstr("no column stamp"));
-  EXPECT_THAT(refused("stamp,latitude,longitude,altitude\n1,2,3\n"), HasSubstr("line 2"));
-  EXPECT_THAT(refused("stamp,latitude,longitude,altitude\n1,2,x,4\n"), HasSubstr("line 2"));
+  EXPECT_THAT(refused("stamp,latitude,longitude,altitude\n1,2,3\n"),
+              HasSubstr("bad.csv:2: does not hold stamp [s]"));
+  EXPECT_THAT(refused("stamp,latitude,longitude,altitude\n1,2,x,4\n"),
+              HasSubstr("bad.csv:2: does not hold stamp [s]"));
   EXPECT_THAT(refused("stamp,latitude,longitude,altitude\n1,95,3,4\n"), HasSubstr("no fix"));
   EXPECT_FALSE(ReadGnssFixes(dir.File("none.csv")).ok());
   EXPECT_FALSE(ReadGnssFixes(dir.Write("bad.mcap", "no bag")).ok());

@@ -218,7 +218,7 @@ TEST(BadInput, FixesMustBeOfTheDrive) {
   const std::string out = dir.File("out.scanloc");
   for (const auto& [text, part] :
        {std::pair(std::string("time,lat\n1,48\n"), "its first line names no column stamp"),
-        {columns + "1,48,11,500\n2,48,x,500\n", "line 3 does not hold stamp"},
+        {columns + "1,48,11,500\n2,48,x,500\n", ":3: does not hold stamp"},
         {columns, "holds no fix"},
         {columns + "1,48,11,500\n2,48,11,500\n",
          "there are 0 fixes at the times of places; at least 5 are needed"}}) {
