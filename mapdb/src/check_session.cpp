@@ -23,6 +23,9 @@ constexpr std::size_t kMaxQueriesOfParts = 200;
 constexpr std::size_t kLeastQueriesOfPart = 5;
 /// Answers that must have been found before they are believed against the poses.
 constexpr std::size_t kMinFound = 3;
+/// So many that contradict, and more than a quarter, are no chance: a part of the drive has
+/// slipped.
+constexpr std::size_t kSlipped = 4;
 
 /// The descriptor of a scan; none if it cannot be read.
 absl::StatusOr<std::optional<ScanDescriptor>> Look(const ScanLoader& load_scan, std::size_t scan,
@@ -66,7 +69,9 @@ class FrameTally {
     headings_deg_.push_back(difference.heading_deg);
   }
   [[nodiscard]] bool disagrees() const {
-    return num_found_ >= kMinFound && planes_m_.size() * 2 > num_found_;
+    const std::size_t num_elsewhere = planes_m_.size();
+    return (num_found_ >= kMinFound && num_elsewhere * 2 > num_found_) ||
+           (num_elsewhere >= kSlipped && num_elsewhere * 4 > num_found_);
   }
   [[nodiscard]] std::string Text() const {
     return absl::StrFormat(

@@ -155,6 +155,14 @@ TEST_F(CheckSessionTest, TellsByHowMuchASecondDriveStandsInAnotherFrame) {
   const absl::Status status = CheckFrame(path, moved, Loader());
   EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument);
   EXPECT_THAT(std::string(status.message()), HasSubstr("by 6.0"));
+
+  // From some scan on, as where an odometry slipped.
+  const SessionPlan slipped = Plan([&](std::size_t i) {
+    Pose pose = poses_[i];
+    if (3 * i > 2 * poses_.size()) pose.pretranslate(Eigen::Vector3d(6.0, 0.0, 0.0));
+    return pose;
+  });
+  EXPECT_EQ(CheckFrame(path, slipped, Loader()).code(), absl::StatusCode::kInvalidArgument);
 }
 
 TEST_F(CheckSessionTest, TellsWhichOfMergedMapsStandsInAnotherFrame) {
