@@ -83,7 +83,7 @@ absl::StatusOr<std::vector<GnssFix>> FromCsv(const std::string& path) {
             return absl::OkStatus();
           }
         }
-        return BadText(absl::StrCat("does not hold stamp [", ToAbsl(TimeUnitName(unit)),
+        return Invalid(absl::StrCat("does not hold stamp [", ToAbsl(TimeUnitName(unit)),
                                     "], latitude, longitude and altitude as numbers"));
       });
   if (!status.ok()) return status;

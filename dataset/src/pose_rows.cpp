@@ -44,7 +44,7 @@ absl::Status SplitRow(std::string_view line, TextRow& row) {
   has(';') ? SplitAt(';', line, row.values) : SplitAtBlanks(line, row.values);
   if (!has(',')) return absl::OkStatus();
   if (row.values.size() > 1 && std::ranges::all_of(row.values, &IsDecimalWithComma)) {
-    return BadText(
+    return Invalid(
         absl::StrCat(Quote(row.values[0]), " has a comma for a point; write 0.5, not 0,5"));
   }
   if (row.has_commas) SplitAt(',', line, row.values);
