@@ -256,17 +256,23 @@ std::vector<std::size_t> PairsToCheck(std::span<const Pose> poses, std::size_t m
   const std::size_t num_pairs = poses.size() - 1;
   const std::size_t num_even = std::min(num_pairs, max_pairs - max_pairs / 4);
   for (std::size_t k = 0; k < num_even; ++k) firsts.push_back(k * num_pairs / num_even);
-  // Where the drive turns most a shift of poses against scans shows, which a straight road hides.
-  std::vector<std::size_t> by_turn(num_pairs);
-  std::iota(by_turn.begin(), by_turn.end(), std::size_t{0});
-  std::stable_sort(by_turn.begin(), by_turn.end(), [&](std::size_t a, std::size_t b) {
-    const auto turn = [&](std::size_t i) {
-      return DifferenceOf(poses[i], poses[i + 1]).heading_deg;
-    };
-    return turn(a) > turn(b);
-  });
-  by_turn.resize(std::min(num_pairs, max_pairs / 4));
-  firsts.insert(firsts.end(), by_turn.begin(), by_turn.end());
+  // Where the drive begins or ends to turn a shift of poses against scans shows, which a straight
+  // road and an even bend hide.
+  std::vector<double> turns_deg(num_pairs);
+  for (std::size_t i = 0; i < num_pairs; ++i) {
+    turns_deg[i] = DifferenceOf(poses[i], poses[i + 1]).heading_deg;
+  }
+  const auto change_at = [&](std::size_t i) {
+    const double before_deg = i > 0 ? std::abs(turns_deg[i] - turns_deg[i - 1]) : 0.0;
+    const double after_deg = i + 1 < num_pairs ? std::abs(turns_deg[i] - turns_deg[i + 1]) : 0.0;
+    return std::max(before_deg, after_deg);
+  };
+  std::vector<std::size_t> by_change(num_pairs);
+  std::iota(by_change.begin(), by_change.end(), std::size_t{0});
+  std::stable_sort(by_change.begin(), by_change.end(),
+                   [&](std::size_t a, std::size_t b) { return change_at(a) > change_at(b); });
+  by_change.resize(std::min(num_pairs, max_pairs / 4));
+  firsts.insert(firsts.end(), by_change.begin(), by_change.end());
   std::sort(firsts.begin(), firsts.end());
   firsts.erase(std::unique(firsts.begin(), firsts.end()), firsts.end());
   return firsts;

@@ -57,7 +57,7 @@ struct ConsistencyReport {
 inline constexpr std::size_t kMinContradictions = 4;
 
 /// First scans of at most max_pairs pairs of successive scans that are worth a look: most of them
-/// evenly over the drive, a quarter where it turns most. Ascending.
+/// evenly over the drive, a quarter where it begins or ends to turn. Ascending.
 [[nodiscard]] std::vector<std::size_t> PairsToCheck(std::span<const Pose> poses,
                                                     std::size_t max_pairs);
 
