@@ -22,12 +22,12 @@ OUTDOORS = dict(bias=-11.2, score=15.0, sharpness=15.6, over_mirror=17.8, contra
                 chance=-7.2, inliers=0.0, rival=40.0, beside=100.0, equal_scores=0.02,
                 equal_by_chance=0.5, alike_score=0.65, equal_of_mirror=1.0, cohort=0.0,
                 cohort_surely=0.0, max_over_mirror=0.3, inliers_share=0.0, equal_floors=0.15,
-                max_unseen=0.5, sure_of_narrow=0.98, equal_in_cohort=1.0)
+                max_unseen=0.5, sure_of_little=0.98, equal_in_cohort=1.0)
 INDOORS = dict(bias=-19.0, score=17.6, sharpness=20.0, over_mirror=20.6, contradicted=-40.0,
                chance=-29.7, inliers=12.8, rival=250.0, beside=250.0, equal_scores=0.08,
                equal_by_chance=0.15, alike_score=0.85, equal_of_mirror=0.5, cohort=1.2,
                cohort_surely=0.8, max_over_mirror=0.25, inliers_share=0.4, equal_floors=0.15,
-               max_unseen=0.5, sure_of_narrow=1.0, equal_in_cohort=0.5)
+               max_unseen=0.5, sure_of_little=1.0, equal_in_cohort=0.5)
 # What is searched: how far a step goes, and the range.
 STEPS = dict(bias=(1.5, -40, 0), score=(2.5, 0, 60), sharpness=(3, 0, 60), over_mirror=(4, 0, 60),
              contradicted=(4, -40, 0), chance=(12, -150, 0), inliers=(2.5, 0, 60),
@@ -109,7 +109,7 @@ class Answers:
         cautious = self.read(w, False)
         told = np.minimum(self.read(w, True), UNDECIDED)
         p = np.maximum(cautious, told)
-        narrow = (self.columns["unseen"] > w["max_unseen"]) & (p < w["sure_of_narrow"])
+        narrow = (self.columns["unseen"] > w["max_unseen"]) & (p < w["sure_of_little"])
         return np.where(narrow, np.minimum(p, UNDECIDED), p)
 
     def error(self, p, of):

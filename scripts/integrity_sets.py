@@ -9,6 +9,8 @@ MID = "--rays 32 --azimuths 720 --min-elevation-deg -25 --max-elevation-deg 25 -
 CAR = "--rays 64 --azimuths 720 --sensor-height-m 1.8".split()
 SOLID = "--rays 48 --azimuths 1600 --fov-deg 70 --min-elevation-deg -35 --max-elevation-deg 35 " \
         "--max-range-m 60 --sensor-height-m 0.8".split()
+UP = "--rays 59 --azimuths 720 --min-elevation-deg -7 --max-elevation-deg 50 --max-range-m 40 " \
+     "--sensor-height-m 0.4".split()
 
 
 @dataclass
@@ -154,6 +156,23 @@ def mounts(quick, seed):
     return made
 
 
+def sensors(quick, seed):
+    """Maps made by sensors that look up or see 70 degrees, and scans of others of their kind."""
+    made = Set("maps by a sensor that looks up, or of 70 degrees")
+    for s in range(seed, seed + (1 if quick else 3)):
+        for world, part, step, asked in (("town", ["--length-m", 400], 2, 6),
+                                         ("campus", ["--length-m", 300], 2, 6),
+                                         ("hall", [], 1, 3), ("home", [], 0.7, 2),
+                                         ("garage", ["--floors", 2], 2, 4)):
+            for sensor, name in ((UP, "up"), (SOLID, "70 deg")):
+                at = lambda n, session, *more: drive(world, n, session, sensor, *part, *more)
+                made.cases.append(Case(f"{world} {s} {name}", at(s, 1, "--spacing-m", step), [
+                    Ask(at(s, 2, "--spacing-m", asked)),
+                    Ask(at(s, 3, "--spacing-m", asked, "--reverse")),
+                    Ask(at(s + 900, 1, "--spacing-m", asked), True)], 4.0))
+    return made
+
+
 def pool(name, quick, seed):
     """Drives of other worlds than any that is mapped, by a sensor like that of the map."""
     sensor = {"low": LOW, "mid": MID}[name]
@@ -180,4 +199,5 @@ def sets(quick, seed):
         "low": lambda: low_robot(quick, seed),
         "warehouse": lambda: warehouses(quick, seed),
         "mounts": lambda: mounts(quick, seed),
+        "sensors": lambda: sensors(quick, seed),
     }

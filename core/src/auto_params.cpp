@@ -37,7 +37,7 @@ EvidenceParams IndoorEvidence() {
   params.equal_in_cohort = 0.5;
   params.num_beside = 2;
   params.explaining_score = 0.55;
-  params.sure_of_narrow = 1.0;
+  params.sure_of_little = 1.0;
   params.shared_in_a_row = 0.3;  // floors are alike in more than decks are
   return params;
 }

@@ -111,7 +111,7 @@ int VersionOf(std::string_view name) {
                                                          {"auto.evidence.equal_of_mirror", 13},
                                                          {"auto.evidence.equal_in_cohort", 14},
                                                          {"auto.evidence.num_beside", 14},
-                                                         {"auto.evidence.sure_of_narrow", 15}};
+                                                         {"auto.evidence.sure_of_little", 15}};
   for (const auto& [later, version] : kLater) {
     if (later == name) return version;
   }

@@ -293,30 +293,36 @@ std::vector<double> ConfidencesOf(const std::vector<Spot>& spots, const Evidence
   of_twice_as_many.cohort_size *= 2;
   const double large_cohort_share = CohortShare(spots, of_twice_as_many, up);
   std::vector<double> scores;
-  scores.reserve(spots.size());
+  std::vector<double> cautious;
   bool has_floors = false;
   for (const Spot& spot : spots) {
     const PoseDifference off = DifferenceOf(best.T_map_query, spot.T_map_query, up);
     const bool is_above = IsAbove(best, spot, up);
     has_floors = has_floors || is_above;
+    const auto raised = [&](double more) {
+      return std::max(spot.score, std::min(spot.score + more, best.score));
+    };
     double more = 0.0;
     if (off.heading_deg > 90.0) {
       more = MoreOfTurned(spot.score, spot.hypothesis.score, num_posts, large_cohort_share, params);
     }
     if (is_above) more = params.equal_floors;
-    scores.push_back(std::max(spot.score, std::min(spot.score + more, best.score)));
+    // Of floors a small lead says little even so.
+    scores.push_back(is_above ? raised(0.5 * more) : spot.score);
+    cautious.push_back(raised(more));
   }
   std::vector<double> confidences = Confidences(
-      scores, *best.support, CohortShare(spots, params, up), params, large_cohort_share);
+      scores, *best.support, CohortShare(spots, params, up), params, large_cohort_share, cautious);
   // Of alike floors the other may fit best a few steps on.
   const bool is_other_floor_near =
       has_floors && std::any_of(spots.begin(), spots.end(), [&](const Spot& spot) {
         return spot.score + params.equal_floors > best.score &&
                MissOf(DifferenceOf(best.T_map_query, spot.T_map_query, up)).height;
       });
-  if (is_other_floor_near) confidences.front() = std::min(confidences.front(), params.undecided);
-  if (best.hypothesis.score < params.explaining_score) {
-    confidences.front() = std::min(confidences.front(), 0.5);
+  const bool is_doubtful = best.support->unseen > params.max_unseen ||
+                           ExplainsLittle(best.hypothesis.score, *best.support, params);
+  if (is_other_floor_near || (is_doubtful && confidences.front() < params.sure_of_little)) {
+    confidences.front() = std::min(confidences.front(), params.undecided);
   }
   return confidences;
 }

@@ -175,10 +175,11 @@ Support SupportOf(QueryMatch& match, const Structure& query, const Structure& pl
   support.over_mirror_exactly =
       WithInliers(support.score, support.inliers, params) - mirrored.with_inliers;
   const FreeSpace of_place(place.posts, params);
-  support.contradicted =
-      of_place.Contradicted(query.posts, T_place_query) +
-      FreeSpace(query.posts, params).Contradicted(place.posts, Inverse(T_place_query));
+  const FreeSpace of_query(query.posts, params);
+  support.contradicted = of_place.Contradicted(query.posts, T_place_query) +
+                         of_query.Contradicted(place.posts, Inverse(T_place_query));
   support.unseen = of_place.Unseen();
+  support.unseen_by_query = of_query.Unseen();
   return support;
 }
 
@@ -253,18 +254,19 @@ std::vector<double> Shares(std::span<const double> scores, std::size_t num_posts
 
 std::vector<double> Confidences(std::span<const double> scores, const Support& support,
                                 double cohort_share, const EvidenceParams& params,
-                                double large_cohort_share) {
-  const auto read = [&](const EvidenceParams& by) {
-    std::vector<double> confidences = Shares(scores, support.num_posts, by, large_cohort_share);
+                                double large_cohort_share,
+                                std::span<const double> cautious_scores) {
+  const auto read = [&](std::span<const double> some, const EvidenceParams& by) {
+    std::vector<double> confidences = Shares(some, support.num_posts, by, large_cohort_share);
     const double genuine = Logistic(GenuineLogOdds(support, cohort_share, by));
     for (double& confidence : confidences) confidence *= genuine;
     return confidences;
   };
-  std::vector<double> cautious = read(params);
+  std::vector<double> cautious = read(cautious_scores.empty() ? scores : cautious_scores, params);
   EvidenceParams literally = params;
   literally.cohort_surely = params.cohort;
   literally.equal_scores = literally.equal_by_chance = literally.equal_of_alike = 0.0;
-  const std::vector<double> literal = read(literally);
+  const std::vector<double> literal = read(scores, literally);
   if (scores.empty()) return cautious;
   const double more = literal.front() - cautious.front();
   const double told = std::min(literal.front(), params.undecided) - cautious.front();
@@ -273,10 +275,11 @@ std::vector<double> Confidences(std::span<const double> scores, const Support& s
       cautious[i] += told / more * (literal[i] - cautious[i]);
     }
   }
-  if (support.unseen > params.max_unseen && cautious.front() < params.sure_of_narrow) {
-    cautious.front() = std::min(cautious.front(), params.undecided);
-  }
   return cautious;
+}
+
+bool ExplainsLittle(double score, const Support& support, const EvidenceParams& params) {
+  return score < params.explaining_score && support.unseen_by_query <= params.max_unseen;
 }
 
 double Logistic(double log_odds) { return 1.0 / (1.0 + std::exp(-log_odds)); }

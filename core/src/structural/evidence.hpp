@@ -31,6 +31,7 @@ struct Support {
   /// Share of the directions in which the place shows nothing: what stands there, and may look like
   /// this, is not known.
   double unseen = 0.0;
+  double unseen_by_query = 0.0;  ///< and in which the query shows nothing
   /// Of the query. Of few posts a score is high, and higher than another, by chance.
   std::size_t num_posts = 0;
 };
@@ -83,11 +84,16 @@ struct Support {
 /// How likely each of some poses, best first, is where the scan was taken: that it was taken at the
 /// best one at all, for which its support speaks, times each one's share. Scores that may be equal
 /// by chance count as equal, or for what they are as long as EvidenceParams::undecided is not
-/// exceeded.
+/// exceeded. cautious_scores: what they may be at most, beyond that; empty: no more.
 [[nodiscard]] std::vector<double> Confidences(std::span<const double> scores,
                                               const Support& support, double cohort_share,
                                               const EvidenceParams& params,
-                                              double large_cohort_share = 0.0);
+                                              double large_cohort_share = 0.0,
+                                              std::span<const double> cautious_scores = {});
+
+/// Whether a scan that sees all around is explained by less than EvidenceParams::explaining_score.
+[[nodiscard]] bool ExplainsLittle(double score, const Support& support,
+                                  const EvidenceParams& params);
 
 [[nodiscard]] double Logistic(double log_odds);
 

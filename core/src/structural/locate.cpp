@@ -24,7 +24,7 @@ void DecideByConfidence(const std::vector<Spot>& spots, double confidence, doubl
     answer.reason =
         absl::StrFormat("%.0f %% of the upright structure agrees; the best other spot has %.0f %%",
                         percent, rival_percent);
-  } else if (spots.front().hypothesis.score >= params.explaining_score &&
+  } else if (!ExplainsLittle(spots.front().hypothesis.score, support, params) &&
              (Logistic(SupportLogOdds(support, params) + params.cohort * cohort_share) >=
                   min_confidence ||
               rival_score >= params.explaining_score)) {

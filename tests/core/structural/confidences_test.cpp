@@ -98,19 +98,24 @@ TEST(ConfidencesOf, AskMoreOfAHallTurnedAboutWhosePostsAreAlike) {
   EXPECT_GT(told(0.91, 0.0), 0.95) << "another room";
 }
 
-TEST(ConfidencesOf, BelieveNoSpotThatExplainsLittle) {
-  const Support clear{.score = 0.9,
-                      .sharpness = 0.3,
-                      .over_mirror = 0.4,
-                      .over_mirror_exactly = 0.4,
-                      .num_posts = 400};
-  const auto told = [&](double score) {
+TEST(ConfidencesOf, AskMoreOfASpotThatExplainsLittleOfWhatIsSeenAllAround) {
+  Support support{.score = 0.85,
+                  .sharpness = 0.3,
+                  .over_mirror = 0.4,
+                  .over_mirror_exactly = 0.4,
+                  .num_posts = 400};
+  EvidenceParams less;
+  less.bias -= 7.0;
+  const auto told = [&](double score, const EvidenceParams& params) {
     const std::vector<Spot> spots = {
-        {.hypothesis = {.score = score}, .score = score, .support = clear}};
-    return ConfidencesOf(spots, {}, Eigen::Vector3d::UnitZ()).front();
+        {.hypothesis = {.score = score}, .score = score, .support = support}};
+    return ConfidencesOf(spots, params, Eigen::Vector3d::UnitZ()).front();
   };
-  EXPECT_GT(told(0.61), 0.95);
-  EXPECT_LE(told(0.59), 0.5);
+  EXPECT_GT(told(0.61, less), 0.8);
+  EXPECT_EQ(told(0.59, less), less.undecided);
+  EXPECT_GT(told(0.59, {}), 0.98);
+  support.unseen_by_query = 0.7;
+  EXPECT_GT(told(0.59, less), 0.8) << "a sensor on its side sees little of what stands there";
 }
 
 TEST(ConfidencesOf, DoNotTellFloorsApartByASmallLeadAtAnyScale) {
@@ -127,7 +132,7 @@ TEST(ConfidencesOf, DoNotTellFloorsApartByASmallLeadAtAnyScale) {
     spots[1].T_map_query.translation().x() = 5.0;
     EXPECT_GT(ConfidencesOf(spots, params, Eigen::Vector3d::UnitZ()).front(), 0.95);
     spots[1].T_map_query.translation() = Eigen::Vector3d(0.3, 0.0, 3.6);
-    EXPECT_LT(ConfidencesOf(spots, params, Eigen::Vector3d::UnitZ()).front(), 0.55);
+    EXPECT_LE(ConfidencesOf(spots, params, Eigen::Vector3d::UnitZ()).front(), params.undecided);
     spots[1].score = 0.45;
     EXPECT_GT(ConfidencesOf(spots, params, Eigen::Vector3d::UnitZ()).front(), 0.95);
     // That floor a few steps on.
@@ -157,7 +162,7 @@ TEST(ConfidencesOf, BelieveAScanAloneThatAMapOfNarrowViewsExplainsOnlyOutdoorsAn
   EXPECT_EQ(confidence({}, 0.8), confidence({}, 0.0));
   EXPECT_GT(confidence({}, 0.8), 0.98);
   EvidenceParams less;
-  less.bias -= 4.0;
+  less.bias -= 7.0;
   EXPECT_GT(confidence(less, 0.4), 0.8);
   EXPECT_EQ(confidence(less, 0.8), less.undecided);
 }

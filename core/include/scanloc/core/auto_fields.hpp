@@ -100,7 +100,7 @@ void VisitAutoFields(P& params, Visitor&& visit) {
   visit("auto.evidence.num_beside", params.evidence.num_beside, 0, 8);
   visit("auto.evidence.undecided", params.evidence.undecided, 0.0, 1.0);
   visit("auto.evidence.max_unseen", params.evidence.max_unseen, 0.0, 1.0);
-  visit("auto.evidence.sure_of_narrow", params.evidence.sure_of_narrow, 0.0, 1.0);
+  visit("auto.evidence.sure_of_little", params.evidence.sure_of_little, 0.0, 1.0);
   visit("auto.evidence.equal_of_mirror", params.evidence.equal_of_mirror, 0.0, 1.0);
   visit("auto.evidence.equal_floors", params.evidence.equal_floors, 0.0, 1.0);
   visit("auto.evidence.shared_in_a_row", params.evidence.shared_in_a_row, 0.0, 1.0);

@@ -150,8 +150,7 @@ struct EvidenceParams {
   /// Of what a rival must be better by, what the place's mirror image must be: it is no other
   /// place, but what every place has in common with the next.
   double equal_of_mirror = 1.0;
-  /// Two spots that explain so much of a scan are one thing too many, were it of neither; one that
-  /// explains less is out of the map, or changed too much.
+  /// Two spots that explain so much of a scan are one thing too many, were it of neither.
   double explaining_score = 0.6;
   /// Log-odds of being better than a cohort, spots elsewhere in the map that are alike: who beats
   /// twenty aisles clearly was taken there. So much counts up to undecided, and ...
@@ -166,11 +165,12 @@ struct EvidenceParams {
   int num_beside = 0;
   /// Most that the confidence is where only scores that may be equal by chance tell poses apart.
   double undecided = 0.799;
-  /// And most that it is by one scan alone where the place shows nothing in more than this share of
-  /// the directions, and it is not at least so sure: a map made by a sensor of 70° does not hold
-  /// what it did not look at.
+  /// And most that it is by one scan alone where the place shows nothing in more than max_unseen of
+  /// the directions, or the scan does in most and less than explaining_score of it is explained, but
+  /// for who is at least so sure: a map made by a sensor of 70° does not hold what it did not look
+  /// at.
   double max_unseen = 0.5;
-  double sure_of_narrow = 0.98;
+  double sure_of_little = 0.98;
   /// By how much scores differ that may be equal of spots that differ in height alone: what is seen
   /// of each floor depends on where a place of the map happens to be, on stairs most of all.
   double equal_floors = 0.15;
