@@ -101,7 +101,8 @@ TEST_F(CheckSessionTest, NoticesFilesInTheOrderOfTheirTexts) {
   const absl::Status status = CheckPoses(params_, RightPlan(), [&](std::size_t i) {
     return absl::StatusOr<PointCloud>(scenes::SeenFrom(scene_, poses_[order[i]]));
   });
-  EXPECT_THAT(std::string(status.message()), HasSubstr("order of the files"));
+  EXPECT_THAT(std::string(status.message()),
+              HasSubstr("order of the files is that of their names as text"));
 }
 
 TEST_F(CheckSessionTest, ExpectsNothingInCommonOfViewsThatFaceOtherWays) {

@@ -106,7 +106,18 @@ Pose Reordered(Pose pose, bool first_was_w) {
   return pose;
 }
 
-std::vector<Remedy> Remedies() {
+/// Of so many scans whose names are numbers from `first` on: which is where when they are sorted as
+/// text.
+std::vector<std::size_t> OrderAsText(std::size_t num_scans, std::size_t first) {
+  std::vector<std::string> names(num_scans);
+  for (std::size_t i = 0; i < num_scans; ++i) names[i] = std::to_string(i + first);
+  std::vector<std::size_t> order(num_scans);
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::ranges::sort(order, {}, [&](std::size_t i) -> const std::string& { return names[i]; });
+  return order;
+}
+
+std::vector<Remedy> Remedies(std::size_t num_scans) {
   const auto each = [](auto change) {
     return [change](std::span<const Pose> poses, std::size_t scan) { return change(poses[scan]); };
   };
@@ -129,6 +140,14 @@ std::vector<Remedy> Remedies() {
        [](std::span<const Pose> poses, std::size_t scan) {
          return poses[poses.size() - 1 - scan];
        }}};
+  for (const std::size_t first : {0, 1}) {
+    remedies.push_back(
+        {"the order of the files is that of their names as text ('10' before '2'), not of their "
+         "numbers",
+         [order = OrderAsText(num_scans, first)](std::span<const Pose> poses, std::size_t scan) {
+           return poses[order[scan]];
+         }});
+  }
   for (int k = 1; k <= 10; ++k) {
     for (const int shift : {k, -k}) {
       remedies.push_back(
@@ -161,7 +180,7 @@ std::string LikelyCause(std::span<const PairCheck> checks, std::span<const Pose>
       report.num_agreeing + report.num_contradicting + report.num_strangers;
   std::size_t best = std::max(num_telling * 4 / 5, report.num_agreeing);
   std::string cause;
-  for (const Remedy& remedy : Remedies()) {
+  for (const Remedy& remedy : Remedies(poses.size())) {
     const std::size_t num_agreeing =
         CountAgreeing(checks, [&](std::size_t scan) { return remedy.undo(poses, scan); });
     if (num_agreeing > best) {
