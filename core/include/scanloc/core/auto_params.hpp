@@ -165,10 +165,9 @@ struct EvidenceParams {
   int num_beside = 0;
   /// Most that the confidence is where only scores that may be equal by chance tell poses apart.
   double undecided = 0.799;
-  /// And most that it is by one scan alone where the place shows nothing in more than max_unseen of
-  /// the directions, or the scan does in most and less than explaining_score of it is explained, but
-  /// for who is at least so sure: a map made by a sensor of 70° does not hold what it did not look
-  /// at.
+  /// And most that it is by one scan alone, but for who is at least so sure, where the place shows
+  /// nothing in more than max_unseen of the directions (a map made by a sensor of 70° does not hold
+  /// what it did not look at), or less than explaining_score is explained of a scan that does.
   double max_unseen = 0.5;
   double sure_of_little = 0.98;
   /// By how much scores differ that may be equal of spots that differ in height alone: what is seen

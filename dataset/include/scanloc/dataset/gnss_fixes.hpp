@@ -20,7 +20,8 @@ struct GnssFix {
 
 /// In the order of their times: the sensor_msgs/NavSatFix of a bag (.mcap, .db3, .bag, or a folder
 /// of rosbag2), or the rows of a CSV file whose header names `stamp` (in a unit as of ReadTimes),
-/// `latitude`, `longitude` and `altitude`, among others. What says itself that it is no fix is left out.
+/// `latitude`, `longitude` and `altitude`, among others. What says itself that it is no fix is left
+/// out.
 ///
 /// NotFound, PermissionDenied. InvalidArgument, with file and line: a column is missing, a field is
 /// no number, or there is no fix at all. Else as of Bag.
