@@ -1,9 +1,7 @@
 #include "scanloc/proto/convert_viewer.hpp"
 
-#include <algorithm>
 #include <cstddef>
 #include <memory>
-#include <ranges>
 #include <utility>
 #include <vector>
 
@@ -18,11 +16,19 @@ namespace {
 
 /// The place's own context; empty where the map has none.
 Context OwnContext(const ContextTable& table, std::int32_t place) {
-  const auto place_of = [&](std::size_t i) { return table.entry(i).place; };
-  const auto entries = std::views::iota(std::size_t{0}, table.size());
-  for (const std::size_t i : std::ranges::equal_range(entries, place, {}, place_of)) {
-    if (table.entry(i).augmented) continue;
-    const ContextView view = table.context(i);
+  std::size_t low = 0;
+  std::size_t high = table.size();
+  while (low < high) {
+    const std::size_t middle = low + (high - low) / 2;
+    if (table.entry(middle).place < place) {
+      low = middle + 1;
+    } else {
+      high = middle;
+    }
+  }
+  for (; low < table.size() && table.entry(low).place == place; ++low) {
+    if (table.entry(low).augmented) continue;
+    const ContextView view = table.context(low);
     return {.num_rows = view.num_rows,
             .num_cols = view.num_cols,
             .cells_cm = {view.cells_cm.begin(), view.cells_cm.end()}};
