@@ -109,7 +109,8 @@ absl::Status MapKeeper::LoadNow(const MapSource& source) {
   ReturnFreedMemory();
   if (status.ok()) {
     const std::lock_guard lock(mutex_);
-    health_.Set(HealthName(source.name), true);
+    // A query, or the check of all places, may have found damage by now and taken it out again.
+    health_.Set(HealthName(source.name), maps_.Find(source.name).ok());
     TellHealth();
   }
   metrics_.SetLoadTime(source.name, 1e-9 * static_cast<double>(NowNs() - start_ns));
@@ -147,6 +148,7 @@ absl::Status MapKeeper::PutInService(const MapSource& source, Map map) {
   RETURN_IF_ERROR(maps_.Serve(source.name, source.path, std::move(map), std::move(use)));
   spdlog::info("map {} in service: {} places, content id {}, calibration id {}", source.name,
                num_places, content_id, calibration_id.empty() ? "none" : calibration_id);
+  const std::lock_guard lock(mutex_);
   if (const auto served = maps_.Find(source.name); served.ok()) {
     const bool is_whole = is_checked || (*served)->localizer->map().payload == nullptr;
     metrics_.SetChecked(source.name, is_whole ? num_places : 0);
