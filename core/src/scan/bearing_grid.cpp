@@ -14,6 +14,8 @@ namespace scanloc {
 namespace {
 
 constexpr std::size_t kBlock = 8;
+constexpr std::size_t kDigitAtOnce = 4;
+constexpr std::size_t kCellsAtOnce = std::size_t{1} << kDigitAtOnce;
 constexpr std::size_t kNoRing = BearingGrid::kNumRings;  // out of reach: nothing stands there
 constexpr std::size_t kNextTo = 2;
 constexpr int kNumSectors = BearingGrid::kNumSectors;
@@ -29,9 +31,8 @@ SCANLOC_SIMD void FindCells(const float* __restrict x_m, const float* __restrict
   }
 }
 
-/// A word a grid of a block, and those of each binary digit.
-using GridWords = std::array<std::uint64_t, BearingBlock::kSize>;
-using GridDigits = std::array<GridWords, TurnCounts::kNumDigits>;
+using GridWords = BlockCounts::Words;
+using GridDigits = BlockCounts::Digits;
 
 using FourWords = std::uint64_t __attribute__((vector_size(32)));
 using EightWords = std::uint64_t __attribute__((vector_size(64)));
@@ -53,54 +54,68 @@ struct SideBySide {
     sum = either ^ b;
   }
 
-  /// Adds the rings' words, each turned back by a cell's sector so that its bits are turns of the
-  /// query: 64 turns of all grids at once, as numbers in binary digits; and the greatest of each.
-  static inline __attribute__((always_inline)) void Count(const BearingBlock::Rings& rings,
-                                                          std::size_t first_grid,
-                                                          std::span<const std::uint16_t> cells,
-                                                          GridDigits& counts, GridWords& most) {
-    Words digits[TurnCounts::kNumDigits] = {};
-    Words ones = {};
-    Words twos = {};
-    Words fours = {};
-    for (std::size_t begin = 0; begin < cells.size(); begin += kBlock) {
-      Words turned[kBlock];
-      for (std::size_t i = 0; i < kBlock; ++i) {
-        const std::size_t cell = cells[begin + i];
-        const std::size_t sector = cell % kNumSectors;
-        Words ring, back, forth;
-        std::memcpy(&ring, &rings[cell / kNumSectors][first_grid], sizeof(ring));
-        std::memcpy(&back, &kSectors[sector], sizeof(back));
-        std::memcpy(&forth, &kSectors[(kNumSectors - sector) % kNumSectors], sizeof(forth));
-        turned[i] = (ring >> back) | (ring << forth);
-      }
-      Words carry_twos[4];
-      Words carry_fours[2];
-      Words eights;
-      for (std::size_t i = 0; i < 4; ++i) {
-        AddBits(ones, turned[2 * i], turned[2 * i + 1], carry_twos[i]);
-      }
-      for (std::size_t i = 0; i < 2; ++i) {
-        AddBits(twos, carry_twos[2 * i], carry_twos[2 * i + 1], carry_fours[i]);
-      }
-      AddBits(fours, carry_fours[0], carry_fours[1], eights);
-      for (std::size_t digit = 3; digit < TurnCounts::kNumDigits; ++digit) {
-        const Words carry = digits[digit] & eights;
-        digits[digit] ^= eights;
-        eights = carry;
+  /// A cell's ring, turned back by its sector, so that its bits are turns of the query.
+  static SCANLOC_INLINE Words Turned(const BearingBlock::Rings& rings, std::size_t first_grid,
+                                     std::size_t cell) {
+    const std::size_t sector = cell % kNumSectors;
+    Words ring, back, forth;
+    std::memcpy(&ring, &rings[cell / kNumSectors][first_grid], sizeof(ring));
+    std::memcpy(&back, &kSectors[sector], sizeof(back));
+    std::memcpy(&forth, &kSectors[(kNumSectors - sector) % kNumSectors], sizeof(forth));
+    return (ring >> back) | (ring << forth);
+  }
+
+  /// Adds the rings of 2^kDigit cells to the digits up to this one; tells what it gets carried.
+  template <std::size_t kDigit>
+  static SCANLOC_INLINE Words Carry(const BearingBlock::Rings& rings, std::size_t first_grid,
+                                    const std::uint16_t* cells, Words* digits) {
+    if constexpr (kDigit == 0) {
+      return Turned(rings, first_grid, *cells);
+    } else {
+      constexpr std::size_t kHalf = std::size_t{1} << (kDigit - 1);
+      const Words first = Carry<kDigit - 1>(rings, first_grid, cells, digits);
+      const Words second = Carry<kDigit - 1>(rings, first_grid, cells + kHalf, digits);
+      Words carry;
+      AddBits(digits[kDigit - 1], first, second, carry);
+      return carry;
+    }
+  }
+
+  /// Adds up 64 turns of all grids at once, as numbers in binary digits; and the greatest of each.
+  static SCANLOC_INLINE void Count(const BearingBlock::Rings& rings, std::size_t first_grid,
+                                   std::span<const std::uint16_t> cells, GridDigits& counts,
+                                   GridWords& most) {
+    Words digits[BlockCounts::kNumDigits] = {};
+    for (std::size_t begin = 0; begin < cells.size(); begin += kCellsAtOnce) {
+      Words carry = Carry<kDigitAtOnce>(rings, first_grid, &cells[begin], digits);
+      for (std::size_t digit = kDigitAtOnce; digit < BlockCounts::kNumDigits; ++digit) {
+        const Words next = carry & digits[digit];
+        digits[digit] ^= carry;
+        carry = next;
       }
     }
-    digits[0] = ones;
-    digits[1] = twos;
-    digits[2] = fours;
-    Words among = ~Words{};
-    Words greatest = {};
-    for (std::size_t digit = TurnCounts::kNumDigits; digit-- > 0;) {
-      const Words greater = among & digits[digit];
-      among = greater != Words{} ? greater : among;
-      greatest |= greater != Words{} ? Words{} + (std::uint64_t{1} << digit) : Words{};
+    for (std::size_t digit = 0; digit < BlockCounts::kNumDigits; ++digit) {
       std::memcpy(&counts[digit][first_grid], &digits[digit], sizeof(Words));
     }
+    GridWords all;
+    all.fill(~std::uint64_t{0});
+    KeepBest(counts, first_grid, all, most);
+  }
+
+  /// BlockCounts::KeepBest, of some grids.
+  static SCANLOC_INLINE void KeepBest(const GridDigits& counts, std::size_t first_grid,
+                                      GridWords& turns, GridWords& most) {
+    Words among;
+    std::memcpy(&among, &turns[first_grid], sizeof(Words));
+    Words greatest = {};
+    for (std::size_t digit = BlockCounts::kNumDigits; digit-- > 0;) {
+      Words of_digit;
+      std::memcpy(&of_digit, &counts[digit][first_grid], sizeof(Words));
+      const Words greater = among & of_digit;
+      among = greater != Words{} ? greater : among;
+      greatest |= greater != Words{} ? Words{} + (std::uint64_t{1} << digit) : Words{};
+    }
+    std::memcpy(&turns[first_grid], &among, sizeof(Words));
     std::memcpy(&most[first_grid], &greatest, sizeof(Words));
   }
 };
@@ -164,48 +179,32 @@ SCANLOC_SIMD BearingGrid::RingCounts BearingGrid::CountByRing() const {
   return counts;
 }
 
-bool TurnCounts::Turn::IsNextTo(const Turn& other) const {
+bool BearingTurn::IsNextTo(const BearingTurn& other) const {
   const std::size_t apart = (sectors - other.sectors) % BearingGrid::kNumSectors;
   return std::min(apart, BearingGrid::kNumSectors - apart) <= kNextTo;
 }
 
-TurnCounts::Turn TurnCounts::Most(std::uint64_t among) const {
-  Turn most;
-  for (std::size_t digit = kNumDigits; digit-- > 0;) {
-    // No branch: digits cannot be predicted.
-    const std::uint64_t greater = among & digits_[digit];
-    among = greater != 0U ? greater : among;
-    most.count |= (greater != 0U ? 1 : 0) << digit;
-  }
-  most.sectors = static_cast<std::size_t>(std::countr_zero(among)) % BearingGrid::kNumSectors;
-  return most;
+double BearingTurn::heading_rad() const {
+  constexpr double kSector_rad = 2.0 * std::numbers::pi / BearingGrid::kNumSectors;
+  return WrapAngle(static_cast<double>(sectors) * kSector_rad);
 }
 
-std::vector<TurnCounts::Turn> TurnCounts::Best(std::size_t max_turns) const {
-  std::vector<Turn> best;
-  best.reserve(max_turns);
-  std::uint64_t among = ~std::uint64_t{0};
-  while (best.size() < max_turns && among != 0U) {
-    const Turn most = Most(among);
-    if (most.count == 0) break;
-    best.push_back(most);
-    among &= ~std::rotl((std::uint64_t{1} << (2 * kNextTo + 1)) - 1U,
-                        static_cast<int>(most.sectors) - static_cast<int>(kNextTo));
-  }
-  return best;
+SCANLOC_SIMD void BlockCounts::KeepBest(const Digits& digits, Words& turns, Words& counts) {
+  SideBySide<FourWords>::KeepBest(digits, 0, turns, counts);
+  SideBySide<FourWords>::KeepBest(digits, 4, turns, counts);
 }
 
-int TurnCounts::operator[](std::size_t turn) const {
+std::uint64_t BlockCounts::SectorsNextTo(const BearingTurn& turn) {
+  return std::rotl((std::uint64_t{1} << (2 * kNextTo + 1)) - 1U,
+                   static_cast<int>(turn.sectors) - static_cast<int>(kNextTo));
+}
+
+int BlockCounts::Of(std::size_t grid, std::size_t sectors) const {
   int count = 0;
   for (std::size_t digit = 0; digit < kNumDigits; ++digit) {
-    count += static_cast<int>((digits_[digit] >> turn) & 1U) << digit;
+    count += static_cast<int>((digits_[digit][grid] >> sectors) & 1U) << digit;
   }
   return count;
-}
-
-double HeadingOf(const TurnCounts::Turn& turn) {
-  constexpr double kSector_rad = 2.0 * std::numbers::pi / BearingGrid::kNumSectors;
-  return WrapAngle(static_cast<double>(turn.sectors) * kSector_rad);
 }
 
 void BearingBlock::Add(const BearingGrid& grid) {
@@ -224,7 +223,7 @@ BearingQuery::BearingQuery(const BearingGrid& grid) : ring_counts_(grid.CountByR
           ring * BearingGrid::kNumSectors + static_cast<std::size_t>(std::countr_zero(left))));
     }
   }
-  cells_.resize((cells_.size() + kBlock - 1) / kBlock * kBlock, kNowhere);
+  cells_.resize((cells_.size() + kCellsAtOnce - 1) / kCellsAtOnce * kCellsAtOnce, kNowhere);
 }
 
 BlockCounts BearingQuery::Count(const BearingBlock& block) const {
@@ -234,28 +233,16 @@ BlockCounts BearingQuery::Count(const BearingBlock& block) const {
   return counts;
 }
 
-TurnCounts BearingQuery::Count(const BearingGrid& grid) const {
-  BearingBlock block;
-  block.Add(grid);
-  return Count(block).Of(0);
-}
-
-TurnCounts BlockCounts::Of(std::size_t grid) const {
-  TurnCounts counts;
-  for (std::size_t digit = 0; digit < TurnCounts::kNumDigits; ++digit) {
-    counts.digits_[digit] = digits_[digit][grid];
-  }
-  return counts;
-}
-
 std::vector<double> AgreeingHeadings(std::span<const Post> place, std::span<const Post> query,
                                      double ring_m, std::size_t max_headings) {
-  const BearingQuery bearings(BearingGrid(query, ring_m));
+  BearingBlock block;
+  block.Add(BearingGrid(place, ring_m).Widened());
   std::vector<double> headings;
-  for (const TurnCounts::Turn& turn :
-       bearings.Count(BearingGrid(place, ring_m).Widened()).Best(max_headings)) {
-    headings.push_back(HeadingOf(turn));
-  }
+  BearingQuery(BearingGrid(query, ring_m))
+      .Count(block)
+      .VisitBest(max_headings, [&](std::size_t /*grid*/, const BearingTurn& turn) {
+        headings.push_back(turn.heading_rad());
+      });
   return headings;
 }
 

@@ -9,3 +9,10 @@
 #else
 #define SCANLOC_SIMD __attribute__((target_clones("avx2", "default")))
 #endif
+
+/// For what takes or tells vectors: such a function is inlined everywhere, so that they are never
+/// passed.
+#define SCANLOC_INLINE inline __attribute__((always_inline))
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC diagnostic ignored "-Wpsabi"
+#endif

@@ -98,12 +98,14 @@ class AutoSearch {
     double score = 0.0;
     bool is_usual = false;  ///< of rank num_usual or better
   };
-  /// The places whose signatures are most alike, the usual ones first, best score first.
+  /// The usual ones first, best score first.
+  [[nodiscard]] static bool IsBefore(const Listed& a, const Listed& b);
+  /// The places whose signatures are most alike, in no order.
   [[nodiscard]] std::vector<Listed> Retrieve(const SignatureQuery& query,
                                              std::span<const Aside> asides, int num_usual,
                                              int num_places, const SearchControl& control) const;
-  /// Takes so many of those listed out of the list: first those that are apart from all better
-  /// ones.
+  /// Takes so many of those listed, which may be in any order, out of the list, as IsBefore says:
+  /// first those that are apart from all better ones.
   [[nodiscard]] std::vector<Listed> TakeApart(std::vector<Listed>& listed,
                                               std::size_t num_places) const;
   /// The shortlist: the places that every query looks at, and those that it asks for beyond.
@@ -111,9 +113,10 @@ class AutoSearch {
                                                         std::span<const Aside> asides,
                                                         int shortlist,
                                                         const SearchControl& control) const;
-  /// How the query may lie on each of them, scored by how many directions agree.
+  /// How the query may lie on them, scored by how many directions agree: the best so many.
   [[nodiscard]] std::vector<Hypothesis> GuessesOn(std::span<const Listed> listed,
-                                                  std::span<const Aside> asides) const;
+                                                  std::span<const Aside> asides,
+                                                  std::size_t num_guesses) const;
   /// How the query may lie on the places of the shortlist, as List has them.
   [[nodiscard]] std::array<std::vector<Hypothesis>, 2> Propose(const ScanDescriptor& query,
                                                                int shortlist, PayloadView& payload,

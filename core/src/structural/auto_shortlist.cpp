@@ -2,7 +2,6 @@
 #include <array>
 #include <cmath>
 #include <functional>
-#include <tuple>
 #include <utility>
 
 #include "scan/prefetch.hpp"
@@ -84,7 +83,8 @@ void VisitAtOnce(const Map& map, std::span<Listed> listed, Visitor&& visit) {
 struct Guess {
   double score;
   std::size_t aside;  // number of the spot
-  TurnCounts::Turn turn;
+  BearingTurn turn;
+  std::int32_t place;
 
   /// Turned alike, and a step aside: registered, both end in one pose.
   [[nodiscard]] bool IsNextTo(const Guess& other) const {
@@ -93,33 +93,33 @@ struct Guess {
   }
 };
 
-/// The best guesses that are not next to better ones; of equal ones the first.
-std::vector<Guess> BestApart(std::span<const Guess> guesses, std::size_t max_guesses) {
-  std::vector<Guess> best;
-  best.reserve(max_guesses);
-  while (best.size() < max_guesses) {
+/// Adds the best guesses that are not next to better ones; of equal ones the first.
+void AddBestApart(std::span<const Guess> guesses, std::size_t max_guesses,
+                  std::vector<Guess>& best) {
+  const std::size_t num_before = best.size();
+  while (best.size() < num_before + max_guesses) {
     const Guess* next = nullptr;
     for (const Guess& guess : guesses) {
       if (next != nullptr && guess.score <= next->score) continue;
-      const bool is_known = std::any_of(
-          best.begin(), best.end(), [&](const Guess& better) { return guess.IsNextTo(better); });
+      const bool is_known =
+          std::any_of(best.begin() + static_cast<std::ptrdiff_t>(num_before), best.end(),
+                      [&](const Guess& better) { return guess.IsNextTo(better); });
       if (!is_known) next = &guess;
     }
     if (next == nullptr) break;
     best.push_back(*next);
   }
-  return best;
 }
 
 /// Leaves the best of the guesses, in their order; all that are as good as the last of them.
-void KeepBest(std::size_t num_guesses, std::vector<Hypothesis>& guesses) {
+void KeepBest(std::size_t num_guesses, std::vector<Guess>& guesses) {
   if (guesses.size() <= num_guesses) return;
   std::vector<double> scores;
   scores.reserve(guesses.size());
-  for (const Hypothesis& guess : guesses) scores.push_back(guess.score);
+  for (const Guess& guess : guesses) scores.push_back(guess.score);
   const auto last = scores.begin() + static_cast<std::ptrdiff_t>(num_guesses) - 1;
   std::nth_element(scores.begin(), last, scores.end(), std::greater<>());
-  std::erase_if(guesses, [&](const Hypothesis& guess) { return guess.score < *last; });
+  std::erase_if(guesses, [&](const Guess& guess) { return guess.score < *last; });
 }
 
 }  // namespace
@@ -137,26 +137,30 @@ std::vector<AutoSearch::Listed> AutoSearch::Retrieve(const SignatureQuery& query
   }
   const double per_octave = map_.params.automatic.shortlist.agreement_per_octave;
   std::vector<Listed> listed;
-  for (std::size_t spot = 0; spot < asides.size(); ++spot) {
+  const auto score = [&](std::span<Listed> some, std::size_t spot) {
     const std::size_t first = std::max<std::size_t>(spot, 1) - 1;
     const std::size_t num_near = std::min(spot + 2, asides.size()) - first;
-    VisitAtOnce(map_, std::span(of_spot[spot]),
-                [&](std::span<Listed> block, const BearingBlock& grids) {
-                  for (const Aside& aside : asides.subspan(first, num_near)) {
-                    const BlockCounts counts = aside.bearings.Count(grids);
-                    const AgreementScores scores(grids, aside.bearings);
-                    for (std::size_t i = 0; i < block.size(); ++i) {
-                      block[i].score = std::max(block[i].score, scores.Of(i, counts.MostOf(i)));
-                    }
-                  }
-                  for (Listed& here : block) here.score -= per_octave * std::log2(5.0 + here.rank);
-                });
-    listed.insert(listed.end(), of_spot[spot].begin(), of_spot[spot].end());
+    VisitAtOnce(map_, some, [&](std::span<Listed> block, const BearingBlock& grids) {
+      for (const Aside& aside : asides.subspan(first, num_near)) {
+        const BlockCounts counts = aside.bearings.Count(grids);
+        const AgreementScores scores(grids, aside.bearings);
+        for (std::size_t i = 0; i < block.size(); ++i) {
+          block[i].score = std::max(block[i].score, scores.Of(i, counts.MostOf(i)));
+        }
+      }
+      for (Listed& here : block) here.score -= per_octave * std::log2(5.0 + here.rank);
+    });
+  };
+  for (std::size_t spot = 0; spot < asides.size(); ++spot) score(of_spot[spot], spot);
+  for (const std::vector<Listed>& some : of_spot) {
+    listed.insert(listed.end(), some.begin(), some.end());
   }
-  std::sort(listed.begin(), listed.end(), [](const Listed& a, const Listed& b) {
-    return std::tuple(!a.is_usual, -a.score, a.rank) < std::tuple(!b.is_usual, -b.score, b.rank);
-  });
   return listed;
+}
+
+bool AutoSearch::IsBefore(const Listed& a, const Listed& b) {
+  if (a.is_usual != b.is_usual) return a.is_usual;
+  return a.score != b.score ? a.score > b.score : a.rank < b.rank;
 }
 
 std::vector<AutoSearch::Listed> AutoSearch::TakeApart(std::vector<Listed>& listed,
@@ -173,7 +177,17 @@ std::vector<AutoSearch::Listed> AutoSearch::TakeApart(std::vector<Listed>& liste
   std::vector<Stand> stands;
   std::vector<Listed> taken;
   std::vector<Listed> left;
+  // Most are not looked at: put in order as far as need be.
+  const std::size_t num_at_once = 2 * num_places + kAhead;
+  std::size_t num_ordered = 0;
   for (std::size_t i = 0; i < listed.size(); ++i) {
+    if (i + kAhead >= num_ordered && num_ordered < listed.size()) {
+      const auto begin = listed.begin() + static_cast<std::ptrdiff_t>(num_ordered);
+      num_ordered = std::min(num_ordered + num_at_once, listed.size());
+      const auto end = listed.begin() + static_cast<std::ptrdiff_t>(num_ordered);
+      std::nth_element(begin, end - 1, listed.end(), IsBefore);
+      std::sort(begin, end, IsBefore);
+    }
     if (taken.size() == num_places) {
       left.insert(left.end(), listed.begin() + static_cast<std::ptrdiff_t>(i), listed.end());
       break;
@@ -204,8 +218,8 @@ std::array<std::vector<AutoSearch::Listed>, 2> AutoSearch::List(
   const auto num_usual = static_cast<int>(NumToFind(params, map_.places.size()));
   std::vector<Listed> listed =
       Retrieve(query, asides, num_usual, std::max(2 * shortlist, num_usual), control);
-  const auto unusual =
-      std::find_if(listed.begin(), listed.end(), [](const Listed& here) { return !here.is_usual; });
+  const auto unusual = std::partition(listed.begin(), listed.end(),
+                                      [](const Listed& here) { return here.is_usual; });
   const std::vector<Listed> further(unusual, listed.end());
   listed.erase(unusual, listed.end());
   const auto num_places = 2 * static_cast<std::size_t>(params.num_places);
@@ -219,31 +233,32 @@ std::array<std::vector<AutoSearch::Listed>, 2> AutoSearch::List(
 }
 
 std::vector<Hypothesis> AutoSearch::GuessesOn(std::span<const Listed> listed,
-                                              std::span<const Aside> asides) const {
-  const auto max_guesses = static_cast<std::size_t>(map_.params.automatic.shortlist.num_headings);
-  std::vector<Hypothesis> hypotheses;
+                                              std::span<const Aside> asides,
+                                              std::size_t num_guesses) const {
+  const auto max_of_place = static_cast<std::size_t>(map_.params.automatic.shortlist.num_headings);
+  std::vector<Guess> guesses;
   std::array<std::vector<Guess>, BearingBlock::kSize> found;
   VisitAtOnce(map_, listed, [&](std::span<const Listed> block, const BearingBlock& grids) {
     for (std::vector<Guess>& of_place : found) of_place.clear();
     for (std::size_t aside = 0; aside < asides.size(); ++aside) {
       const BlockCounts counts = asides[aside].bearings.Count(grids);
       const AgreementScores scores(grids, asides[aside].bearings);
-      for (std::size_t i = 0; i < block.size(); ++i) {
-        for (const TurnCounts::Turn& turn : counts.Of(i).Best(max_guesses)) {
-          found[i].push_back({scores.Of(i, turn.count), aside, turn});
-        }
-      }
+      counts.VisitBest(max_of_place, [&](std::size_t i, const BearingTurn& turn) {
+        found[i].push_back({scores.Of(i, turn.count), aside, turn, block[i].place});
+      });
     }
-    for (std::size_t i = 0; i < block.size(); ++i) {
-      for (const Guess& guess : BestApart(found[i], max_guesses)) {
-        const double yaw_rad = HeadingOf(guess.turn);
-        const double left_m = asides[guess.aside].left_m;
-        hypotheses.push_back({block[i].place,
-                              {-std::sin(yaw_rad) * left_m, std::cos(yaw_rad) * left_m, yaw_rad},
-                              guess.score});
-      }
-    }
+    for (std::size_t i = 0; i < block.size(); ++i) AddBestApart(found[i], max_of_place, guesses);
   });
+  KeepBest(num_guesses, guesses);
+  std::vector<Hypothesis> hypotheses;
+  hypotheses.reserve(guesses.size());
+  for (const Guess& guess : guesses) {
+    const double yaw_rad = guess.turn.heading_rad();
+    const double left_m = asides[guess.aside].left_m;
+    hypotheses.push_back({guess.place,
+                          {-std::sin(yaw_rad) * left_m, std::cos(yaw_rad) * left_m, yaw_rad},
+                          guess.score});
+  }
   return hypotheses;
 }
 
@@ -263,12 +278,11 @@ std::array<std::vector<Hypothesis>, 2> AutoSearch::Propose(const ScanDescriptor&
   const std::int64_t retrieved_ns = control.Now_ns();
   std::array<std::vector<Hypothesis>, 2> proposed;
   for (std::size_t part = 0; part < parts.size(); ++part) {
-    proposed[part] = GuessesOn(parts[part], asides);
     // As many of a longer list as of the usual one.
     const double share =
         static_cast<double>(parts[part].size()) / std::max<double>(1.0, 2.0 * params.num_places);
-    KeepBest(static_cast<std::size_t>(std::ceil(params.num_hypotheses * std::max(share, 1.0))),
-             proposed[part]);
+    const double num_guesses = std::ceil(params.num_hypotheses * std::max(share, 1.0));
+    proposed[part] = GuessesOn(parts[part], asides, static_cast<std::size_t>(num_guesses));
     for (Hypothesis& guess : proposed[part]) {
       guess.is_usual = part == 0;
       payload.WillUseStructure(static_cast<std::size_t>(guess.place));

@@ -8,12 +8,6 @@
 #include "scan/simd.hpp"
 #include "structural/horizon.hpp"
 
-// Vectors are never passed: whatever takes or tells one is inlined.
-#if defined(__GNUC__) && !defined(__clang__)
-#pragma GCC diagnostic ignored "-Wpsabi"
-#endif
-#define SCANLOC_INLINE inline __attribute__((always_inline))
-
 namespace scanloc {
 namespace field_sums {
 namespace {

@@ -80,7 +80,7 @@ TEST(BearingGrid, IsAsOfPostsFartherToTheLeft) {
   EXPECT_EQ(BearingGrid(posts, kRing_m, 3.5), BearingGrid(farther, kRing_m));
 }
 
-TEST(TurnCounts, AreOfWhatAgreesAtEachTurn) {
+TEST(BlockCounts, AreOfWhatAgreesAtEachTurn) {
   // Not quite as many grids as fit in a block.
   std::vector<BearingGrid> places;
   BearingBlock block;
@@ -93,7 +93,6 @@ TEST(TurnCounts, AreOfWhatAgreesAtEachTurn) {
   EXPECT_EQ(query.ring_counts(), seen.CountByRing());
   const BlockCounts of_block = query.Count(block);
   for (std::size_t i = 0; i < places.size(); ++i) {
-    const TurnCounts counts = of_block.Of(i);
     int most = 0;
     int sum = 0;
     for (std::size_t turn = 0; turn < BearingGrid::kNumSectors; ++turn) {
@@ -102,7 +101,7 @@ TEST(TurnCounts, AreOfWhatAgreesAtEachTurn) {
         count += std::popcount(places[i].rings()[ring] &
                                std::rotl(seen.rings()[ring], static_cast<int>(turn)));
       }
-      EXPECT_EQ(counts[turn], count) << i << " turned by " << turn;
+      EXPECT_EQ(of_block.Of(i, turn), count) << i << " turned by " << turn;
       most = std::max(most, count);
       sum += count;
     }
@@ -111,22 +110,39 @@ TEST(TurnCounts, AreOfWhatAgreesAtEachTurn) {
       of_rings += places[i].CountByRing()[ring] * seen.CountByRing()[ring];
     }
     EXPECT_EQ(of_rings, sum);
-    EXPECT_EQ(counts.Most().count, most);
-    EXPECT_EQ(counts[counts.Most().sectors], most);
     EXPECT_EQ(of_block.MostOf(i), most);
+  }
+  std::vector<std::vector<BearingTurn>> best(BearingBlock::kSize);
+  of_block.VisitBest(
+      3, [&](std::size_t grid, const BearingTurn& turn) { best[grid].push_back(turn); });
+  EXPECT_TRUE(best.front().empty());  // of nothing
+  EXPECT_TRUE(best.back().empty());
+  for (std::size_t i = 1; i < places.size(); ++i) {
+    ASSERT_EQ(best[i].size(), 3U);
+    EXPECT_EQ(best[i][0].count, of_block.MostOf(i));
+    for (std::size_t n = 0; n < best[i].size(); ++n) {
+      EXPECT_EQ(of_block.Of(i, best[i][n].sectors), best[i][n].count);
+      if (n > 0) {
+        EXPECT_LE(best[i][n].count, best[i][n - 1].count);
+        EXPECT_FALSE(best[i][n].IsNextTo(best[i][n - 1]));
+      }
+    }
   }
 }
 
-TEST(TurnCounts, TellTheBestAmongSome) {
+TEST(BlockCounts, TellTheBestOnce) {
   // One thing ahead; in the place also one to the left, both in the ring from 8 m on.
-  const BearingGrid place(std::vector<Post>{{1000, 10}, {-10, 1000}}, kRing_m);
-  const TurnCounts counts =
-      BearingQuery(BearingGrid(std::vector<Post>{{1000, 10}}, kRing_m)).Count(place);
-  EXPECT_EQ(counts.Most().sectors, 0U);
-  EXPECT_EQ(counts.Most(~std::uint64_t{1}).sectors, 16U);
-  EXPECT_EQ(counts.Most(std::uint64_t{1} << 8U).count, 0);
-  const std::vector<TurnCounts::Turn> best = counts.Best(5);
+  BearingBlock block;
+  block.Add(BearingGrid(std::vector<Post>{{1000, 10}, {-10, 1000}}, kRing_m));
+  const BearingQuery query(BearingGrid(std::vector<Post>{{1000, 10}}, kRing_m));
+  std::vector<BearingTurn> best;
+  query.Count(block).VisitBest(5, [&](std::size_t grid, const BearingTurn& turn) {
+    EXPECT_EQ(grid, 0U);
+    best.push_back(turn);
+  });
   ASSERT_EQ(best.size(), 2U);
+  EXPECT_EQ(best[0].sectors, 0U);
+  EXPECT_EQ(best[1].sectors, 16U);
   EXPECT_FALSE(best[0].IsNextTo(best[1]));
   EXPECT_TRUE(best[0].IsNextTo({.sectors = 62}));
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -41,35 +42,17 @@ class BearingGrid {
   Rings rings_{};
 };
 
-/// In how many rings' sectors two grids agree when one is turned by so many sectors,
-/// counter-clockwise; of all turns at once.
-class TurnCounts {
- public:
-  static constexpr std::size_t kNumDigits = 10;  // up to 15 × 64
+/// A grid turned by so many sectors, counter-clockwise, and in how many rings' sectors it agrees so
+/// with another.
+struct BearingTurn {
+  std::size_t sectors = 0;
+  int count = 0;
 
-  struct Turn {
-    std::size_t sectors = 0;
-    int count = 0;
-
-    /// Whether they are within two sectors of each other.
-    [[nodiscard]] bool IsNextTo(const Turn& other) const;
-  };
-  /// The turn with most, of those whose bit is set in `among`; the lowest of several.
-  [[nodiscard]] Turn Most(std::uint64_t among = ~std::uint64_t{0}) const;
-  /// The turns with most, best first; those next to each other (two sectors) count as one, and
-  /// none is told without anything that agrees.
-  [[nodiscard]] std::vector<Turn> Best(std::size_t max_turns) const;
-  [[nodiscard]] int operator[](std::size_t turn) const;
-
- private:
-  friend class BlockCounts;
-
-  // A count in binary digits: a word a digit, a bit a turn.
-  std::array<std::uint64_t, kNumDigits> digits_{};
+  /// Whether they are within two sectors of each other.
+  [[nodiscard]] bool IsNextTo(const BearingTurn& other) const;
+  /// As an angle in (-π, π].
+  [[nodiscard]] double heading_rad() const;
 };
-
-/// A turn as an angle in (-π, π].
-[[nodiscard]] double HeadingOf(const TurnCounts::Turn& turn);
 
 /// Grids side by side, so that a query is turned against all of them at once.
 class BearingBlock {
@@ -94,18 +77,46 @@ class BearingBlock {
   std::size_t size_ = 0;
 };
 
-/// How a query agrees with each grid of a block.
+/// How a query agrees with each grid of a block, in all turns.
 class BlockCounts {
  public:
-  [[nodiscard]] TurnCounts Of(std::size_t grid) const;
-  /// Of TurnCounts::Most.
+  static constexpr std::size_t kNumDigits = 10;  // up to 15 × 64
+  /// A word a grid.
+  using Words = std::array<std::uint64_t, BearingBlock::kSize>;
+  using Digits = std::array<Words, kNumDigits>;
+
+  [[nodiscard]] int Of(std::size_t grid, std::size_t sectors) const;
   [[nodiscard]] int MostOf(std::size_t grid) const { return static_cast<int>(most_[grid]); }
+
+  /// visit(number of a grid, BearingTurn): of each grid the turns with most, best first, of equal
+  /// ones the lowest; those next to each other count as one, and none is told without anything that
+  /// agrees.
+  template <typename Visitor>
+  void VisitBest(std::size_t max_turns, Visitor&& visit) const {
+    Words left;
+    left.fill(~std::uint64_t{0});
+    for (std::size_t n = 0; n < max_turns; ++n) {
+      Words best = left;
+      Words counts;
+      KeepBest(digits_, best, counts);
+      for (std::size_t grid = 0; grid < BearingBlock::kSize; ++grid) {
+        if (counts[grid] == 0U) continue;
+        const BearingTurn turn{static_cast<std::size_t>(std::countr_zero(best[grid])),
+                               static_cast<int>(counts[grid])};
+        visit(grid, turn);
+        left[grid] &= ~SectorsNextTo(turn);
+      }
+    }
+  }
 
  private:
   friend class BearingQuery;
 
-  using Words = std::array<std::uint64_t, BearingBlock::kSize>;
-  alignas(64) std::array<Words, TurnCounts::kNumDigits> digits_;  // likewise, a word a grid
+  /// Leaves those of each grid's turns, a bit each, with most; and tells how much that is.
+  static void KeepBest(const Digits& digits, Words& turns, Words& counts);
+  static std::uint64_t SectorsNextTo(const BearingTurn& turn);
+
+  alignas(64) Digits digits_;  // counts in binary digits: of each grid's word a bit a turn
   alignas(64) Words most_;
 };
 
@@ -117,7 +128,6 @@ class BearingQuery {
   [[nodiscard]] const BearingGrid::RingCounts& ring_counts() const { return ring_counts_; }
 
   [[nodiscard]] BlockCounts Count(const BearingBlock& block) const;
-  [[nodiscard]] TurnCounts Count(const BearingGrid& grid) const;
 
  private:
   BearingGrid::RingCounts ring_counts_;
