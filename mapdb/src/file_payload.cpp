@@ -220,14 +220,14 @@ absl::Status FilePayload::ReadRows(std::span<const PayloadId> ids,
 
 absl::Status FilePayload::Read(std::span<const PayloadId> ids, const SearchControl& control,
                                std::vector<std::shared_ptr<const Payload>>& payloads) const {
-  const auto row_of = [&](const PayloadId& id) {
-    return PayloadCache::Row{number_,
-                             static_cast<std::uint64_t>(id.place) * num_parts() + PartOf(id)};
-  };
-  payloads.assign(ids.size(), nullptr);
+  std::vector<PayloadCache::Row> rows;
+  rows.reserve(ids.size());
+  for (const PayloadId& id : ids) {
+    rows.push_back({number_, static_cast<std::uint64_t>(id.place) * num_parts() + PartOf(id)});
+  }
+  payloads = cache_->Find(rows);
   std::vector<std::size_t> missing;
   for (std::size_t i = 0; i < ids.size(); ++i) {
-    payloads[i] = cache_->Find(row_of(ids[i]));
     if (payloads[i] == nullptr) missing.push_back(i);
   }
   if (missing.empty()) return absl::OkStatus();
@@ -235,7 +235,7 @@ absl::Status FilePayload::Read(std::span<const PayloadId> ids, const SearchContr
   if (lease.get() == nullptr) return Cancelled();
   RETURN_IF_ERROR(ReadRows(ids, missing, control, *lease.get(), payloads));
   for (const std::size_t i : missing) {
-    if (i < payloads.size()) cache_->Add(row_of(ids[i]), payloads[i]);
+    if (i < payloads.size()) cache_->Add(rows[i], payloads[i]);
   }
   return absl::OkStatus();
 }

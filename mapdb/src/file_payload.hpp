@@ -72,8 +72,8 @@ class FilePayload : public PayloadReader {
   [[nodiscard]] absl::StatusOr<std::shared_ptr<const Payload>> ReadRow(const PayloadId& id,
                                                                        Reader& reader) const;
   [[nodiscard]] absl::Status ReadRows(std::span<const PayloadId> ids,
-                                      const std::vector<std::size_t>& missing,
-                                      const SearchControl& control, Reader& reader,
+                                      std::span<const std::size_t> missing,
+                                      const SearchControl& control,
                                       std::vector<std::shared_ptr<const Payload>>& payloads) const;
   /// Compares the bearings of a place with what its structure says.
   [[nodiscard]] absl::Status ScrubBearings(std::int64_t place, const Structure& structure,

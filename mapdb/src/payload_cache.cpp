@@ -45,12 +45,20 @@ void PayloadCache::Forget(std::uint64_t map) {
   }
 }
 
-std::shared_ptr<const Payload> PayloadCache::Find(const Row& row) {
+std::vector<std::shared_ptr<const Payload>> PayloadCache::Find(std::span<const Row> rows) {
+  std::vector<std::shared_ptr<const Payload>> payloads(rows.size());
   const std::lock_guard lock(mutex_);
-  const auto found = at_.find(row);
-  if (found == at_.end()) return nullptr;
-  entries_.splice(entries_.begin(), entries_, found->second);
-  return found->second->payload;
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const auto found = at_.find(rows[i]);
+    if (found == at_.end()) continue;
+    const auto entry = found->second;
+    if (num_added_ - entry->moved > entries_.size() / 4) {
+      entry->moved = num_added_;
+      entries_.splice(entries_.begin(), entries_, entry);
+    }
+    payloads[i] = entry->payload;
+  }
+  return payloads;
 }
 
 void PayloadCache::Add(const Row& row, std::shared_ptr<const Payload> payload) {
@@ -59,7 +67,7 @@ void PayloadCache::Add(const Row& row, std::shared_ptr<const Payload> payload) {
   std::list<Entry> dropped;  // freed outside the lock
   const std::lock_guard lock(mutex_);
   if (at_.contains(row)) return;  // another thread was quicker
-  entries_.push_front({row, std::move(payload), bytes});
+  entries_.push_front({row, std::move(payload), bytes, ++num_added_});
   at_[row] = entries_.begin();
   bytes_ += bytes;
   while (bytes_ > max_bytes_) {

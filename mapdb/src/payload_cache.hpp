@@ -5,7 +5,9 @@
 #include <list>
 #include <memory>
 #include <mutex>
+#include <span>
 #include <utility>
+#include <vector>
 
 #include "absl/container/flat_hash_map.h"
 #include "scanloc/core/map/payload.hpp"
@@ -13,7 +15,7 @@
 
 namespace scanloc::mapdb {
 
-/// The least recently used go first.
+/// What was not used since a quarter of all came in goes first.
 class PayloadCache {
  public:
   /// A row of a map that is open.
@@ -33,8 +35,8 @@ class PayloadCache {
   /// A number that no map had before.
   [[nodiscard]] std::uint64_t NewMap();
 
-  /// Null: it is not there.
-  [[nodiscard]] std::shared_ptr<const Payload> Find(const Row& row);
+  /// Of each row; null where it is not there.
+  [[nodiscard]] std::vector<std::shared_ptr<const Payload>> Find(std::span<const Row> rows);
   void Add(const Row& row, std::shared_ptr<const Payload> payload);
   [[nodiscard]] std::int64_t held_bytes() const;
   /// All rows of a map that is no longer open.
@@ -45,13 +47,15 @@ class PayloadCache {
     Row row;
     std::shared_ptr<const Payload> payload;
     std::int64_t bytes;
+    std::uint64_t moved;  // how many had been added when it was put first
   };
 
   const std::int64_t max_bytes_;
   mutable std::mutex mutex_;
-  std::list<Entry> entries_;  // the one used last first
+  std::list<Entry> entries_;  // those used last first
   absl::flat_hash_map<Row, std::list<Entry>::iterator> at_;
   std::uint64_t num_maps_ = 0;
+  std::uint64_t num_added_ = 0;
   std::int64_t bytes_ = 0;
 };
 
