@@ -108,7 +108,9 @@ int MeasureMap(const Options& options) {
     const MadeRoad::Visit visit{along_m, q % 3 == 0 ? -1.5 : 0.8, q % 2 == 1, 2};
     const ScanDescriptor scan = describer.Describe(road.Scan(visit));
     const Stopwatch asked;
-    const auto answer = (*localizer)->Localize(scan, {}, TimedBy(CpuNowNs));
+    SearchControl control = TimedBy(CpuNowNs);
+    control.run_both = &RunBoth;
+    const auto answer = (*localizer)->Localize(scan, {}, control);
     whole_ms.push_back(1e3 * asked.Passed_s());
     cpu_ms.push_back(1e3 * asked.Cpu_s());
     if (q == 0) first_s = start.Passed_s();
@@ -218,7 +220,7 @@ int MeasureKeys(const Options& options) {
         index.QueryOf(SpotsOf(scan.structure.posts, shortlist), scan.polar, scan.cart);
     const auto find = [&](const std::vector<bool>* excluded, std::vector<double>& times_ms) {
       const Stopwatch asked;
-      const auto found = index.MostAlike(query, k, excluded);
+      const auto found = index.MostAlike(query, k, {.excluded = excluded});
       times_ms.push_back(1e3 * asked.Cpu_s());
       std::set<std::int32_t> places;
       for (const auto& [place, spot] : found) places.insert(place);

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <atomic>
 #include <condition_variable>
+#include <functional>
+#include <future>
 #include <limits>
 #include <mutex>
 #include <new>
@@ -115,6 +117,19 @@ absl::Status RunTasks(std::size_t num_threads, std::span<const std::function<voi
     return absl::OkStatus();
   };
   return RunJobs(num_threads, tasks.size(), run, [](std::size_t) {});
+}
+
+void RunBoth(const std::function<void()>& first, const std::function<void()>& second) {
+  std::future<void> other;
+  if (std::thread::hardware_concurrency() > 1) {
+    try {
+      other = std::async(std::launch::async, std::ref(second));
+    } catch (const std::system_error&) {
+      // No further thread: done here.
+    }
+  }
+  first();
+  other.valid() ? other.get() : second();
 }
 
 }  // namespace scanloc

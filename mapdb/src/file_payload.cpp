@@ -18,6 +18,8 @@ constexpr int kMaxReaders = 64;
 /// of rows that are read.
 constexpr std::chrono::milliseconds kLook(20);
 constexpr std::size_t kRowsBetweenLooks = 16;
+/// So many rows are read by two threads.
+constexpr std::size_t kLeastForTwo = 64;
 /// A build that commits keeps readers waiting; one that takes longer has more to write than a
 /// reader can wait for.
 constexpr std::chrono::seconds kLongestCommit(5);
@@ -196,9 +198,12 @@ void FilePayload::EndReading(absl::Status& status, Reader& reader) {
 }
 
 absl::Status FilePayload::ReadRows(std::span<const PayloadId> ids,
-                                   const std::vector<std::size_t>& missing,
-                                   const SearchControl& control, Reader& reader,
+                                   std::span<const std::size_t> missing,
+                                   const SearchControl& control,
                                    std::vector<std::shared_ptr<const Payload>>& payloads) const {
+  const Lease lease(*this, control);
+  if (lease.get() == nullptr) return Cancelled();
+  Reader& reader = *lease.get();
   RETURN_IF_ERROR(BeginReading(control, reader));
   absl::Status status;
   for (std::size_t n = 0; n < missing.size() && status.ok(); ++n) {
@@ -206,7 +211,6 @@ absl::Status FilePayload::ReadRows(std::span<const PayloadId> ids,
     if (n % kRowsBetweenLooks == 0 && control.IsUnwanted()) {
       status = Cancelled();
     } else if (n % kRowsBetweenLooks == 0 && control.IsOver()) {
-      payloads.resize(i);
       break;
     } else {
       absl::StatusOr<std::shared_ptr<const Payload>> payload = ReadRow(ids[i], reader);
@@ -231,11 +235,23 @@ absl::Status FilePayload::Read(std::span<const PayloadId> ids, const SearchContr
     if (payloads[i] == nullptr) missing.push_back(i);
   }
   if (missing.empty()) return absl::OkStatus();
-  const Lease lease(*this, control);
-  if (lease.get() == nullptr) return Cancelled();
-  RETURN_IF_ERROR(ReadRows(ids, missing, control, *lease.get(), payloads));
+  const std::span<const std::size_t> all(missing);
+  const std::size_t num_first = missing.size() < kLeastForTwo ? missing.size() : missing.size() / 2;
+  absl::Status status;
+  absl::Status status_of_rest;
+  const auto read_first = [&] { status = ReadRows(ids, all.first(num_first), control, payloads); };
+  if (num_first == missing.size()) {
+    read_first();
+  } else {
+    // No two threads write the same element.
+    control.RunBoth(read_first, [&] {
+      status_of_rest = ReadRows(ids, all.subspan(num_first), control, payloads);
+    });
+  }
+  status.Update(status_of_rest);
+  RETURN_IF_ERROR(status);
   for (const std::size_t i : missing) {
-    if (i < payloads.size()) cache_->Add(rows[i], payloads[i]);
+    if (payloads[i] != nullptr) cache_->Add(rows[i], payloads[i]);
   }
   return absl::OkStatus();
 }

@@ -102,5 +102,14 @@ TEST(RunTasks, DoesEachOnce) {
   }
 }
 
+TEST(RunBoth, EndsOnceBothHave) {
+  std::atomic<int> num_done = 0;
+  RunBoth([&] { ++num_done; }, [&] { ++num_done; });
+  EXPECT_EQ(num_done, 2);
+  const auto fail = [] { throw std::bad_alloc(); };
+  EXPECT_THROW(RunBoth(fail, [&] { ++num_done; }), std::bad_alloc);
+  EXPECT_THROW(RunBoth([&] { ++num_done; }, fail), std::bad_alloc);
+}
+
 }  // namespace
 }  // namespace scanloc

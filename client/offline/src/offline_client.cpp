@@ -12,6 +12,7 @@
 #include "scanloc/core/status_macros.hpp"
 #include "scanloc/core/track/tracker.hpp"
 #include "scanloc/geo/geo_frame.hpp"
+#include "scanloc/jobs/jobs.hpp"
 #include "scanloc/mapdb/map_file.hpp"
 #include "scanloc/proto/as_received.hpp"
 
@@ -43,6 +44,7 @@ struct Terms {
   /// Of a call that began then, for the search that begins now.
   [[nodiscard]] SearchControl ControlSince(std::int64_t began_ns) const {
     SearchControl control = TimedBy(&NowNs, std::chrono::nanoseconds(budget).count());
+    control.run_both = &RunBoth;
     if (timeout) {
       const std::int64_t end_ns = began_ns + std::chrono::nanoseconds(*timeout).count();
       control.is_unwanted = [end_ns] { return NowNs() > end_ns; };

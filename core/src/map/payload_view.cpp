@@ -35,8 +35,8 @@ void PayloadView::Read(const std::vector<PayloadId>& ids, const SearchControl& c
   std::vector<std::shared_ptr<const Payload>> payloads;
   status_ = map_.payload->Read(ids, control, payloads);
   if (!status_.ok()) return;
-  for (std::size_t i = 0; i < std::min(ids.size(), payloads.size()); ++i) {
-    held_[ids[i]] = std::move(payloads[i]);
+  for (std::size_t i = 0; i < ids.size(); ++i) {
+    if (payloads[i] != nullptr) held_[ids[i]] = std::move(payloads[i]);
   }
 }
 

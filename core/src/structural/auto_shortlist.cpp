@@ -16,6 +16,8 @@ namespace scanloc {
 namespace {
 
 constexpr double kAlikeHeading = 0.7;  // cosine of the angle by which two places may be turned
+/// So many places are scored by two threads.
+constexpr int kLeastForTwo = 2'000;
 /// How much of what agrees whichever way the query is turned does not count.
 constexpr double kOfChance = 0.5;
 
@@ -131,7 +133,7 @@ std::vector<AutoSearch::Listed> AutoSearch::Retrieve(const SignatureQuery& query
   std::vector<std::vector<Listed>> of_spot(asides.size());
   int rank = 0;
   for (const auto& [place, spot] :
-       signatures_.MostAlike(query, static_cast<std::size_t>(num_places), control.excluded)) {
+       signatures_.MostAlike(query, static_cast<std::size_t>(num_places), control)) {
     of_spot[spot].push_back({.place = place, .rank = rank, .is_usual = rank < num_usual});
     ++rank;
   }
@@ -151,7 +153,18 @@ std::vector<AutoSearch::Listed> AutoSearch::Retrieve(const SignatureQuery& query
       for (Listed& here : block) here.score -= per_octave * std::log2(5.0 + here.rank);
     });
   };
-  for (std::size_t spot = 0; spot < asides.size(); ++spot) score(of_spot[spot], spot);
+  const auto score_part = [&](std::size_t part, std::size_t num_parts) {
+    for (std::size_t spot = 0; spot < asides.size(); ++spot) {
+      const std::span<Listed> all(of_spot[spot]);
+      const std::size_t begin = part * all.size() / num_parts;
+      score(all.subspan(begin, (part + 1) * all.size() / num_parts - begin), spot);
+    }
+  };
+  if (rank < kLeastForTwo) {
+    score_part(0, 1);
+  } else {
+    control.RunBoth([&] { score_part(0, 2); }, [&] { score_part(1, 2); });
+  }
   for (const std::vector<Listed>& some : of_spot) {
     listed.insert(listed.end(), some.begin(), some.end());
   }

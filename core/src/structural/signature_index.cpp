@@ -5,6 +5,7 @@
 #include <bit>
 #include <cmath>
 #include <functional>
+#include <iterator>
 #include <limits>
 #include <numeric>
 #include <utility>
@@ -17,6 +18,10 @@ constexpr std::uint32_t kAllLanes = (1U << kNumLanes) - 1U;
 /// Places in a run; some runs are a batch of places.
 constexpr std::size_t kRunLength = 8;
 constexpr std::size_t kRunsPerBatch = kNumLanes / kRunLength;
+/// Batches of places whose runs are a batch.
+constexpr std::size_t kBatchesAtOnce = kNumLanes / kRunsPerBatch;
+/// Of so many places the halves are looked at by two threads.
+constexpr std::size_t kLeastForTwo = 4 * SignatureIndex::kMaxExact;
 
 constexpr double kScaleOfQuery = 127.0;
 /// What the cart key says against the others, each of unit length.
@@ -25,25 +30,26 @@ constexpr double kWeightOfCart = 0.5;
 /// No place: less than any score.
 constexpr std::int16_t kNoScore = std::numeric_limits<std::int16_t>::min();
 
-/// What places have of a query, batch by batch.
-struct Compared {
-  std::vector<SignatureScores> batches;
-  std::vector<std::uint32_t> first_places;  // of each batch
-};
+using BothCompared = std::array<SignaturesCompared, 2>;
 
-/// A score that at least k places have, if there are as many, and hardly more than k.
-std::int16_t LeastOfBest(const Compared& compared, std::size_t k) {
-  constexpr int kWidth = 64;
-  std::array<std::uint32_t, (1 << 16) / kWidth> counts{};
-  for (const SignatureScores& batch : compared.batches) {
-    for (const std::int16_t score : batch.score) ++counts[(score - kNoScore) / kWidth];
+/// How many scores are so high or higher, but for the last digits.
+class ScoreCounts {
+ public:
+  void Add(std::int16_t score) { ++counts_[static_cast<std::size_t>(score - kNoScore) / kWidth]; }
+
+  /// A score that at least k have, if there are as many, and hardly more than k.
+  [[nodiscard]] std::int16_t LeastOfBest(std::size_t k) const {
+    std::size_t num_better = 0;
+    std::size_t bin = counts_.size();
+    while (bin > 0 && num_better < k) num_better += counts_[--bin];
+    return static_cast<std::int16_t>(
+        std::max(static_cast<int>(bin * kWidth) + kNoScore, kNoScore + 1));
   }
-  std::size_t num_better = 0;
-  std::size_t bin = counts.size();
-  while (bin > 0 && num_better < k) num_better += counts[--bin];
-  return static_cast<std::int16_t>(
-      std::max(static_cast<int>(bin) * kWidth + kNoScore, kNoScore + 1));
-}
+
+ private:
+  static constexpr std::size_t kWidth = 64;
+  std::array<std::uint32_t, (1 << 16) / kWidth> counts_{};
+};
 
 /// A place, and what it has of the query.
 struct Scored {
@@ -53,16 +59,24 @@ struct Scored {
 };
 
 /// The best k, that first; of equals in the order given.
-std::vector<Scored> BestOf(const Compared& compared, std::size_t k) {
-  const std::int16_t least = LeastOfBest(compared, k);
+std::vector<Scored> BestOf(const BothCompared& both, std::size_t k) {
+  ScoreCounts counts;
+  for (const SignaturesCompared& half : both) {
+    for (const SignatureScores& batch : half.batches) {
+      for (const std::int16_t score : batch.score) counts.Add(score);
+    }
+  }
+  const std::int16_t least = counts.LeastOfBest(k);
   std::vector<Scored> scored;
   std::int16_t highest = least;
-  for (std::size_t i = 0; i < compared.batches.size(); ++i) {
-    const SignatureScores& batch = compared.batches[i];
-    for (std::uint32_t lane = 0; lane < kNumLanes; ++lane) {
-      if (batch.score[lane] < least) continue;
-      scored.push_back({batch.score[lane], batch.row[lane], compared.first_places[i] + lane});
-      highest = std::max(highest, batch.score[lane]);
+  for (const SignaturesCompared& half : both) {
+    for (std::size_t i = 0; i < half.batches.size(); ++i) {
+      const SignatureScores& batch = half.batches[i];
+      for (std::uint32_t lane = 0; lane < kNumLanes; ++lane) {
+        if (batch.score[lane] < least) continue;
+        scored.push_back({batch.score[lane], batch.row[lane], half.first_places[i] + lane});
+        highest = std::max(highest, batch.score[lane]);
+      }
     }
   }
   // Where those of each score go, the highest score first.
@@ -78,10 +92,20 @@ std::vector<Scored> BestOf(const Compared& compared, std::size_t k) {
   return ordered;
 }
 
-/// The best but n.
-std::int16_t NthBest(std::size_t n, std::vector<std::int16_t> scores) {
-  const auto nth = scores.begin() + static_cast<std::ptrdiff_t>(n);
-  std::nth_element(scores.begin(), nth, scores.end(), std::greater<>());
+/// The best but n of both.
+std::int16_t NthBest(std::size_t n, const std::array<std::vector<std::int16_t>, 2>& both) {
+  ScoreCounts counts;
+  for (const std::vector<std::int16_t>& scores : both) {
+    for (const std::int16_t score : scores) counts.Add(score);
+  }
+  const std::int16_t least = counts.LeastOfBest(n + 1);
+  std::vector<std::int16_t> best;
+  for (const std::vector<std::int16_t>& scores : both) {
+    std::copy_if(scores.begin(), scores.end(), std::back_inserter(best),
+                 [&](std::int16_t score) { return score >= least; });
+  }
+  const auto nth = best.begin() + static_cast<std::ptrdiff_t>(n);
+  std::nth_element(best.begin(), nth, best.end(), std::greater<>());
   return *nth;
 }
 
@@ -210,68 +234,98 @@ SignatureQuery SignatureIndex::QueryOf(std::span<const BearingGrid> spots, const
   return query;
 }
 
-template <typename Visitor>
-void SignatureIndex::ForEachBlock(Visitor&& visit) const {
+std::array<std::vector<SignatureIndex::Part>, 2> SignatureIndex::Halves() const {
+  std::array<std::vector<Part>, 2> halves;
+  const std::size_t middle = blocks_.size() < kLeastForTwo ? blocks_.size() : blocks_.size() / 2;
   std::size_t first_place = 0;
-  const auto visit_next = [&](const Block& block) {
-    visit(block, first_place);
+  const auto add = [&](const Block& block) {
+    const std::size_t num_batches = block.places.num_batches();
+    const std::size_t num_before = middle - std::min(middle, first_place);
+    const std::size_t cut = num_before >= block.num_places
+                                ? num_batches
+                                : num_before / (kBatchesAtOnce * kNumLanes) * kBatchesAtOnce;
+    if (cut > 0) halves[0].push_back({&block, first_place, 0, cut});
+    if (cut < num_batches) halves[1].push_back({&block, first_place, cut, num_batches});
     first_place += block.num_places;
   };
-  for (const auto& block : blocks_.full()) visit_next(*block);
-  visit_next(blocks_.last());
+  for (const auto& block : blocks_.full()) add(*block);
+  add(blocks_.last());
+  return halves;
 }
 
-std::vector<std::int16_t> SignatureIndex::BestRuns(const SignatureQuery& query) const {
-  std::vector<std::int16_t> best;  // a batch
+std::vector<std::int16_t> SignatureIndex::BestRuns(std::span<const Part> parts,
+                                                   const SignatureQuery& query) {
+  std::vector<std::int16_t> best;
   SignatureScores scores;
-  ForEachBlock([&](const Block& block, std::size_t /*first_place*/) {
-    const std::size_t num_runs = (block.num_places + kRunLength - 1) / kRunLength;
-    for (std::size_t run = 0; run < num_runs; ++run) {
-      if (run % kNumLanes == 0) block.runs.Compare(run / kNumLanes, query, scores);
-      const std::int16_t score = scores.score[run % kNumLanes];
-      if (run % kRunsPerBatch == 0) {
-        best.push_back(score);
-      } else {
-        best.back() = std::max(best.back(), score);
-      }
+  for (const Part& part : parts) {
+    for (std::size_t batch = part.begin; batch < part.end; ++batch) {
+      const std::size_t in_batch = batch % kBatchesAtOnce;
+      if (in_batch == 0) part.block->runs.Compare(batch / kBatchesAtOnce, query, scores);
+      // Beyond the last run there is none, and nothing of the query.
+      const auto* const first = &scores.score[in_batch * kRunsPerBatch];
+      const std::size_t num_runs =
+          std::min(kRunsPerBatch,
+                   (part.block->num_places - batch * kNumLanes + kRunLength - 1) / kRunLength);
+      best.push_back(*std::max_element(first, first + num_runs));
     }
-  });
+  }
   return best;
 }
 
-std::vector<SignatureIndex::Found> SignatureIndex::MostAlike(
-    const SignatureQuery& query, std::size_t k, const std::vector<bool>* excluded) const {
-  if (k == 0) return {};
-  std::vector<std::int16_t> best_runs;
-  std::int16_t least_run = 0;
-  if (excluded == nullptr && blocks_.size() > kMaxExact) {
-    best_runs = BestRuns(query);
-    least_run = NthBest(NumToCompare(blocks_.size()) / kNumLanes, best_runs);
-  }
-  Compared compared;
+SignaturesCompared SignatureIndex::CompareAll(std::span<const Part> parts,
+                                              const SignatureQuery& query,
+                                              std::span<const std::int16_t> best_runs,
+                                              std::int16_t least_run,
+                                              const std::vector<bool>* excluded) {
+  SignaturesCompared compared;
   auto best_run = best_runs.begin();  // of a batch
   std::vector<std::size_t> batches;
-  ForEachBlock([&](const Block& block, std::size_t first_place) {
+  for (const Part& part : parts) {
     batches.clear();
-    for (std::size_t batch = 0; batch < block.places.num_batches(); ++batch) {
+    for (std::size_t batch = part.begin; batch < part.end; ++batch) {
       if (best_runs.empty() || *best_run++ >= least_run) batches.push_back(batch);
     }
+    compared.batches.reserve(compared.batches.size() + batches.size());
+    compared.first_places.reserve(compared.batches.size() + batches.size());
+    const Block& block = *part.block;
     for (std::size_t i = 0; i < batches.size(); ++i) {
       // One behind the other the processor fetches them by itself.
       if (i + 1 < batches.size() && batches[i + 1] != batches[i] + 1) {
         block.places.Prefetch(batches[i + 1]);
       }
       const std::size_t first = batches[i] * kNumLanes;
-      const std::uint32_t lanes =
-          LanesOf(first_place + first, std::min(kNumLanes, block.num_places - first), excluded);
+      const std::uint32_t lanes = LanesOf(part.first_place + first,
+                                          std::min(kNumLanes, block.num_places - first), excluded);
       if (lanes == 0) continue;
-      compared.first_places.push_back(static_cast<std::uint32_t>(first_place + first));
+      compared.first_places.push_back(static_cast<std::uint32_t>(part.first_place + first));
       SignatureScores& scores = compared.batches.emplace_back();
       block.places.Compare(batches[i], query, scores);
       for (std::uint32_t none = ~lanes & kAllLanes; none != 0; none &= none - 1) {
         scores.score[static_cast<std::size_t>(std::countr_zero(none))] = kNoScore;
       }
     }
+  }
+  return compared;
+}
+
+std::vector<SignatureIndex::Found> SignatureIndex::MostAlike(const SignatureQuery& query,
+                                                             std::size_t k,
+                                                             const SearchControl& control) const {
+  if (k == 0) return {};
+  const std::array<std::vector<Part>, 2> halves = Halves();
+  const auto for_both = [&](const auto& work) {
+    if (halves[1].empty()) return work(0);
+    control.RunBoth([&] { work(0); }, [&] { work(1); });
+  };
+  std::array<std::vector<std::int16_t>, 2> best_runs;
+  std::int16_t least_run = 0;
+  if (control.excluded == nullptr && blocks_.size() > kMaxExact) {
+    for_both([&](std::size_t i) { best_runs[i] = BestRuns(halves[i], query); });
+    least_run = NthBest(NumToCompare(blocks_.size()) / kNumLanes, best_runs);
+  }
+  BothCompared compared;
+  for_both([&](std::size_t i) {
+    compared[i] = CompareAll(halves[i], query, best_runs[i], least_run, control.excluded);
   });
   std::vector<Found> found;
   for (const Scored& best : BestOf(compared, k)) {

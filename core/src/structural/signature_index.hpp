@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -7,6 +8,7 @@
 
 #include "scanloc/core/map/map.hpp"
 #include "scanloc/core/map/shared_blocks.hpp"
+#include "scanloc/core/search_control.hpp"
 #include "structural/signature_rows.hpp"
 
 namespace scanloc {
@@ -18,6 +20,12 @@ namespace scanloc {
 /// A query's bearings from where it is and from the spots aside, the farthest to its right first.
 [[nodiscard]] std::vector<BearingGrid> SpotsOf(std::span<const Post> posts,
                                                const ShortlistParams& params);
+
+/// What places have of a query, batch by batch.
+struct SignaturesCompared {
+  std::vector<SignatureScores> batches;
+  std::vector<std::uint32_t> first_places;  // of each batch
+};
 
 /// The signatures of a map's places, in their order. Any number of threads may search it.
 ///
@@ -43,10 +51,10 @@ class SignatureIndex {
     std::int32_t place = 0;
     std::size_t spot = 0;
   };
-  /// The places with most of a query, that first; of equal ones the lower. Those whose element in
-  /// `excluded` is true, where it is given, are passed over, and then all others compared.
+  /// The places with most of a query, that first; of equal ones the lower. Where some are excluded
+  /// all others are compared.
   [[nodiscard]] std::vector<Found> MostAlike(const SignatureQuery& query, std::size_t k,
-                                             const std::vector<bool>* excluded) const;
+                                             const SearchControl& control) const;
 
  private:
   /// Some places, as SharedBlocks holds them.
@@ -62,11 +70,24 @@ class SignatureIndex {
   static void ReadKey(const ContextTable& table, std::size_t place, std::size_t& next_entry,
                       std::vector<std::int32_t>& retrieval_cm);
   void Append(std::span<const std::int8_t> signature);
-  /// visit(block, its first place), in order.
-  template <typename Visitor>
-  void ForEachBlock(Visitor&& visit) const;
+  /// Some of the batches of a block.
+  struct Part {
+    const Block* block;
+    std::size_t first_place;  // of the block
+    std::size_t begin, end;   // batches
+  };
+  /// All of the places, in their order; the second half of a small map is empty.
+  [[nodiscard]] std::array<std::vector<Part>, 2> Halves() const;
   /// How much of the query the best run of each batch has.
-  [[nodiscard]] std::vector<std::int16_t> BestRuns(const SignatureQuery& query) const;
+  [[nodiscard]] static std::vector<std::int16_t> BestRuns(std::span<const Part> parts,
+                                                          const SignatureQuery& query);
+  /// Of the batches whose best run has so much of it, or of all where there are no runs, what
+  /// places have of the query.
+  [[nodiscard]] static SignaturesCompared CompareAll(std::span<const Part> parts,
+                                                     const SignatureQuery& query,
+                                                     std::span<const std::int16_t> best_runs,
+                                                     std::int16_t least_run,
+                                                     const std::vector<bool>* excluded);
 
   const Map& map_;
   SignatureShape shape_;

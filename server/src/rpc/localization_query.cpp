@@ -14,6 +14,7 @@
 #include "scanloc/core/among_maps.hpp"
 #include "scanloc/core/method.hpp"
 #include "scanloc/core/status_macros.hpp"
+#include "scanloc/jobs/jobs.hpp"
 #include "scanloc/proto/convert.hpp"
 #include "scanloc/proto/status.hpp"
 
@@ -147,6 +148,7 @@ SearchControl LocalizationService::ControlOf(const grpc::CallbackServerContext& 
                                              std::chrono::milliseconds budget) {
   SearchControl control = TimedBy(NowNs, std::chrono::nanoseconds(budget).count());
   control.is_unwanted = [&context] { return context.IsCancelled(); };
+  control.run_both = &RunBoth;
   return control;
 }
 

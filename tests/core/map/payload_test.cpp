@@ -24,12 +24,12 @@ class FakeReader : public PayloadReader {
 
   absl::Status Read(std::span<const PayloadId> ids, const SearchControl& control,
                     std::vector<std::shared_ptr<const Payload>>& payloads) const override {
-    payloads.clear();
-    for (const PayloadId& id : ids) {
+    payloads.assign(ids.size(), nullptr);
+    for (std::size_t i = 0; i < ids.size(); ++i) {
       if (num_reads_left >= 0 && num_reads_left-- == 0) return absl::DataLossError("it is damaged");
       if (control.IsUnwanted()) return absl::CancelledError("unwanted");
       if (control.IsOver()) return absl::OkStatus();
-      payloads.push_back(std::make_shared<const Payload>(PayloadOf(id)));
+      payloads[i] = std::make_shared<const Payload>(PayloadOf(ids[i]));
     }
     return absl::OkStatus();
   }

@@ -76,10 +76,16 @@ SignatureQuery QueryOf(const SignatureIndex& index, const BearingGrid& seen) {
 }
 
 std::vector<std::int32_t> PlacesOf(const SignatureIndex& index, const SignatureQuery& query,
-                                   std::size_t k, const std::vector<bool>* excluded = nullptr) {
+                                   std::size_t k, const SearchControl& control = {}) {
   std::vector<std::int32_t> places;
-  for (const auto& [place, spot] : index.MostAlike(query, k, excluded)) places.push_back(place);
+  for (const auto& [place, spot] : index.MostAlike(query, k, control)) places.push_back(place);
   return places;
+}
+
+/// As two threads may do them.
+void SecondFirst(const SearchControl::Part& first, const SearchControl::Part& second) {
+  second();
+  first();
 }
 
 TEST(Signature, StaysAsItIsWhenTheScanIsTurned) {
@@ -215,7 +221,7 @@ TEST(SignatureIndex, FindsWhatIsMostAlikeTheLowerOfEqualPlaces) {
     std::erase_if(by_hand, [&](const auto& place) {
       return excluded[static_cast<std::size_t>(place.second)];
     });
-    const auto others = PlacesOf(index, query, 40, &excluded);
+    const auto others = PlacesOf(index, query, 40, {.excluded = &excluded});
     ASSERT_EQ(others.size(), 40U);
     for (std::size_t i = 0; i < others.size(); ++i) EXPECT_EQ(others[i], by_hand[i].second);
   }
@@ -249,7 +255,7 @@ TEST(SignatureIndex, FindsAPlaceFromASpotAsideAndByEitherKey) {
     std::vector<Post> posts = scenes[static_cast<std::size_t>(place)];
     for (Post& post : posts) post.y_cm = static_cast<std::int16_t>(post.y_cm - 700);
     const auto best = [&](const ShortlistParams& shortlist) {
-      return index.MostAlike(index.QueryOf(SpotsOf(posts, shortlist), {}, {}), 1, nullptr).front();
+      return index.MostAlike(index.QueryOf(SpotsOf(posts, shortlist), {}, {}), 1, {}).front();
     };
     const SignatureIndex::Found found = best(params.automatic.shortlist);
     EXPECT_EQ(found.spot, 4U) << "seven metres farther to the left than the query stands";
@@ -300,7 +306,8 @@ TEST(SignatureIndex, FindsTheSameHoweverItGrewAndMostOfWhatIsAlikeInALargeMap) {
     EXPECT_EQ(found.front(), static_cast<std::int32_t>(place));
     EXPECT_EQ(PlacesOf(grown, query, kNumFound), found);
     EXPECT_EQ(PlacesOf(again, query, kNumFound), found);
-    for (const std::int32_t exact : PlacesOf(at_once, query, kNumFound, &none)) {
+    EXPECT_EQ(PlacesOf(at_once, query, kNumFound, {.run_both = &SecondFirst}), found);
+    for (const std::int32_t exact : PlacesOf(at_once, query, kNumFound, {.excluded = &none})) {
       num_found += static_cast<std::size_t>(std::ranges::count(found, exact));
     }
   }

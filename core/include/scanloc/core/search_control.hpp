@@ -14,8 +14,12 @@ struct SearchControl {
   /// By that clock. With `auto`, verification ends then, with the best answer so far; 0: when it is
   /// done.
   std::int64_t deadline_ns = 0;
-  /// Asked now and then while searching; once it says true the call ends with Cancelled.
+  /// Asked now and then while searching, by both parts that run_both runs; once it says true the
+  /// call ends with Cancelled.
   std::function<bool()> is_unwanted = nullptr;
+  /// Runs two parts of a large search at once (scanloc/jobs, RunBoth). Null: one after the other.
+  using Part = std::function<void()>;
+  void (*run_both)(const Part& first, const Part& second) = nullptr;
   /// One a place of the map: true where it is not looked at, as if it were not there. Null: all
   /// are.
   const std::vector<bool>* excluded = nullptr;
@@ -28,6 +32,11 @@ struct SearchControl {
   }
   [[nodiscard]] bool Excludes(std::size_t place) const {
     return excluded != nullptr && (*excluded)[place];
+  }
+  void RunBoth(const Part& first, const Part& second) const {
+    if (run_both != nullptr) return run_both(first, second);
+    first();
+    second();
   }
 };
 

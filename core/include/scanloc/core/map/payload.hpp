@@ -39,7 +39,7 @@ class PayloadReader {
   virtual ~PayloadReader() = default;
 
   /// Sets payloads to those of the ids, in their order. Where the control's time is over (IsOver)
-  /// they may be fewer, the first ones. DataLoss: what is read is not what was there when the map
+  /// some may be null. DataLoss: what is read is not what was there when the map
   /// was opened. Cancelled: control.is_unwanted. Unavailable: the file cannot be read now.
   [[nodiscard]] virtual absl::Status Read(
       std::span<const PayloadId> ids, const SearchControl& control,
