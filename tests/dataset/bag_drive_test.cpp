@@ -46,7 +46,8 @@ double WorstError(const Frame& frame, const Eigen::Vector3d& shift_m = Eigen::Ve
 TEST(BagDrive, PutsWhatIsSeenWhereItStandsInEveryFormat) {
   for (const std::string name :
        {"ros1.bag", "ros1_bz2.bag", "ros1_lz4.bag", "ros2", "ros2_file_zstd", "ros2_message_zstd",
-        "ros2_mcap", "zstd.mcap", "lz4.mcap", "plain.mcap", "unindexed.mcap", "unchunked.mcap"}) {
+        "ros2_mcap", "ros2_mcap_message_zstd", "zstd.mcap", "lz4.mcap", "plain.mcap",
+        "unindexed.mcap", "unchunked.mcap"}) {
     SCOPED_TRACE(name);
     const auto drive = OpenBagDrive({.paths = {BagPath(name)}, .poses_from = "/odom"});
     ASSERT_TRUE(drive.ok()) << drive.status();

@@ -25,11 +25,13 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
-const std::vector<std::string> kWholeBags = {
-    "ros1.bag",         "ros1_bz2.bag",   "ros1_lz4.bag",   "ros2",
-    "ros2_file_zstd",   "ros2_mcap",      "zstd.mcap",      "lz4.mcap",
-    "plain.mcap",       "unindexed.mcap", "unchunked.mcap", "unchunked_checksum.mcap",
-    "ros2_message_zstd"};
+const std::vector<std::string> kWholeBags = {"ros1.bag",          "ros1_bz2.bag",
+                                             "ros1_lz4.bag",      "ros2",
+                                             "ros2_file_zstd",    "ros2_mcap",
+                                             "zstd.mcap",         "lz4.mcap",
+                                             "plain.mcap",        "unindexed.mcap",
+                                             "unchunked.mcap",    "unchunked_checksum.mcap",
+                                             "ros2_message_zstd", "ros2_mcap_message_zstd"};
 
 absl::StatusOr<std::shared_ptr<const Bag>> Open(const std::string& path) {
   return Bag::Open({path});

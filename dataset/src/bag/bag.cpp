@@ -12,6 +12,7 @@
 #include "absl/strings/strip.h"
 #include "bag/bag_file.hpp"
 #include "name_order.hpp"
+#include "bag/decompress.hpp"
 #include "scanloc/core/status_macros.hpp"
 #include "text.hpp"
 
@@ -181,7 +182,7 @@ absl::Status Bag::ForEach(const std::vector<const BagTopic*>& topics, const Hand
   for (const std::size_t id : Messages(topics)) {
     absl::Status status = Read(id, handle);
     if (absl::IsDataLoss(status) && damage != nullptr) {
-      if (damage->empty()) damage->first = std::string(status.message());
+      if (damage->empty()) damage->first = absl::StrCat(status.message());
       ++damage->num_messages[topics_[impl_->TopicOf(id)].name];
     } else if (!status.ok()) {
       return status;
@@ -192,8 +193,18 @@ absl::Status Bag::ForEach(const std::vector<const BagTopic*>& topics, const Hand
 
 absl::Status Bag::Read(std::size_t id, const Handler& handle) const {
   const MessageRef& ref = impl_->Ref(id);
+  const BagTopic& topic = topics_[impl_->TopicOf(id)];
   ASSIGN_OR_RETURN(const MessageBytes read, impl_->files[impl_->entries[id].file]->Read(ref));
-  return handle({&topics_[impl_->TopicOf(id)], ref.log_time_ns, read.bytes, id});
+  // rosbag2 may compress messages one by one, whatever it writes them to; CDR begins otherwise.
+  if (topic.format != WireFormat::kCdr || !read.bytes.starts_with(kZstdMagic)) {
+    return handle({&topic, ref.log_time_ns, read.bytes, id});
+  }
+  const absl::StatusOr<FileBytes> bytes = DecompressZstd(read.bytes, limits::kMaxBagChunkBytes);
+  if (!bytes.ok()) {
+    return Annotate(bytes.status(), absl::StrCat("topic ", Quote(topic.name),
+                                                 ", message recorded at ", ref.log_time_ns, " ns"));
+  }
+  return handle({&topic, ref.log_time_ns, bytes->view(), id});
 }
 
 }  // namespace scanloc::dataset

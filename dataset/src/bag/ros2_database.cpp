@@ -148,14 +148,9 @@ absl::StatusOr<MessageBytes> Ros2Database::Read(const MessageRef& message) const
     return is_damaged ? absl::DataLossError(error.message()) : error;
   }
   const std::string_view data = Text(row.get(), 0);
+  ASSIGN_OR_RETURN(FileBytes bytes, Decompress(Compression::kNone, data, data.size()));
   MessageBytes read;
-  // Messages that were compressed one by one begin as zstd's frames do, which CDR does not.
-  const bool is_compressed = data.substr(0, kZstdMagic.size()) == kZstdMagic;
-  absl::StatusOr<FileBytes> bytes = is_compressed
-                                        ? DecompressZstd(data, limits::kMaxBagChunkBytes)
-                                        : Decompress(Compression::kNone, data, data.size());
-  if (!bytes.ok()) return Annotate(bytes.status(), absl::StrCat(path_, ": message ", message.at));
-  read.holder = std::make_shared<const FileBytes>(*std::move(bytes));
+  read.holder = std::make_shared<const FileBytes>(std::move(bytes));
   read.bytes = read.holder->view();
   return read;
 }

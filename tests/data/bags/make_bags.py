@@ -239,3 +239,4 @@ def main():
 
 if __name__ == '__main__':
     main()
+    write2(HERE / 'ros2_mcap_message_zstd', StoragePlugin.MCAP, CompressionMode.MESSAGE)
