@@ -206,6 +206,22 @@ TEST(Bag, ReadsAFileOfAFolderOnceThatIsThereCompressedToo) {
               ElementsAre(HasSubstr("\"drive.db3.zstd\" is left out, because \"drive.db3\"")));
 }
 
+TEST(Bag, SaysThatAFileOfAFolderIsMissing) {
+  const TempDir dir;
+  const std::string metadata =
+      "rosbag2_bagfile_information:\n  version: 9\n  relative_file_paths:\n    - a_0.mcap\n"
+      "    - a_1.mcap\n    - a_2.mcap\n  message_count: 5\n";
+  dir.Write("metadata.yaml", metadata);
+  for (const char* name : {"a_0.mcap", "a_2.mcap"}) {
+    dir.Write(name, ReadFile(BagPath("zstd.mcap")));
+  }
+  EXPECT_THAT(Open(dir.path()).value()->notes(),
+              ElementsAre(AllOf(HasSubstr("names 3 files, of which 2 are there"),
+                                HasSubstr("\"a_1.mcap\" is not"))));
+  dir.Write("renamed.mcap", ReadFile(BagPath("zstd.mcap")));
+  EXPECT_THAT(Open(dir.path()).value()->notes(), IsEmpty());
+}
+
 TEST(Bag, GivesMessagesOrARefusalWhateverHappensToTheFile) {
   constexpr std::uint32_t kSeed = 5;
   const TempDir dir;

@@ -6,6 +6,7 @@
 #include <system_error>
 #include <utility>
 
+#include "absl/strings/ascii.h"
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
@@ -14,6 +15,7 @@
 #include "name_order.hpp"
 #include "bag/decompress.hpp"
 #include "scanloc/core/status_macros.hpp"
+#include "scanloc/files/files.hpp"
 #include "text.hpp"
 
 namespace scanloc::dataset {
@@ -27,6 +29,22 @@ bool IsBagName(const std::string& name) {
   const absl::string_view plain = absl::StripSuffix(name, kZstdEnding);
   return absl::EndsWith(plain, ".mcap") || absl::EndsWith(plain, ".db3") ||
          absl::EndsWith(plain, ".bag");
+}
+
+// The files that rosbag2 says it wrote to a folder; none without its metadata.
+std::vector<std::string> NamedInMetadata(const std::string& folder) {
+  constexpr std::int64_t kMaxBytes = 64 << 20;
+  std::vector<std::string> names;
+  const auto text = ReadFile((fs::path(folder) / "metadata.yaml").string(), kMaxBytes);
+  if (!text.ok()) return names;
+  bool is_list = false;
+  LineReader lines(*text);
+  while (const std::optional<std::string_view> line = lines.Next()) {
+    absl::string_view entry = absl::StripAsciiWhitespace(ToAbsl(*line));
+    if (is_list && absl::ConsumePrefix(&entry, "- ")) names.emplace_back(entry);
+    is_list = entry == "relative_file_paths:" || (is_list && line->find("- ") != line->npos);
+  }
+  return names;
 }
 
 // The bags of a folder in natural order; rosbag2 numbers the parts of one without leading zeros.
@@ -52,6 +70,19 @@ absl::StatusOr<std::vector<std::string>> ListFolder(const std::string& folder,
   if (names.empty()) {
     return absl::InvalidArgumentError(
         absl::StrCat(folder, ": holds no bag (.mcap, .db3 or .bag, or one of these .zstd)"));
+  }
+  // As many under other names were renamed.
+  if (const auto named = NamedInMetadata(folder); named.size() > names.size()) {
+    const auto missing = std::ranges::find_if(named, [&](const std::string& name) {
+      const std::string file = fs::path(name).filename().string();
+      return !all.contains(file) &&
+             !all.contains(std::string(absl::StripSuffix(file, kZstdEnding)));
+    });
+    if (missing != named.end()) {
+      notes->push_back(absl::StrCat(folder, ": metadata.yaml names ", named.size(),
+                                    " files, of which ", names.size(), " are there; ",
+                                    Quote(*missing), " is not, and what it held is missing"));
+    }
   }
   std::vector<std::string> paths;
   for (const std::size_t i : OrderNames({names.begin(), names.end()}).order) {
