@@ -11,6 +11,7 @@
 #include "bag/pose_gaps.hpp"
 #include "scanloc/dataset/scan_reader.hpp"
 #include "support/paths.hpp"
+#include "support/sql.hpp"
 #include "support/temp_dir.hpp"
 
 namespace scanloc::dataset {
@@ -160,6 +161,19 @@ TEST(BagDrive, RefusesWithTheTopicsThereAre) {
            {{.paths = {bag}, .poses_from = "tf:"}, "tf:map"},
            {{.paths = {bag}, .poses_from = "tf:world"}, "no transforms connect frame \"velodyne\""},
            {{.paths = {BagPath("layouts.mcap")}}, "several topics of point clouds"},
+TEST(BagDrive, SaysHowCloudsComeOfWhatDriversRecordBeside) {
+  const TempDir dir;
+  for (const auto& [type, advice] : std::vector<std::pair<std::string, std::string>>{
+           {"livox_ros_driver2/msg/CustomMsg", "livox_ros_driver2/CustomMsg, Livox's own: "},
+           {"velodyne_msgs/msg/VelodyneScan", "VelodyneScan, raw packets: "},
+           {"ouster_sensor_msgs/msg/PacketMsg", "PacketMsg, raw packets: "},
+           {"sensor_msgs/msg/LaserScan", "(sensor_msgs/LaserScan)"}}) {
+    const std::string bag = dir.Write("a.db3", test::ReadFile(BagPath("ros2/ros2.db3")));
+    test::Sql(bag, absl::StrCat("UPDATE topics SET type = '", type, "' WHERE name = '/points'"));
+    EXPECT_THAT(std::string(OpenBagDrive({.paths = {bag}}).status().message()), HasSubstr(advice));
+  }
+}
+
            {{.paths = {bag}, .poses_from = "tf:map", .calib_file = "x"}, "--calib is for"},
            {{.paths = {bag}, .poses_from = "/odom", .calib_file = dir.File("none")}, "none"},
            {{.paths = {}}, "no bag"}}) {

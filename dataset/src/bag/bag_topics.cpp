@@ -12,10 +12,22 @@
 namespace scanloc::dataset {
 namespace {
 
+// What drivers publish beside clouds, or in place of them, and how clouds come of it.
+absl::string_view Advice(const std::string& type) {
+  if (absl::EndsWith(type, "/CustomMsg")) {
+    return ", Livox's own: have its driver publish PointCloud2 (xfer_format 0)";
+  }
+  const bool is_scan = absl::EndsWith(type, "Scan") && !absl::StartsWith(type, "sensor_msgs/");
+  if (is_scan || absl::StrContains(type, "Packet") || absl::EndsWith(type, "/UdpFrame")) {
+    return ", raw packets: play them to their driver, and record its PointCloud2";
+  }
+  return "";
+}
+
 std::string TypeText(const BagTopic& topic) {
   return absl::StrCat(Printable(topic.type), topic.format == WireFormat::kOther
                                                  ? ", in an encoding that is not read"
-                                                 : "");
+                                                 : Advice(topic.type));
 }
 
 std::string Listed(const std::vector<const BagTopic*>& topics) {
