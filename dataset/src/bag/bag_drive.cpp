@@ -167,11 +167,11 @@ absl::Status BagScans::ReadHeads() {
                                         ", message recorded at ", message.log_time_ns, " ns"));
   };
   RETURN_IF_ERROR(bag_->ForEach(topics, add, &damage));
-  if (!damage.empty()) notes_.push_back(damage.Text());
   if (clouds_.empty()) {
     return absl::DataLossError(absl::StrCat(paths_, ": no cloud is left: ", damage.Text()));
   }
   // Where others name the frame of the sensor, what names none may be of any.
+  if (!damage.empty()) notes_.push_back(damage.Text());
   if (!sensor_frame_.empty()) {
     const std::size_t num_nameless =
         std::erase_if(clouds_, [](const CloudHead& cloud) { return !cloud.names_frame; });
