@@ -122,6 +122,13 @@ TEST(BagDrive, LeavesOutCloudsThatHaveNoPoseInTime) {
                     HasSubstr("those of the poses 1700003599.900 to 1700003601.950 s")));
 }
 
+TEST(BagDrive, TakesTheTimeOfRecordingWhereThereAreNoStamps) {
+  const auto drive = OpenBagDrive({.paths = {BagPath("unstamped.mcap")}, .poses_from = "tf:odom"});
+  ASSERT_TRUE(drive.ok()) << drive.status();
+  ASSERT_EQ(drive->frames.size(), 7U);
+  for (const Frame& frame : drive->frames) EXPECT_LT(WorstError(frame), 0.03);
+}
+
 TEST(BagDrive, NotesWherePosesLeapFasterThanAnythingDrives) {
   std::vector<Frame> frames(4);
   for (std::size_t i = 0; i < frames.size(); ++i) {

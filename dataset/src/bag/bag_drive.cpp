@@ -137,7 +137,8 @@ absl::Status BagScans::AddPoses(const BagMessage& message) {
   const BagTopic& topic = *message.topic;
   const auto poses = DecodePoses(topic.type, topic.format, message.bytes, num_bad_poses_);
   if (!poses.ok()) return absl::DataLossError(poses.status().message());
-  for (const StampedPose& pose : *poses) {
+  for (StampedPose pose : *poses) {
+    if (pose.stamp_ns == 0) pose.stamp_ns = message.log_time_ns;
     if (&topic != pose_topic_) {
       tree_.Add(pose, IsStatic(topic));
       continue;
@@ -151,7 +152,7 @@ absl::Status BagScans::AddPoses(const BagMessage& message) {
                                   Quote(pose.parent), " and of ", Quote(child_), " in ",
                                   Quote(parent_), "; one body in one frame is needed"));
     }
-    topic_track_.Add(pose.stamp_ns == 0 ? message.log_time_ns : pose.stamp_ns, pose.T_parent_child);
+    topic_track_.Add(pose.stamp_ns, pose.T_parent_child);
   }
   return absl::OkStatus();
 }

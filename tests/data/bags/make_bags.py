@@ -203,6 +203,16 @@ def without_poses(store, is_there, shift_s=0):
             yield '/odom', 'nav_msgs/msg/Odometry', ns, odometry(store, ns)
 
 
+def unstamped(store):
+    """Clouds and transforms have no stamps but those of their recording."""
+    for topic, kind, ns, message in messages(store):
+        if topic in ('/points', '/tf'):
+            for stamped in [message] if topic == '/points' else message.transforms:
+                stamped.header.stamp = stamp(store, 0)
+            yield topic, kind, ns, message
+    yield from (m for m in messages(store) if m[0] == '/tf_static')
+
+
 def layouts(store):
     for name, options in LAYOUTS.items():
         ns = START + 100_000_000
@@ -232,6 +242,7 @@ def main():
     write_mcap(HERE / 'gap.mcap', source=lambda store: without_poses(store, lambda step: step < 4 or step > 30))
     write_mcap(HERE / 'late.mcap', source=lambda store: without_poses(store, lambda step: True, 3600))
     write_mcap(HERE / 'odd_clouds.mcap', source=odd_clouds, compression=CompressionType.ZSTD)
+    write_mcap(HERE / 'unstamped.mcap', source=unstamped, compression=CompressionType.ZSTD)
     write_mcap(HERE / 'all_nan.mcap', source=unseen, compression=CompressionType.ZSTD)
     write_mcap(HERE / 'called_json.mcap', source=layouts, encoding='json', compression=CompressionType.ZSTD)
     write_mcap(HERE / 'layouts.mcap', source=layouts, compression=CompressionType.ZSTD)
