@@ -129,6 +129,14 @@ TEST(BagDrive, TakesTheTimeOfRecordingWhereThereAreNoStamps) {
   for (const Frame& frame : drive->frames) EXPECT_LT(WorstError(frame), 0.03);
 }
 
+TEST(BagDrive, HasNoPosesWhereTwoNodesTellThemInTurn) {
+  const auto drive = OpenBagDrive(
+      {.paths = {BagPath("zstd.mcap"), BagPath("beside.mcap")}, .poses_from = "/odom"});
+  EXPECT_THAT(std::string(drive.status().message()),
+              AllOf(HasSubstr("none of the 7 clouds has a pose"),
+                    HasSubstr("30 poses lie elsewhere than those just before and after them")));
+}
+
 TEST(BagDrive, NotesWherePosesLeapFasterThanAnythingDrives) {
   std::vector<Frame> frames(4);
   for (std::size_t i = 0; i < frames.size(); ++i) {
@@ -153,6 +161,19 @@ TEST(BagDrive, LeavesOutCloudsThatNameNoFrameWhereOthersDo) {
   for (const Frame& frame : drive->frames) EXPECT_LT(WorstError(frame), 0.03);
 }
 
+TEST(BagDrive, SaysHowCloudsComeOfWhatDriversRecordBeside) {
+  const TempDir dir;
+  for (const auto& [type, advice] : std::vector<std::pair<std::string, std::string>>{
+           {"livox_ros_driver2/msg/CustomMsg", "livox_ros_driver2/CustomMsg, Livox's own: "},
+           {"velodyne_msgs/msg/VelodyneScan", "VelodyneScan, raw packets: "},
+           {"ouster_sensor_msgs/msg/PacketMsg", "PacketMsg, raw packets: "},
+           {"sensor_msgs/msg/LaserScan", "(sensor_msgs/LaserScan)"}}) {
+    const std::string bag = dir.Write("a.db3", test::ReadFile(BagPath("ros2/ros2.db3")));
+    test::Sql(bag, absl::StrCat("UPDATE topics SET type = '", type, "' WHERE name = '/points'"));
+    EXPECT_THAT(std::string(OpenBagDrive({.paths = {bag}}).status().message()), HasSubstr(advice));
+  }
+}
+
 TEST(BagDrive, RefusesWithTheTopicsThereAre) {
   const std::string bag = BagPath("zstd.mcap");
   const TempDir dir;
@@ -168,19 +189,6 @@ TEST(BagDrive, RefusesWithTheTopicsThereAre) {
            {{.paths = {bag}, .poses_from = "tf:"}, "tf:map"},
            {{.paths = {bag}, .poses_from = "tf:world"}, "no transforms connect frame \"velodyne\""},
            {{.paths = {BagPath("layouts.mcap")}}, "several topics of point clouds"},
-TEST(BagDrive, SaysHowCloudsComeOfWhatDriversRecordBeside) {
-  const TempDir dir;
-  for (const auto& [type, advice] : std::vector<std::pair<std::string, std::string>>{
-           {"livox_ros_driver2/msg/CustomMsg", "livox_ros_driver2/CustomMsg, Livox's own: "},
-           {"velodyne_msgs/msg/VelodyneScan", "VelodyneScan, raw packets: "},
-           {"ouster_sensor_msgs/msg/PacketMsg", "PacketMsg, raw packets: "},
-           {"sensor_msgs/msg/LaserScan", "(sensor_msgs/LaserScan)"}}) {
-    const std::string bag = dir.Write("a.db3", test::ReadFile(BagPath("ros2/ros2.db3")));
-    test::Sql(bag, absl::StrCat("UPDATE topics SET type = '", type, "' WHERE name = '/points'"));
-    EXPECT_THAT(std::string(OpenBagDrive({.paths = {bag}}).status().message()), HasSubstr(advice));
-  }
-}
-
            {{.paths = {bag}, .poses_from = "tf:map", .calib_file = "x"}, "--calib is for"},
            {{.paths = {bag}, .poses_from = "/odom", .calib_file = dir.File("none")}, "none"},
            {{.paths = {}}, "no bag"}}) {

@@ -194,6 +194,34 @@ TEST(FrameTree, DoesNotInterpolateOverAGap) {
   EXPECT_TRUE(tree.Connect("odom", "lidar")->At(0).has_value());
 }
 
+TEST(PoseTrack, SaysNothingWherePosesContradictEachOther) {
+  constexpr std::int64_t kStep_ns = 50'000'000;
+  for (const auto& [what, offset_m, num] : std::vector<std::tuple<std::string, double, int>>{
+           {"two that agree", 0.2, 0}, {"two that do not", 1.5, 38}}) {
+    PoseTrack track;
+    for (int i = 0; i < 20; ++i) {
+      track.Add(i * kStep_ns, At(0.5 * i));
+      track.Add(i * kStep_ns, At(0.5 * i + offset_m));
+    }
+    track.Sort();
+    EXPECT_EQ(track.NumContradicted(), num) << what;
+    for (const std::int64_t stamp_ns : {10 * kStep_ns, 10 * kStep_ns + 7}) {
+      EXPECT_EQ(track.At(stamp_ns).has_value(), num == 0) << what;
+    }
+  }
+  PoseTrack corrected;  // once
+  for (int i = 0; i < 20; ++i) corrected.Add(i * kStep_ns, At(i < 10 ? 0.1 * i : 0.1 * i - 3));
+  corrected.Sort();
+  EXPECT_EQ(corrected.NumContradicted(), 2U);
+  EXPECT_FALSE(corrected.At(9 * kStep_ns + 1).has_value()) << "was never between";
+  EXPECT_NEAR(corrected.At(7 * kStep_ns)->translation().x(), 0.7, 1e-9);
+  EXPECT_NEAR(corrected.At(12 * kStep_ns)->translation().x(), -1.8, 1e-9);
+  PoseTrack turning;  // at 1 rad/s from one pose to the next
+  for (int i = 0; i < 20; ++i) turning.Add(i * 5 * kStep_ns, At(1.0, 0.25 * std::max(0, i - 9)));
+  turning.Sort();
+  EXPECT_EQ(turning.NumContradicted(), 0U);
+}
+
 TEST(PoseTrack, ForgetsWhatCameBefore) {
   PoseTrack track;
   for (const std::int64_t stamp_ns : {10, 20, 30}) track.Add(stamp_ns, At(1));

@@ -171,8 +171,8 @@ absl::Status BagScans::ReadHeads() {
   if (clouds_.empty()) {
     return absl::DataLossError(absl::StrCat(paths_, ": no cloud is left: ", damage.Text()));
   }
-  // Where others name the frame of the sensor, what names none may be of any.
   if (!damage.empty()) notes_.push_back(damage.Text());
+  // Where others name the frame of the sensor, what names none may be of any.
   if (!sensor_frame_.empty()) {
     const std::size_t num_nameless =
         std::erase_if(clouds_, [](const CloudHead& cloud) { return !cloud.names_frame; });
@@ -256,6 +256,7 @@ absl::Status BagScans::Open(const BagDriveOptions& options, bool needs_poses) {
   }
   RETURN_IF_ERROR(ReadHeads());
   if (absl::Status status = Connect(options); !status.ok()) return Annotate(status, paths_);
+  if (std::string text = ContradictionText(chain_); !text.empty()) notes_.push_back(text);
   deskew_ = options.deskew && has_poses();
   return absl::OkStatus();
 }

@@ -24,12 +24,14 @@ bool IsEarlier(const std::pair<std::int64_t, Pose>& a, const std::pair<std::int6
   return a.first < b.first;
 }
 
-bool IsElsewhere(const Pose& a, const Pose& b) {
-  constexpr double kMax_m = 0.1;
-  constexpr double kMax_rad = 0.0175;
+bool IsElsewhere(const Pose& a, const Pose& b, double max_m, double max_rad) {
   const Pose moved = a.inverse() * b;
-  return moved.translation().norm() > kMax_m ||
-         Eigen::AngleAxisd(moved.linear()).angle() > kMax_rad;
+  return moved.translation().norm() > max_m || Eigen::AngleAxisd(moved.linear()).angle() > max_rad;
+}
+
+// As doubles: the difference of two stamps need not fit.
+double Gap_ns(std::int64_t from_ns, std::int64_t to_ns) {
+  return static_cast<double>(to_ns) - static_cast<double>(from_ns);
 }
 
 }  // namespace
@@ -47,14 +49,47 @@ std::optional<Pose> PoseTrack::At(std::int64_t stamp_ns) const {
   const auto after = std::lower_bound(samples_.begin(), samples_.end(),
                                       std::pair(stamp_ns, Pose::Identity()), &IsEarlier);
   if (after == samples_.end()) return std::nullopt;
+  const auto i = static_cast<std::size_t>(after - samples_.begin());
+  if (IsContradicted(i)) return std::nullopt;
   if (after->first == stamp_ns) return after->second;
-  if (after == samples_.begin()) return std::nullopt;
+  if (i == 0 || IsContradicted(i - 1)) return std::nullopt;
   const auto before = std::prev(after);
-  // As doubles: the difference of two stamps need not fit.
-  const double gap_ns = static_cast<double>(after->first) - static_cast<double>(before->first);
+  const double gap_ns = Gap_ns(before->first, after->first);
   if (gap_ns > static_cast<double>(kMaxPoseGap_ns)) return std::nullopt;
   const double share = static_cast<double>(stamp_ns - before->first) / gap_ns;
   return Interpolate(before->second, after->second, share);
+}
+
+bool PoseTrack::IsContradicted(std::size_t i) const {
+  constexpr double kMax_m = 0.5;
+  constexpr double kMax_rad = 0.1745;
+  constexpr double kBraking_m_per_s2 = 10.0;
+  constexpr double kTurning_rad_per_s = 1.0;
+  constexpr double kLate_s = 0.03;  // stamps of reception
+  if (i == 0 || i + 1 >= samples_.size()) return false;
+  const auto& [before_ns, before] = samples_[i - 1];
+  const auto& [after_ns, after] = samples_[i + 1];
+  const double gap_ns = Gap_ns(before_ns, after_ns);
+  if (gap_ns > static_cast<double>(kMaxPoseGap_ns)) return false;
+  const double share = gap_ns > 0.0 ? Gap_ns(before_ns, samples_[i].first) / gap_ns : 0.0;
+  const double gap_s = 1e-9 * gap_ns;
+  const double way_m = (after.translation() - before.translation()).norm();
+  const double late_m = gap_s > 0.0 ? kLate_s * way_m / gap_s : 0.0;
+  return IsElsewhere(Interpolate(before, after, share), samples_[i].second,
+                     kMax_m + late_m + kBraking_m_per_s2 * gap_s * gap_s / 8.0,
+                     kMax_rad + kTurning_rad_per_s * gap_s);
+}
+
+std::size_t PoseTrack::NumContradicted() const {
+  std::size_t num = 0;
+  for (std::size_t i = 0; i < samples_.size(); ++i) num += IsContradicted(i) ? 1 : 0;
+  return num;
+}
+
+std::size_t FrameChain::NumContradicted() const {
+  std::size_t num = 0;
+  for (const auto& [track, is_inverse] : steps_) num += track->NumContradicted();
+  return num;
 }
 
 std::optional<Pose> FrameChain::At(std::int64_t stamp_ns) const {
@@ -73,8 +108,12 @@ void FrameTree::Add(const StampedPose& pose, bool is_static) {
   if (edge.parent != pose.parent) {
     edge.other_parent = pose.parent;
   } else if (is_static) {
+    constexpr double kMax_m = 0.1;
+    constexpr double kMax_rad = 0.0175;
     const std::optional<Pose>& before = edge.track.fixed();
-    if (before && IsElsewhere(*before, pose.T_parent_child)) moved_.insert(pose.child);
+    if (before && IsElsewhere(*before, pose.T_parent_child, kMax_m, kMax_rad)) {
+      moved_.insert(pose.child);
+    }
     edge.track.SetStatic(pose.T_parent_child);
   } else {
     edge.track.Add(pose.stamp_ns, pose.T_parent_child);

@@ -43,6 +43,15 @@ std::string LeapText(const std::vector<Frame>& frames) {
   return "";
 }
 
+std::string ContradictionText(const std::optional<FrameChain>& poses) {
+  const std::size_t num = poses ? poses->NumContradicted() : 0;
+  if (num == 0) return "";
+  return absl::StrFormat(
+      "%d poses lie elsewhere than those just before and after them say, as where two nodes tell "
+      "poses, a clock was set back, or poses jump: clouds between them have none",
+      num);
+}
+
 std::string SpanText(std::int64_t first_ns, std::int64_t last_ns) {
   return absl::StrFormat("%.3f to %.3f s", kSPerNs * static_cast<double>(first_ns),
                          kSPerNs * static_cast<double>(last_ns));

@@ -2,10 +2,12 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "scanloc/dataset/drive.hpp"
+#include "scanloc/dataset/frame_tree.hpp"
 
 namespace scanloc::dataset {
 
@@ -17,6 +19,9 @@ namespace scanloc::dataset {
 /// Says where a drive leaps from one cloud to the next, faster than anything drives, as where
 /// odometry began anew; empty if it does nowhere.
 [[nodiscard]] std::string LeapText(const std::vector<Frame>& frames);
+
+/// Says how many poses are contradicted by those around them; empty if none is, or without poses.
+[[nodiscard]] std::string ContradictionText(const std::optional<FrameChain>& poses);
 
 /// "1.000 to 2.500 s".
 [[nodiscard]] std::string SpanText(std::int64_t first_ns, std::int64_t last_ns);

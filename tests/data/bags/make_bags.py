@@ -213,6 +213,15 @@ def unstamped(store):
     yield from (m for m in messages(store) if m[0] == '/tf_static')
 
 
+def beside(store):
+    """Another node's odometry, 3 m to the left."""
+    for step in range(-2, 2 * NUM_CLOUDS + 2):
+        ns = START + step * 50_000_000 + 4_000_000
+        message = odometry(store, ns)
+        message.pose.pose.position.y += 3
+        yield '/odom', 'nav_msgs/msg/Odometry', ns, message
+
+
 def layouts(store):
     for name, options in LAYOUTS.items():
         ns = START + 100_000_000
@@ -231,6 +240,7 @@ def main():
     write2(HERE / 'ros2_file_zstd', StoragePlugin.SQLITE3, CompressionMode.FILE)
     write2(HERE / 'ros2_message_zstd', StoragePlugin.SQLITE3, CompressionMode.MESSAGE)
     write2(HERE / 'ros2_mcap', StoragePlugin.MCAP)
+    write2(HERE / 'ros2_mcap_message_zstd', StoragePlugin.MCAP, CompressionMode.MESSAGE)
     write_mcap(HERE / 'zstd.mcap', compression=CompressionType.ZSTD, chunk_size=2000)
     write_mcap(HERE / 'lz4.mcap', compression=CompressionType.LZ4, chunk_size=2000)
     write_mcap(HERE / 'plain.mcap', compression=CompressionType.NONE, chunk_size=2000)
@@ -241,8 +251,9 @@ def main():
     write_mcap(HERE / 'unchunked_checksum.mcap', use_chunking=False, enable_data_crcs=True)
     write_mcap(HERE / 'gap.mcap', source=lambda store: without_poses(store, lambda step: step < 4 or step > 30))
     write_mcap(HERE / 'late.mcap', source=lambda store: without_poses(store, lambda step: True, 3600))
-    write_mcap(HERE / 'odd_clouds.mcap', source=odd_clouds, compression=CompressionType.ZSTD)
     write_mcap(HERE / 'unstamped.mcap', source=unstamped, compression=CompressionType.ZSTD)
+    write_mcap(HERE / 'beside.mcap', source=beside, compression=CompressionType.ZSTD)
+    write_mcap(HERE / 'odd_clouds.mcap', source=odd_clouds, compression=CompressionType.ZSTD)
     write_mcap(HERE / 'all_nan.mcap', source=unseen, compression=CompressionType.ZSTD)
     write_mcap(HERE / 'called_json.mcap', source=layouts, encoding='json', compression=CompressionType.ZSTD)
     write_mcap(HERE / 'layouts.mcap', source=layouts, compression=CompressionType.ZSTD)
@@ -250,4 +261,3 @@ def main():
 
 if __name__ == '__main__':
     main()
-    write2(HERE / 'ros2_mcap_message_zstd', StoragePlugin.MCAP, CompressionMode.MESSAGE)

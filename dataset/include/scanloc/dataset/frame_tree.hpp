@@ -33,11 +33,19 @@ class PoseTrack {
     return samples_;
   }
 
-  /// Interpolated between the samples around a time; none before the first, after the last, and
-  /// where these lie more than kMaxPoseGap_ns apart. Requires Sort.
+  /// Interpolated between the samples around a time; none before the first, after the last, where
+  /// these lie more than kMaxPoseGap_ns apart, and where one of them is contradicted. Requires
+  /// Sort.
   [[nodiscard]] std::optional<Pose> At(std::int64_t stamp_ns) const;
 
+  /// Samples that lie elsewhere than those before and after them say, by more than 0.5 m or 10
+  /// degrees, and what hard braking or stamps that are off by 30 ms make of it: two sources tell
+  /// poses in turn, a clock was set back, or poses were corrected there. Requires Sort.
+  [[nodiscard]] std::size_t NumContradicted() const;
+
  private:
+  [[nodiscard]] bool IsContradicted(std::size_t i) const;
+
   std::optional<Pose> static_;
   std::vector<std::pair<std::int64_t, Pose>> samples_;
 };
@@ -51,6 +59,8 @@ class FrameChain {
   void AppendMount(const Pose& mount) { mount_ = mount_ * mount; }
 
   [[nodiscard]] std::optional<Pose> At(std::int64_t stamp_ns) const;
+  /// Of all its tracks.
+  [[nodiscard]] std::size_t NumContradicted() const;
 
  private:
   std::vector<std::pair<const PoseTrack*, bool>> steps_;
