@@ -91,7 +91,9 @@ void BindStreams(nb::module_& m) {
           "pose in the sensor frame of the one before, by the robot's own reckoning; of the base, "
           "where there is a mount. After an error that is of this scan the stream goes on.")
       .def("close", [](SharedStream& self) { Unlocked([&] { return self.Close(); }); })
-      .def("__enter__", [](nb::object self) { return self; })
+      .def(
+          "__enter__", [](nb::object self) { return self; },
+          nb::sig("def __enter__(self) -> RobotStream"))
       .def(
           "__exit__",
           [](SharedStream& self, nb::handle, nb::handle, nb::handle) {

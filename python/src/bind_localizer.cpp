@@ -1,5 +1,6 @@
 #include <memory>
 #include <mutex>
+#include <optional>
 
 #include "arrays.hpp"
 #include "asking.hpp"
@@ -37,25 +38,28 @@ struct PythonLocalizer {
   std::shared_ptr<const client::OfflineClient> client;
 };
 
-nb::object ContextArray(const Context& context) {
-  if (context.empty()) return nb::none();
+template <typename T>
+using Array = nb::ndarray<nb::numpy, T, nb::c_contig>;
+
+std::optional<Array<std::uint16_t>> ContextArray(const Context& context) {
+  if (context.empty()) return std::nullopt;
   const auto rows = static_cast<std::size_t>(context.num_rows);
   const auto cols = static_cast<std::size_t>(context.num_cols);
   std::vector<std::uint16_t> cells(rows * cols);
   for (std::size_t r = 0; r < rows; ++r) {
     for (std::size_t c = 0; c < cols; ++c) cells[r * cols + c] = context.cells_cm[c * rows + r];
   }
-  return nb::cast(ArrayOf(std::move(cells), {rows, cols}));
+  return ArrayOf(std::move(cells), {rows, cols});
 }
 
-nb::object PostArray(const SignedDescriptor& of) {
+Array<float> PostArray(const SignedDescriptor& of) {
   const std::vector<Post>& posts = of.descriptor.structure.posts;
   std::vector<float> posts_m;
   for (const Post& post : posts) {
     posts_m.push_back(static_cast<float>(post.x_cm) * 0.01F);
     posts_m.push_back(static_cast<float>(post.y_cm) * 0.01F);
   }
-  return nb::cast(ArrayOf(std::move(posts_m), {posts.size(), 2}));
+  return ArrayOf(std::move(posts_m), {posts.size(), 2});
 }
 
 }  // namespace
@@ -68,11 +72,13 @@ void BindLocalizer(nb::module_& m) {
           "Occupied voxels in range.")
       .def_prop_ro(
           "polar", [](const SignedDescriptor& d) { return ContextArray(d.descriptor.polar); },
+          nb::rv_policy::move,
           "Polar context: rings x sectors, uint16, heights above ground [cm]; None if disabled.")
       .def_prop_ro(
           "cart", [](const SignedDescriptor& d) { return ContextArray(d.descriptor.cart); },
+          nb::rv_policy::move,
           "Cart context: rows along x times columns along y, uint16 [cm]; None if disabled.")
-      .def_prop_ro("posts", &PostArray,
+      .def_prop_ro("posts", &PostArray, nb::rv_policy::move,
                    "Upright things seen from above: N x 2 float32, x y in the levelled frame [m].");
 
   nb::class_<SharedDescriber>(m, "Describer",

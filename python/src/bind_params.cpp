@@ -2,6 +2,7 @@
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
 
+#include <functional>
 #include <string>
 #include <type_traits>
 
@@ -91,7 +92,11 @@ void BindParams(nb::module_& m) {
           nb::arg("name"))
       .def_prop_ro("signature", &DescriptorSignature,
                    "Equal exactly where descriptors made with two parameter sets are comparable.")
-      .def(nb::self == nb::self)
+      .def(nb::self == nb::self, nb::sig("def __eq__(self, arg: object, /) -> bool"))
+      .def("__hash__",
+           [](const Params& params) {
+             return std::hash<std::string>()(DescriptorSignature(params));
+           })
       .def("__repr__", [](const Params& params) {
         return absl::StrCat("Params(", nb::cast<std::string>(nb::repr(ToDict(params))), ")");
       });

@@ -1,3 +1,5 @@
+import ast
+import pathlib
 import subprocess
 import sys
 import threading
@@ -185,10 +187,23 @@ for _ in range(3):
         assert (ended.returncode, ended.stderr) == (0, "")
 
 
+def test_stubs_tell_types():
+    """As type checkers need them: what `with` gives, what can be compared, what is an array."""
+    stub = ast.parse(pathlib.Path(scanloc.__file__).with_name("_scanloc.pyi").read_text())
+    methods = {f"{of.name}.{method.name}": method for of in stub.body if isinstance(of, ast.ClassDef)
+               for method in of.body if isinstance(method, ast.FunctionDef)}
+    untyped = [name for name, method in methods.items()
+               if method.returns is None or ast.unparse(method.returns) == "object"]
+    assert untyped == ["Params.__getitem__"]
+    compared = methods["Params.__eq__"].args
+    assert ast.unparse((compared.posonlyargs + compared.args)[1].annotation) == "object"
+
+
 def test_params_are_by_name():
     params = scanloc.Params({"voxel_size_m": 0.4, "polar.num_rings": 10})
     assert params["voxel_size_m"] == 0.4 and params["polar.num_sectors"] == 60
     assert params == scanloc.Params(params.to_dict()) != scanloc.Params()
+    assert params != params.to_dict() and len({params, scanloc.Params(params.to_dict())}) == 1
     assert params.signature != scanloc.Params().signature
     for bad in ({"voxel": 1.0}, {"voxel_size_m": "x"}, {"voxel_size_m": -1.0},
                 {"cart.shift_mode": 7}, {1: 2}):
