@@ -6,6 +6,7 @@ NB_MODULE(_scanloc, m) {
   // it.
   nanobind::set_leak_warnings(false);
   m.doc() = "scanloc: where a LiDAR scan was taken.";
+  m.attr("__version__") = SCANLOC_VERSION;
   scanloc::python::TranslateErrors();
   scanloc::python::BindParams(m);
   scanloc::python::BindQueries(m);

@@ -1,4 +1,5 @@
 import ast
+import os
 import pathlib
 import subprocess
 import sys
@@ -197,6 +198,12 @@ def test_stubs_tell_types():
     assert untyped == ["Params.__getitem__"]
     compared = methods["Params.__eq__"].args
     assert ast.unparse((compared.posonlyargs + compared.args)[1].annotation) == "object"
+
+
+def test_tells_its_version():
+    program = pathlib.Path(os.environ["SCANLOC_BIN_DIR"]) / "scanloc"
+    told = subprocess.run([program, "--version"], capture_output=True, text=True, check=True)
+    assert told.stdout.split()[1] == scanloc.__version__
 
 
 def test_params_are_by_name():
