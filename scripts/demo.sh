@@ -15,10 +15,12 @@
 # ten minutes at most.
 # Leaves map, answers, picture and the page as one file in demo-out/ (or $SCANLOC_DEMO_OUT).
 set -euo pipefail
+from=$PWD
+path() { (cd "$from" && realpath -ms -- "$1"); }  # files are named from where the demo was called
 cd "$(dirname "$0")/.."
 . scripts/common.sh
 root=$PWD
-out=${SCANLOC_DEMO_OUT:-$root/demo-out}
+out=$(path "${SCANLOC_DEMO_OUT:-$root/demo-out}")
 
 scripts/setup.sh --programs
 configure release -DSCANLOC_BUILD_TESTS=OFF -DSCANLOC_BUILD_BENCH=OFF
@@ -44,13 +46,13 @@ else
   scans="" poses="" calib=() times=() format=() mount=() bag=() topics=()
   while [[ $# -gt 0 ]]; do
     case "$1" in
-      --scans) scans=$2 ;;
-      --poses) poses=$2 ;;
-      --calib) calib=(--calib "$2") ;;
-      --times) times=(--times "$2") ;;
+      --scans) scans=$(path "$2") ;;
+      --poses) poses=$(path "$2") ;;
+      --calib) calib=(--calib "$(path "$2")") ;;
+      --times) times=(--times "$(path "$2")") ;;
       --format) format=(--format "$2") ;;
       --T-base-sensor) mount=(--T-base-sensor "$2") ;;
-      --bag) bag+=(--bag "$2") ;;
+      --bag) bag+=(--bag "$(path "$2")") ;;
       --topic | --poses-from) topics+=("$1" "$2") ;;
       *) echo "demo: unknown flag $1; use --scans --poses --calib --times --format, or --bag" \
         "--topic --poses-from --calib, and --T-base-sensor" >&2; exit 2 ;;
