@@ -6,9 +6,11 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <tuple>
 
 #include "absl/strings/str_cat.h"
 #include "bag/pose_gaps.hpp"
+#include "bag/recording_delay.hpp"
 #include "scanloc/dataset/scan_reader.hpp"
 #include "support/paths.hpp"
 #include "support/sql.hpp"
@@ -22,6 +24,7 @@ using test::TempDir;
 using ::testing::AllOf;
 using ::testing::Contains;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 const std::array<Eigen::Vector3d, 6> kPosts = {
     {{20, 5, 0}, {20, 5, 3}, {-8, 12, 1}, {3, -30, 2}, {40, 0.5, -1}, {-25, -6, 4}}};
@@ -159,6 +162,39 @@ TEST(BagDrive, LeavesOutCloudsThatNameNoFrameWhereOthersDo) {
               Contains(HasSubstr("2 clouds of \"/points\" name no frame, where others "
                                  "are of \"velodyne\": they are left out")));
   for (const Frame& frame : drive->frames) EXPECT_LT(WorstError(frame), 0.03);
+}
+
+TEST(BagDrive, RefusesCloudsAndPosesOfTwoClocks) {
+  const BagDriveOptions options = {.paths = {BagPath("of_ptp.mcap")}, .poses_from = "/odom"};
+  const std::string error(OpenBagDrive(options).status().message());
+  EXPECT_THAT(error, HasSubstr("clouds have stamps 37.000 s ahead of those of the poses"));
+  EXPECT_THAT(error, Not(HasSubstr("none of the")));
+  std::vector<std::string> notes;
+  EXPECT_EQ(ListBagScans(options, notes)->size(), 7U) << "which need no poses";
+  EXPECT_THAT(notes, Contains(HasSubstr("two clocks gave them")));
+}
+
+TEST(BagDrive, KnowsClocksFromPosesThatComeLate) {
+  constexpr std::int64_t kSecond_ns = 1'000'000'000;
+  for (const auto& [offset_s, is_right, is_noted] :
+       std::vector<std::tuple<int, bool, bool>>{{0, true, false},
+                                                {1, true, false},
+                                                {5, true, true},
+                                                {-18, false, false},
+                                                {37, false, false},
+                                                {-400'000, true, true}}) {
+    RecordingDelay clouds;
+    RecordingDelay poses;
+    for (int i = 0; i < 9; ++i) {
+      const std::int64_t now_ns = (1'000'000 + i) * kSecond_ns;
+      clouds.Add(now_ns, now_ns - i * kSecond_ns / 10);
+      poses.Add(now_ns, i < 3 ? 0 : now_ns - offset_s * kSecond_ns);
+    }
+    std::vector<std::string> notes;
+    EXPECT_EQ(CheckClocks(clouds, poses, notes).ok(), is_right) << offset_s;
+    EXPECT_EQ(notes.empty(), !is_noted) << offset_s;
+    EXPECT_TRUE(CheckClocks(clouds, {}, notes).ok());
+  }
 }
 
 TEST(BagDrive, SaysHowCloudsComeOfWhatDriversRecordBeside) {

@@ -10,6 +10,7 @@
 #include "absl/strings/str_join.h"
 #include "bag/bag_topics.hpp"
 #include "bag/pose_gaps.hpp"
+#include "bag/recording_delay.hpp"
 #include "decimal_time.hpp"
 #include "file_bytes.hpp"
 #include "scanloc/core/status_macros.hpp"
@@ -23,7 +24,6 @@
 namespace scanloc::dataset {
 namespace {
 
-constexpr std::string_view kTfPrefix = "tf:";
 constexpr double kSPerNs = 1e-9;
 constexpr std::int64_t kMaxStamp_ns = 9'000'000'000'000'000'000;  // room to add a sweep
 
@@ -63,7 +63,6 @@ class BagScans : public ScanStore {
   [[nodiscard]] ScanFile FileOf(std::size_t index, std::shared_ptr<const BagScans> self) const;
 
  private:
-  absl::Status ChoosePoses(const BagDriveOptions& options, bool needs_poses);
   absl::Status ReadHeads();
   absl::Status AddCloud(const BagMessage& message);
   absl::Status AddPoses(const BagMessage& message);
@@ -80,41 +79,14 @@ class BagScans : public ScanStore {
   std::vector<CloudHead> clouds_;
   std::size_t num_unstamped_ = 0;
   std::size_t num_bad_poses_ = 0;
+  RecordingDelay cloud_delay_;
+  RecordingDelay pose_delay_;
   FrameTree tree_;
   PoseTrack topic_track_;
   std::optional<FrameChain> chain_;
   bool deskew_ = false;
   std::vector<std::string> notes_;
 };
-
-absl::Status BagScans::ChoosePoses(const BagDriveOptions& options, bool needs_poses) {
-  const std::vector<const BagTopic*> transforms = TopicsOf(*bag_, &IsTransforms);
-  if (absl::StartsWith(options.poses_from, ToAbsl(kTfPrefix))) {
-    parent_ = options.poses_from.substr(kTfPrefix.size());
-    if (!parent_.empty() && parent_.front() == '/') parent_.erase(0, 1);
-    if (parent_.empty())
-      return Invalid("--poses-from tf: needs the name of a frame, such as tf:map");
-    if (transforms.empty()) return Invalid("the bag has no transforms, which tf: needs");
-    if (!options.calib_file.empty()) {
-      return Invalid("--calib is for a topic of poses; by TF the mount is that of the transforms");
-    }
-    transform_topics_ = transforms;
-    return absl::OkStatus();
-  }
-  const std::vector<const BagTopic*> usable = TopicsOf(*bag_, &IsPoses);
-  // Where nothing but the shape of a scan hangs on them, they must be plain.
-  if (!needs_poses && options.poses_from.empty() && usable.size() != 1) return absl::OkStatus();
-  const auto topic = ChooseTopic(*bag_, options.poses_from, usable, "poses", "--poses-from");
-  if (!topic.ok()) {
-    if (transforms.empty()) return topic.status();
-    return Invalid(absl::StrCat(topic.status().message(), "; tf:FRAME takes poses from TF"));
-  }
-  pose_topic_ = *topic;
-  for (const BagTopic* of_tf : transforms) {
-    if (IsStatic(*of_tf)) transform_topics_.push_back(of_tf);
-  }
-  return absl::OkStatus();
-}
 
 absl::Status BagScans::AddCloud(const BagMessage& message) {
   const absl::StatusOr<MessageHead> head = DecodeHead(message.topic->format, message.bytes);
@@ -125,6 +97,7 @@ absl::Status BagScans::AddCloud(const BagMessage& message) {
                                 Quote(sensor_frame_), " are on one topic; one sensor is needed"));
   }
   num_unstamped_ += head->stamp_ns == 0 ? 1 : 0;
+  cloud_delay_.Add(message.log_time_ns, head->stamp_ns);
   const std::int64_t stamp_ns = head->stamp_ns == 0 ? message.log_time_ns : head->stamp_ns;
   if (stamp_ns < 0 || stamp_ns > kMaxStamp_ns) {
     return absl::DataLossError(absl::StrCat("its stamp, ", stamp_ns, " ns, is none"));
@@ -138,6 +111,7 @@ absl::Status BagScans::AddPoses(const BagMessage& message) {
   const auto poses = DecodePoses(topic.type, topic.format, message.bytes, num_bad_poses_);
   if (!poses.ok()) return absl::DataLossError(poses.status().message());
   for (StampedPose pose : *poses) {
+    if (!IsStatic(topic)) pose_delay_.Add(message.log_time_ns, pose.stamp_ns);
     if (pose.stamp_ns == 0) pose.stamp_ns = message.log_time_ns;
     if (&topic != pose_topic_) {
       tree_.Add(pose, IsStatic(topic));
@@ -251,11 +225,18 @@ absl::Status BagScans::Open(const BagDriveOptions& options, bool needs_poses) {
       ChooseTopic(*bag_, options.topic, TopicsOf(*bag_, &IsCloud), "point clouds", "--topic");
   if (!topic.ok()) return Annotate(topic.status(), paths_);
   cloud_topic_ = *topic;
-  if (absl::Status status = ChoosePoses(options, needs_poses); !status.ok()) {
-    return Annotate(status, paths_);
-  }
+  absl::StatusOr<PoseTopics> poses = ChoosePoses(*bag_, options, needs_poses);
+  if (!poses.ok()) return Annotate(poses.status(), paths_);
+  pose_topic_ = poses->poses;
+  transform_topics_ = std::move(poses->transforms);
+  parent_ = std::move(poses->parent);
   RETURN_IF_ERROR(ReadHeads());
   if (absl::Status status = Connect(options); !status.ok()) return Annotate(status, paths_);
+  if (const absl::Status clocks = CheckClocks(cloud_delay_, pose_delay_, notes_); !clocks.ok()) {
+    if (needs_poses) return Annotate(clocks, paths_);
+    notes_.emplace_back(clocks.message());
+    chain_.reset();
+  }
   if (std::string text = ContradictionText(chain_); !text.empty()) notes_.push_back(text);
   deskew_ = options.deskew && has_poses();
   return absl::OkStatus();

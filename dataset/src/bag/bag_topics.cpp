@@ -12,6 +12,8 @@
 namespace scanloc::dataset {
 namespace {
 
+constexpr std::string_view kTfPrefix = "tf:";
+
 // What drivers publish beside clouds, or in place of them, and how clouds come of it.
 absl::string_view Advice(const std::string& type) {
   if (absl::EndsWith(type, "/CustomMsg")) {
@@ -80,6 +82,37 @@ absl::StatusOr<const BagTopic*> ChooseTopic(const Bag& bag, const std::string& n
                                   : absl::StrCat(" is of type ", TypeText(*topic), " and holds ",
                                                  topic->num_messages, " messages"),
                               "; of ", ToAbsl(what), " there are: ", Listed(usable)));
+}
+
+absl::StatusOr<PoseTopics> ChoosePoses(const Bag& bag, const BagDriveOptions& options,
+                                       bool needs_poses) {
+  PoseTopics chosen;
+  const std::vector<const BagTopic*> transforms = TopicsOf(bag, &IsTransforms);
+  if (absl::StartsWith(options.poses_from, ToAbsl(kTfPrefix))) {
+    chosen.parent = options.poses_from.substr(kTfPrefix.size());
+    if (!chosen.parent.empty() && chosen.parent.front() == '/') chosen.parent.erase(0, 1);
+    if (chosen.parent.empty())
+      return Invalid("--poses-from tf: needs the name of a frame, such as tf:map");
+    if (transforms.empty()) return Invalid("the bag has no transforms, which tf: needs");
+    if (!options.calib_file.empty()) {
+      return Invalid("--calib is for a topic of poses; by TF the mount is that of the transforms");
+    }
+    chosen.transforms = transforms;
+    return chosen;
+  }
+  const std::vector<const BagTopic*> usable = TopicsOf(bag, &IsPoses);
+  // Where nothing but the shape of a scan hangs on them, they must be plain.
+  if (!needs_poses && options.poses_from.empty() && usable.size() != 1) return chosen;
+  const auto topic = ChooseTopic(bag, options.poses_from, usable, "poses", "--poses-from");
+  if (!topic.ok()) {
+    if (transforms.empty()) return topic.status();
+    return Invalid(absl::StrCat(topic.status().message(), "; tf:FRAME takes poses from TF"));
+  }
+  chosen.poses = *topic;
+  for (const BagTopic* of_tf : transforms) {
+    if (IsStatic(*of_tf)) chosen.transforms.push_back(of_tf);
+  }
+  return chosen;
 }
 
 }  // namespace scanloc::dataset

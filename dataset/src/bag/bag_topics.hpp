@@ -6,6 +6,7 @@
 
 #include "absl/status/statusor.h"
 #include "scanloc/dataset/bag.hpp"
+#include "scanloc/dataset/bag_drive.hpp"
 
 /// Which topics of a bag are used.
 namespace scanloc::dataset {
@@ -26,5 +27,17 @@ namespace scanloc::dataset {
 [[nodiscard]] absl::StatusOr<const BagTopic*> ChooseTopic(
     const Bag& bag, const std::string& name, const std::vector<const BagTopic*>& usable,
     std::string_view what, std::string_view option);
+
+/// Where the poses of a drive come from.
+struct PoseTopics {
+  const BagTopic* poses = nullptr;          ///< null: by TF, or none
+  std::vector<const BagTopic*> transforms;  ///< with `poses`, the static ones
+  std::string parent;                       ///< of the poses by TF
+};
+
+/// As BagDriveOptions say. Without poses_from, and where poses are not needed, the only topic of
+/// them or none. InvalidArgument, with the topics there are, if they say nothing that is there.
+[[nodiscard]] absl::StatusOr<PoseTopics> ChoosePoses(const Bag& bag, const BagDriveOptions& options,
+                                                     bool needs_poses);
 
 }  // namespace scanloc::dataset

@@ -213,6 +213,14 @@ def unstamped(store):
     yield from (m for m in messages(store) if m[0] == '/tf_static')
 
 
+def of_ptp(store):
+    """Clouds are stamped by a clock that is 37 s ahead."""
+    for topic, kind, ns, message in messages(store):
+        if topic == '/points':
+            message.header.stamp = stamp(store, ns + 37 * 10**9)
+        yield topic, kind, ns, message
+
+
 def beside(store):
     """Another node's odometry, 3 m to the left."""
     for step in range(-2, 2 * NUM_CLOUDS + 2):
@@ -252,6 +260,7 @@ def main():
     write_mcap(HERE / 'gap.mcap', source=lambda store: without_poses(store, lambda step: step < 4 or step > 30))
     write_mcap(HERE / 'late.mcap', source=lambda store: without_poses(store, lambda step: True, 3600))
     write_mcap(HERE / 'unstamped.mcap', source=unstamped, compression=CompressionType.ZSTD)
+    write_mcap(HERE / 'of_ptp.mcap', source=of_ptp, compression=CompressionType.ZSTD)
     write_mcap(HERE / 'beside.mcap', source=beside, compression=CompressionType.ZSTD)
     write_mcap(HERE / 'odd_clouds.mcap', source=odd_clouds, compression=CompressionType.ZSTD)
     write_mcap(HERE / 'all_nan.mcap', source=unseen, compression=CompressionType.ZSTD)
