@@ -84,10 +84,10 @@ void PoseOptions::DeclareBag(CLI::App& app) {
                  "Topic of the point clouds [the only one; `scanloc bag FILE` lists them]")
       ->needs(bag);
   app.add_option("--poses-from", bag_.poses_from,
-                 "Topic of odometry or poses, or tf:FRAME for poses in that frame by TF [the only "
-                 "topic of poses]")
+                 "Topic of odometry or poses, or tf:FRAME for poses in that frame by TF, of the "
+                 "sensor, or with :BODY of what carries it [the only topic of poses]")
       ->needs(bag)
-      ->type_name("TOPIC|tf:FRAME");
+      ->type_name("TOPIC|tf:FRAME[:BODY]");
   app.add_flag("--deskew,!--no-deskew", bag_.deskew,
                "Take the motion during a sweep out of it, where points have times and the bag "
                "poses [yes]");

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <numbers>
 #include <tuple>
 
 #include "absl/strings/str_cat.h"
@@ -74,6 +75,30 @@ TEST(BagDrive, TakesPosesFromOdometryPosesAndTransforms) {
     const auto drive = OpenBagDrive({.paths = {BagPath("zstd.mcap")}, .poses_from = poses_from});
     ASSERT_TRUE(drive.ok()) << drive.status();
     for (const Frame& frame : drive->frames) EXPECT_LT(WorstError(frame, shift_m), 0.03);
+  }
+}
+
+TEST(BagDrive, TakesPosesOfABodyByTransforms) {
+  const Pose mount = Eigen::Translation3d(1, 0, 1.5) *
+                     Eigen::AngleAxisd(std::numbers::pi / 2, Eigen::Vector3d::UnitZ());
+  const TempDir dir;
+  const std::string bag = dir.Write("a.db3", test::ReadFile(BagPath("ros2/ros2.db3")));
+  test::Sql(bag,
+            "DELETE FROM messages WHERE topic_id = (SELECT id FROM topics WHERE name = "
+            "'/tf_static')");
+  const std::string error(
+      OpenBagDrive({.paths = {bag}, .poses_from = "tf:odom"}).status().message());
+  EXPECT_THAT(error, AllOf(HasSubstr("no transforms connect"), HasSubstr("tf:FRAME:BODY")));
+  for (const BagDriveOptions& options : std::vector<BagDriveOptions>{
+           {.paths = {bag}, .poses_from = "tf:odom:base_link", .T_body_sensor = mount},
+           {.paths = {BagPath("ros2")}, .poses_from = "tf:/odom:/base_link"},
+           {.paths = {BagPath("ros2")},
+           .poses_from = "tf:odom:velodyne",
+           .T_body_sensor = mount}}) {
+    const auto drive = OpenBagDrive(options);
+    ASSERT_TRUE(drive.ok()) << drive.status();
+    ASSERT_EQ(drive->frames.size(), 7U);
+    for (const Frame& frame : drive->frames) EXPECT_LT(WorstError(frame), 0.03);
   }
 }
 
@@ -223,6 +248,9 @@ TEST(BagDrive, RefusesWithTheTopicsThereAre) {
             "PointCloud2, in an encoding that is not read"},
            {{.paths = {bag}, .poses_from = "/points"}, "is of type sensor_msgs/PointCloud2"},
            {{.paths = {bag}, .poses_from = "tf:"}, "tf:map"},
+           {{.paths = {bag}, .poses_from = "tf:map:"}, "tf:map:base_link"},
+           {{.paths = {bag}, .poses_from = "tf:map:tail"}, "no transforms connect frame \"tail\""},
+           {{.paths = {bag}, .poses_from = "tf:map:base_link:x"}, "tf:map:base_link"},
            {{.paths = {bag}, .poses_from = "tf:world"}, "no transforms connect frame \"velodyne\""},
            {{.paths = {BagPath("layouts.mcap")}}, "several topics of point clouds"},
            {{.paths = {bag}, .poses_from = "tf:map", .calib_file = "x"}, "--calib is for"},

@@ -74,7 +74,7 @@ class BagScans : public ScanStore {
   const BagTopic* pose_topic_ = nullptr;  // null: by TF, or none
   std::vector<const BagTopic*> transform_topics_;
   std::string parent_;  // of the poses
-  std::string child_;   // of the topic of poses; empty where its messages name none
+  std::string child_;   // of the poses; empty where their messages name none, or by TF the sensor
   std::string sensor_frame_;
   std::vector<CloudHead> clouds_;
   std::size_t num_unstamped_ = 0;
@@ -179,16 +179,25 @@ absl::Status BagScans::ReadHeads() {
 // The way from the frame of the poses to the sensor's.
 absl::Status BagScans::Connect(const BagDriveOptions& options) {
   if (pose_topic_ == nullptr && transform_topics_.empty()) return absl::OkStatus();
-  if (pose_topic_ == nullptr) {
-    ASSIGN_OR_RETURN(chain_, tree_.Connect(parent_, sensor_frame_));
-    notes_.push_back(absl::StrCat("poses are those of ", Quote(sensor_frame_), " in ",
-                                  Quote(parent_), " by TF"));
-    return absl::OkStatus();
-  }
   FrameChain chain;
-  chain.Append(&topic_track_, false);
+  if (pose_topic_ == nullptr) {
+    absl::StatusOr<FrameChain> by_tf =
+        tree_.Connect(parent_, child_.empty() ? sensor_frame_ : child_);
+    if (!by_tf.ok() && child_.empty()) {
+      return Invalid(absl::StrCat(by_tf.status().message(),
+                                  "; the mount of a body that is there can be given: --poses-from "
+                                  "tf:FRAME:BODY --T-base-sensor X,Y,Z,ROLL,PITCH,YAW"));
+    }
+    if (!by_tf.ok()) return by_tf.status();
+    chain = *std::move(by_tf);
+  } else {
+    chain.Append(&topic_track_, false);
+  }
+  const std::string of = pose_topic_ == nullptr ? "TF" : Quote(pose_topic_->name);
   std::string mount = "taken for those of the sensor";
-  if (options.T_body_sensor && child_ != sensor_frame_) {
+  if (pose_topic_ == nullptr && (child_.empty() || child_ == sensor_frame_)) {
+    mount = absl::StrCat("those of ", Quote(sensor_frame_));
+  } else if (options.T_body_sensor && child_ != sensor_frame_) {
     chain.AppendMount(*options.T_body_sensor);
     mount = "taken for those of the base";
   } else if (!options.calib_file.empty()) {
@@ -201,7 +210,7 @@ absl::Status BagScans::Connect(const BagDriveOptions& options) {
         of_sensor.ok() ? of_sensor->At(0) : std::optional<Pose>();
     if (!T_body_sensor) {
       return Invalid(absl::StrCat(
-          "the poses of ", Quote(pose_topic_->name), " are of ", Quote(child_), ", the clouds of ",
+          "the poses of ", of, " are of ", Quote(child_), ", the clouds of ",
           Quote(cloud_topic_->name), " in ", Quote(sensor_frame_), ": ",
           of_sensor.ok() ? "no static transforms connect them" : of_sensor.status().message(),
           "; give the mount by --T-base-sensor X,Y,Z,ROLL,PITCH,YAW or --calib FILE, or take the "
@@ -212,8 +221,7 @@ absl::Status BagScans::Connect(const BagDriveOptions& options) {
                          " in tf_static");
   }
   chain_ = std::move(chain);
-  notes_.push_back(
-      absl::StrCat("poses of ", Quote(pose_topic_->name), " in ", Quote(parent_), " are ", mount));
+  notes_.push_back(absl::StrCat("poses of ", of, " in ", Quote(parent_), " are ", mount));
   return absl::OkStatus();
 }
 
@@ -230,6 +238,7 @@ absl::Status BagScans::Open(const BagDriveOptions& options, bool needs_poses) {
   pose_topic_ = poses->poses;
   transform_topics_ = std::move(poses->transforms);
   parent_ = std::move(poses->parent);
+  child_ = std::move(poses->child);
   RETURN_IF_ERROR(ReadHeads());
   if (absl::Status status = Connect(options); !status.ok()) return Annotate(status, paths_);
   if (const absl::Status clocks = CheckClocks(cloud_delay_, pose_delay_, notes_); !clocks.ok()) {

@@ -5,6 +5,8 @@
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
+#include "absl/strings/str_split.h"
+#include "absl/strings/strip.h"
 #include "scanloc/core/printable.hpp"
 #include "scanloc/dataset/ros_messages.hpp"
 #include "text.hpp"
@@ -89,13 +91,20 @@ absl::StatusOr<PoseTopics> ChoosePoses(const Bag& bag, const BagDriveOptions& op
   PoseTopics chosen;
   const std::vector<const BagTopic*> transforms = TopicsOf(bag, &IsTransforms);
   if (absl::StartsWith(options.poses_from, ToAbsl(kTfPrefix))) {
-    chosen.parent = options.poses_from.substr(kTfPrefix.size());
-    if (!chosen.parent.empty() && chosen.parent.front() == '/') chosen.parent.erase(0, 1);
-    if (chosen.parent.empty())
-      return Invalid("--poses-from tf: needs the name of a frame, such as tf:map");
+    const std::vector<std::string> frames =
+        absl::StrSplit(options.poses_from.substr(kTfPrefix.size()), ':');
+    chosen.parent = std::string(absl::StripPrefix(frames.front(), "/"));
+    if (frames.size() > 1) chosen.child = std::string(absl::StripPrefix(frames[1], "/"));
+    if (chosen.parent.empty() || frames.size() > 2 ||
+        (frames.size() == 2 && chosen.child.empty())) {
+      return Invalid(
+          "--poses-from tf: needs the name of a frame, such as tf:map, or two, tf:map:base_link");
+    }
     if (transforms.empty()) return Invalid("the bag has no transforms, which tf: needs");
-    if (!options.calib_file.empty()) {
-      return Invalid("--calib is for a topic of poses; by TF the mount is that of the transforms");
+    if (!options.calib_file.empty() && chosen.child.empty()) {
+      return Invalid(
+          "--calib is for poses of a body, of a topic or tf:FRAME:BODY; by tf:FRAME the mount is "
+          "that of the transforms");
     }
     chosen.transforms = transforms;
     return chosen;

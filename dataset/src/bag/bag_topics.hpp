@@ -33,6 +33,7 @@ struct PoseTopics {
   const BagTopic* poses = nullptr;          ///< null: by TF, or none
   std::vector<const BagTopic*> transforms;  ///< with `poses`, the static ones
   std::string parent;                       ///< of the poses by TF
+  std::string child;                        ///< of them; empty: the sensor
 };
 
 /// As BagDriveOptions say. Without poses_from, and where poses are not needed, the only topic of

@@ -18,8 +18,8 @@ struct BagDriveOptions {
   std::vector<std::string> paths{};  ///< files or folders, as for Bag::Open
   std::string topic{};               ///< of the clouds; may be left out where there is one
   /// A topic of nav_msgs/Odometry, geometry_msgs/PoseStamped, PoseWithCovarianceStamped or
-  /// TransformStamped, or "tf:PARENT" for the sensor's frame in another by TF; may be left out
-  /// where there is one topic.
+  /// TransformStamped, or "tf:PARENT" for the sensor's frame in another by TF, "tf:PARENT:BODY"
+  /// for that of a body with a mount; may be left out where there is one topic.
   std::string poses_from{};
   std::string calib_file{};  ///< the mount on the body of the poses, in place of tf_static
   bool deskew = true;        ///< take motion out where points have times
