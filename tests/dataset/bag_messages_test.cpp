@@ -122,11 +122,29 @@ TEST(CloudMessage, TellsTheUnitOfTimesAndWhetherTheyAreAbsolute) {
               ElementsAre(0.0F, FloatNear(0.1F, 1e-6F)));
   EXPECT_THAT(OffsetsFromStamp({1.7e18, 1.7e18 + 1e8}, kStamp_ns),
               ElementsAre(FloatNear(0.0F, 1e-6F), FloatNear(0.1F, 1e-6F)));
+  EXPECT_THAT(OffsetsFromStamp({kNoTime, 1.7e9, kNoTime, 1.7e9 + 0.1}, kStamp_ns),
+              ElementsAre(0.0F, 0.0F, 0.0F, FloatNear(0.1F, 1e-6F)));
+  EXPECT_THAT(OffsetsFromStamp({kNoTime}, kStamp_ns), IsEmpty());
+  EXPECT_THAT(OffsetsFromStamp({0.0, 1.7e9, 1.7e9 + 0.1}, kStamp_ns), IsEmpty())
+      << "no sweep of 1.7 s in nanoseconds";
   // No sweep, no number, another day.
   EXPECT_THAT(OffsetsFromStamp({}, kStamp_ns), IsEmpty());
   EXPECT_THAT(OffsetsFromStamp({7.0, 7.0}, kStamp_ns), IsEmpty());
   EXPECT_THAT(OffsetsFromStamp({0.0, NAN}, kStamp_ns), IsEmpty());
   EXPECT_THAT(OffsetsFromStamp({1.5e9, 1.5e9 + 0.1}, kStamp_ns), IsEmpty());
+}
+
+TEST(CloudMessage, HasNoTimesOfBeamsWithoutAReturn) {
+  std::string bytes;
+  for (const auto& [x, time] : {std::pair(0.0F, 0.0), {20.0F, 1.7e9}, {NAN, 0.0}, {0.0F, 5.0}}) {
+    for (const float coordinate : {x, 0.0F, 0.0F}) AppendBytes(bytes, coordinate);
+    AppendBytes(bytes, time);
+  }
+  BinaryLayout xyz;
+  for (std::size_t axis = 0; axis < 3; ++axis) xyz.xyz[axis] = {4 * axis, 20, NumberType::kFloat32};
+  std::vector<double> values;
+  AppendTimes({.name = "timestamp", .offset = 12, .type = 8}, xyz, 4, bytes, values);
+  EXPECT_THAT(values, ElementsAre(kNoTime, 1.7e9, kNoTime));
 }
 
 TEST(CloudMessage, HasNoTimesOfAnotherClockThanItsStamp) {

@@ -73,25 +73,31 @@ void AppendTimes(const PointField& field, const BinaryLayout& xyz, std::size_t n
   for (std::size_t i = 0; i < num_points; ++i) {
     const char* const point = bytes.data() + i * step;
     bool is_finite = true;
+    bool is_return = false;
     for (std::size_t axis = 0; axis < 3; ++axis) {
       // As a float: ReadBinary leaves out doubles beyond its range, too.
       const double value = load_xyz[axis](point + xyz.xyz[axis].offset_bytes, xyz.big_endian);
       is_finite &= std::abs(value) <= std::numeric_limits<float>::max();
+      is_return |= value != 0.0;
     }
-    if (is_finite) values.push_back(load(point + field.offset, xyz.big_endian));
+    if (!is_finite) continue;
+    values.push_back(is_return ? load(point + field.offset, xyz.big_endian) : kNoTime);
   }
 }
 
-std::vector<float> OffsetsFromStamp(const std::vector<double>& values, std::int64_t stamp_ns) {
+std::vector<float> OffsetsFromStamp(std::vector<double> values, std::int64_t stamp_ns) {
   constexpr double kShortest_s = 1e-3;
-  constexpr double kLongest_s = 2.0;
+  // Seconds since 1970 beside zeros would, as nanoseconds, be a sweep of 1.7 s.
+  constexpr double kLongest_s = 1.5;
   constexpr double kDay_s = 86400.0;
   // Drivers stamp a cloud with its first point, its last, or its arrival; farther off the times are
   // another clock's (PTP without the leap seconds), and would move points to where they never were.
   constexpr double kMostBeside_s = 0.25;
   std::vector<float> offsets_s;
-  if (values.empty() ||
-      !std::ranges::all_of(values, [](double value) { return std::isfinite(value); })) {
+  const auto told = std::ranges::find_if(values, [](double value) { return value != kNoTime; });
+  if (told == values.end()) return offsets_s;
+  std::ranges::replace(values, kNoTime, double{*told});
+  if (!std::ranges::all_of(values, [](double value) { return std::isfinite(value); })) {
     return offsets_s;
   }
   const auto [least, most] = std::minmax_element(values.begin(), values.end());

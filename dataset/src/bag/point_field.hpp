@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <string_view>
 #include <vector>
 
@@ -29,15 +30,19 @@ struct PointField {
 /// The field of the points' times; null if there is none.
 [[nodiscard]] const PointField* FindTimes(const std::vector<PointField>& fields);
 
-/// Appends the values of a field for the points whose coordinates are finite.
+/// In place of the time of a point at the sensor itself: a beam without a return, of which many
+/// drivers leave all fields at zero.
+inline constexpr double kNoTime = -std::numeric_limits<double>::infinity();
+
+/// Appends the values of a field, or kNoTime, for the points whose coordinates are finite.
 void AppendTimes(const PointField& field, const BinaryLayout& xyz, std::size_t num_points,
                  std::string_view bytes, std::vector<double>& values);
 
 /// Values of a field of times as seconds from the stamp. Of s, us, ns and ms the unit is taken in
-/// which all lie within 1 ms to 2 s of each other; they are absolute if the first lies within a day
-/// of the stamp, else from it. Empty if they are no times, or of a sweep that does not come within
-/// 0.25 s of the stamp.
-[[nodiscard]] std::vector<float> OffsetsFromStamp(const std::vector<double>& values,
+/// which all lie within 1 ms to 1.5 s of each other; they are absolute if the first lies within a
+/// day of the stamp, else from it. Empty if they are no times, or of a sweep that does not come
+/// within 0.25 s of the stamp.
+[[nodiscard]] std::vector<float> OffsetsFromStamp(std::vector<double> values,
                                                   std::int64_t stamp_ns);
 
 }  // namespace scanloc::dataset

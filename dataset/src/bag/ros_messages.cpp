@@ -170,7 +170,7 @@ absl::StatusOr<CloudMessage> DecodeCloud(WireFormat format, std::string_view byt
     cloud.scan.intensities.insert(cloud.scan.intensities.end(), read.intensities.begin(),
                                   read.intensities.end());
   }
-  cloud.offsets_s = OffsetsFromStamp(values, cloud.head.stamp_ns);
+  cloud.offsets_s = OffsetsFromStamp(std::move(values), cloud.head.stamp_ns);
   return cloud;
 }
 
