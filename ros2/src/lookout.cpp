@@ -4,6 +4,7 @@
 #include <limits>
 #include <utility>
 
+#include "absl/strings/str_cat.h"
 #include "scanloc/dataset/deskew.hpp"
 
 namespace scanloc::ros2 {
@@ -57,6 +58,7 @@ void Lookout::TakeCloud(ReceivedBytes cloud, std::int64_t now_ns) {
 Told Lookout::TakeOdometry(const dataset::StampedPose& pose) {
   dataset::StampedPose of_base = pose;
   unconnected_.clear();
+  odom_parent_ = pose.parent;
   if (!pose.child.empty() && pose.child != options_.base_frame) {
     const auto chain = static_frames_.Connect(pose.child, options_.base_frame);
     const auto T_child_base = chain.ok() ? chain->At(pose.stamp_ns) : std::nullopt;
@@ -169,6 +171,13 @@ std::optional<Question> Lookout::NextQuestion(std::int64_t now_ns) {
   if (!decoded_ && waiting_) Decode(now_ns);
   if (!decoded_ || AwaitsOdometry(now_ns) || AwaitsMount(now_ns)) return std::nullopt;
   dataset::CloudMessage cloud = *std::exchange(decoded_, std::nullopt);
+  if (StandsStill(cloud.head.frame)) {
+    ++counts_.refused;
+    cloud_problem_ = absl::StrCat("it is in \"", cloud.head.frame,
+                                  "\", which does not move with the robot; name the topic of the "
+                                  "clouds that are in the frame of the sensor or of the robot");
+    return std::nullopt;
+  }
 
   // Time began anew: a bag is played again.
   if (cloud.head.stamp_ns < last_stamp_ns_) begins_anew_ = true;

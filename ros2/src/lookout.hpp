@@ -129,6 +129,10 @@ class Lookout {
   /// T_base_sensor of clouds of a frame; none if it is not known.
   [[nodiscard]] std::optional<Pose> MountOf(const std::string& frame) const;
   [[nodiscard]] bool AwaitsMount(std::int64_t now_ns) const;
+  /// Whether clouds of a frame do not move with the robot, as those that SLAM has registered.
+  [[nodiscard]] bool StandsStill(const std::string& frame) const {
+    return !frame.empty() && (frame == odom_parent_ || frame == options_.map_frame);
+  }
   /// Takes the motion of the sensor out of the cloud, if it is known.
   void TakeMotionOut(const Pose& T_base_sensor, dataset::CloudMessage& cloud);
   /// Looks into the scan that waits.
@@ -149,6 +153,7 @@ class Lookout {
   Odometry odometry_;
   dataset::FrameTree static_frames_;
   std::string odom_frame_;
+  std::string odom_parent_;  // the frame that the last odometry was told in
   std::string
       unconnected_;  // the body of the last odometry, where nothing connects it with the base
 

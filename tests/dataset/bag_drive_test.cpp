@@ -249,6 +249,8 @@ TEST(BagDrive, RefusesWithTheTopicsThereAre) {
            {{.paths = {bag}, .poses_from = "/points"}, "is of type sensor_msgs/PointCloud2"},
            {{.paths = {bag}, .poses_from = "tf:"}, "tf:map"},
            {{.paths = {bag}, .poses_from = "tf:map:"}, "tf:map:base_link"},
+           {{.paths = {bag}, .poses_from = "tf:velodyne"}, "do not move with the robot"},
+           {{.paths = {bag}, .poses_from = "tf:velodyne:odom"}, "do not move with the robot"},
            {{.paths = {bag}, .poses_from = "tf:map:tail"}, "no transforms connect frame \"tail\""},
            {{.paths = {bag}, .poses_from = "tf:map:base_link:x"}, "tf:map:base_link"},
            {{.paths = {bag}, .poses_from = "tf:world"}, "no transforms connect frame \"velodyne\""},

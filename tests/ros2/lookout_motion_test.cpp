@@ -76,6 +76,24 @@ TEST_F(LookoutTest, TellsOfTheSensorWhereNoMountIsKnown) {
   EXPECT_EQ(lookout->Diagnose(now_ns).level, DiagnosticMessage::Level::kWarn);
 }
 
+TEST_F(LookoutTest, RefusesCloudsThatDoNotMoveWithTheRobot) {
+  Begin({.mode = Mode::kOnce});
+  cloud_frame = "camera_init";
+  Cloud(1);
+  EXPECT_FALSE(Next().has_value()) << "it waits for the mount";
+  (void)lookout->TakeOdometry({kStart_ns, "camera_init", "body", At(10)});
+  now_ns += Lookout::kMountWait_ns;
+  EXPECT_FALSE(Next().has_value()) << "it would tell where the odometry began";
+  EXPECT_THAT(lookout->Diagnose(now_ns).message, HasSubstr("it is in \"camera_init\", which does"));
+  EXPECT_EQ(Value("clouds_refused"), "1");
+  cloud_frame = "map";
+  Cloud(2);
+  EXPECT_FALSE(Next().has_value());
+  cloud_frame = "base_link";
+  Cloud(3);
+  EXPECT_TRUE(Next().has_value());
+}
+
 TEST_F(LookoutTest, UsesNoOdometryOfTheBaseForASensorThatNothingTiesToIt) {
   Begin({.mode = Mode::kAlways, .publishes_tf = true, .interval_s = 0.0});
   cloud_frame = "lidar";

@@ -179,6 +179,14 @@ absl::Status BagScans::ReadHeads() {
 // The way from the frame of the poses to the sensor's.
 absl::Status BagScans::Connect(const BagDriveOptions& options) {
   if (pose_topic_ == nullptr && transform_topics_.empty()) return absl::OkStatus();
+  // A topic that names no body, or all alike, says nothing.
+  const bool tells_body = pose_topic_ == nullptr || !child_.empty();
+  if (tells_body && !parent_.empty() && sensor_frame_ == parent_ && child_ != parent_) {
+    return Invalid(absl::StrCat(
+        "the clouds of ", Quote(cloud_topic_->name), " are in ", Quote(sensor_frame_),
+        ", as the poses are, and do not move with the robot, as those that SLAM has registered; "
+        "name the topic of clouds that are in the frame of the sensor or of the robot"));
+  }
   FrameChain chain;
   if (pose_topic_ == nullptr) {
     absl::StatusOr<FrameChain> by_tf =
