@@ -135,7 +135,7 @@ void Lookout::Decode(std::int64_t now_ns) {
   auto decoded = dataset::DecodeCloud(dataset::WireFormat::kCdr, cloud.bytes, options_.deskews);
   if (!decoded.ok()) {
     ++counts_.refused;
-    cloud_problem_ = std::string(decoded.status().message());
+    cloud_problem_ = absl::StrCat(decoded.status().message());
     return;
   }
   cloud_problem_.clear();
@@ -239,7 +239,7 @@ void Lookout::TakeError(const absl::Status& error, std::int64_t now_ns) {
   constexpr std::int64_t kFirst_ns = 250'000'000;
   constexpr int kMostDoublings = 4;
   ++counts_.errors;
-  problem_ = std::string(error.message());
+  problem_ = absl::StrCat(error.message());
   begins_anew_ = true;  // the stream is over
   if (options_.mode == Mode::kOnce && !IsPassing(error)) failure_ = error;
   not_before_ns_ = now_ns + (kFirst_ns << std::min(num_errors_in_row_, kMostDoublings));
