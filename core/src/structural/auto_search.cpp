@@ -2,8 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
-#include <numbers>
+#include <memory>
 #include <utility>
 
 #include "scanloc/core/scan/pose_difference.hpp"
@@ -89,24 +90,25 @@ absl::StatusOr<std::vector<Spot>> AutoSearch::Find(const ScanDescriptor& query,
   if (!payload.status().ok()) return payload.status();
   const std::int64_t start_ns = control.Now_ns();
 
-  QueryMatch match(structure, map_.params.automatic, map_.params.sensor_height_m);
-  std::vector<Hypothesis> verified;
+  const AutoParams& params = map_.params.automatic;
+  const auto grids = spare_grids_.Borrow([&] { return std::make_unique<MatchGrids>(params); });
+  QueryMatch match(structure, params, map_.params.sensor_height_m, *grids);
+  // Where a robot should be is looked at first, should time run out.
+  Structures structures(*this, payload);
+  std::vector<Hypothesis> verified =
+      VerifyPredicted(match, structure, structures, options, control);
   const auto add = [&](const std::vector<Hypothesis>& more) {
     verified.insert(verified.end(), more.begin(), more.end());
   };
-  // Where a robot should be is looked at first, should time run out.
-  Structures structures(*this, payload);
-  add(VerifyPredicted(match, structure, structures, options, control));
   for (const std::vector<Hypothesis>& part : proposed) {
-    add(Verify(match, part, structures, control, map_.params.automatic.verify.selection));
+    add(Verify(match, part, structures, control, params.verify.selection));
   }
   if (!payload.status().ok()) return payload.status();
   if (verified.empty()) return std::vector<Spot>();
-  const auto worse = [](const Hypothesis& a, const Hypothesis& b) { return a.score < b.score; };
   // Whatever the time: without its rivals the best would look surer than it is. With inliers
   // another may be the best; so that it ends, that is asked a few times only.
   constexpr int kMaxLooks = 3;
-  Hypothesis best = *std::max_element(verified.begin(), verified.end(), worse);
+  Hypothesis best = *std::ranges::max_element(verified, {}, &Hypothesis::score);
   std::vector<Spot> spots;
   LinesOfPlaces lines;
   for (int look = 0; look < kMaxLooks; ++look) {
@@ -185,8 +187,7 @@ void AutoSearch::ScoreWithInliers(const QueryMatch& match, PlaceStructures& plac
 
 std::vector<Spot> AutoSearch::Distinct(const Structure& query,
                                        std::vector<Hypothesis> verified) const {
-  std::stable_sort(verified.begin(), verified.end(),
-                   [](const Hypothesis& a, const Hypothesis& b) { return a.score > b.score; });
+  std::ranges::stable_sort(verified, std::greater(), &Hypothesis::score);
   std::vector<Spot> spots;
   for (const Hypothesis& hypothesis : verified) {
     const Pose T_map_query = PoseInMap(query, hypothesis);
@@ -263,8 +264,7 @@ std::optional<Candidate> AutoSearch::CandidateAt(const Pose& T_map_query,
 }
 
 void SortByScore(std::vector<Spot>& spots) {
-  std::stable_sort(spots.begin(), spots.end(),
-                   [](const Spot& a, const Spot& b) { return a.score > b.score; });
+  std::ranges::stable_sort(spots, std::greater(), &Spot::score);
 }
 
 bool IsAbove(const Spot& a, const Spot& b, const Eigen::Vector3d& up) {

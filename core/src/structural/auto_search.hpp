@@ -16,7 +16,9 @@
 #include "scanloc/core/search_control.hpp"
 #include "scanloc/core/structural/verify.hpp"
 #include "structural/evidence.hpp"
+#include "structural/query_match.hpp"
 #include "structural/signature_index.hpp"
+#include "structural/spares.hpp"
 #include "structural/uncertainty.hpp"
 
 namespace scanloc {
@@ -166,6 +168,7 @@ class AutoSearch {
   std::vector<double> levels_m_;       // heights along up_ that are probed for places
   std::size_t num_known_ = 0;          // places taken in
   SignatureIndex signatures_;
+  mutable Spares<MatchGrids> spare_grids_;
 };
 
 /// Best first; those with equal scores stay in order.

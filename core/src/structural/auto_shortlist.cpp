@@ -8,6 +8,7 @@
 #include "scan/simd.hpp"
 #include "scanloc/core/scan/bearing_grid.hpp"
 #include "structural/auto_search.hpp"
+#include "structural/stands.hpp"
 
 // Which places a query may be of, by their signatures, and how it may lie on each, by the
 // directions in which posts stand.
@@ -15,7 +16,6 @@
 namespace scanloc {
 namespace {
 
-constexpr double kAlikeHeading = 0.7;  // cosine of the angle by which two places may be turned
 /// So many places are scored by two threads.
 constexpr int kLeastForTwo = 2'000;
 /// How much of what agrees whichever way the query is turned does not count.
@@ -183,11 +183,7 @@ std::vector<AutoSearch::Listed> AutoSearch::TakeApart(std::vector<Listed>& liste
   const auto pose_of = [&](const Listed& here) -> const Pose& {
     return map_.places[static_cast<std::size_t>(here.place)].T_map_place;
   };
-  struct Stand {
-    Eigen::Vector3d at_m;
-    const Pose* pose;
-  };
-  std::vector<Stand> stands;
+  Stands stands;
   std::vector<Listed> taken;
   std::vector<Listed> left;
   // Most are not looked at: put in order as far as need be.
@@ -207,13 +203,8 @@ std::vector<AutoSearch::Listed> AutoSearch::TakeApart(std::vector<Listed>& liste
     }
     if (i + kAhead < listed.size()) Prefetch(&pose_of(listed[i + kAhead]), sizeof(Pose));
     const Pose& pose = pose_of(listed[i]);
-    const Eigen::Vector3d at_m = pose.translation();
-    // A place that looks the other way sees other things.
-    const bool is_known = std::any_of(stands.begin(), stands.end(), [&](const Stand& other) {
-      return (at_m - other.at_m).squaredNorm() < apart_m * apart_m &&
-             pose.linear().cwiseProduct(other.pose->linear()).sum() > 1.0 + 2.0 * kAlikeHeading;
-    });
-    if (!is_known) stands.push_back({at_m, &pose});
+    const bool is_known = stands.IsAnyBeside(pose, apart_m);
+    if (!is_known) stands.Add(pose);
     (is_known ? left : taken).push_back(listed[i]);
   }
   const auto num_more =

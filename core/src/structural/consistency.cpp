@@ -216,7 +216,8 @@ PairCheck CheckPair(const ScanPair& pair, const Pose& T_map_first, const Pose& T
   AutoParams from_above = params;
   from_above.verify.heights_share = 0.0;
   from_above.evidence.inliers_share = 0.0;
-  QueryMatch query(pair.second_structure, from_above, pair.first_structure.height_m);
+  MatchGrids grids(from_above);
+  QueryMatch query(pair.second_structure, from_above, pair.first_structure.height_m, grids);
   const PlanarPoints place(pair.first_structure.posts,
                            static_cast<std::size_t>(params.verify.at_once.num_posts));
   for (Hypothesis& guess : guesses) {

@@ -25,10 +25,14 @@ void PlanarPoints::Assign(std::span<const Post> posts, std::size_t max_points) {
   std::fill(x_m_.begin() + static_cast<std::ptrdiff_t>(size_), x_m_.end(), kFarPoint_m);
   std::fill(y_m_.begin() + static_cast<std::ptrdiff_t>(size_), y_m_.end(), kFarPoint_m);
   std::fill(heights_.begin() + static_cast<std::ptrdiff_t>(size_), heights_.end(), 0U);
-  const auto take = [&](std::size_t i, const Post& post) {
-    x_m_[i] = static_cast<float>(post.x_cm) * 0.01F;
-    y_m_[i] = static_cast<float>(post.y_cm) * 0.01F;
-    heights_[i] = post.heights;
+  // As locals: what is written could be the vectors' own for all the compiler knows.
+  float* const x_m = x_m_.data();
+  float* const y_m = y_m_.data();
+  std::uint32_t* const heights = heights_.data();
+  const auto take = [=](std::size_t i, const Post& post) {
+    x_m[i] = static_cast<float>(post.x_cm) * 0.01F;
+    y_m[i] = static_cast<float>(post.y_cm) * 0.01F;
+    heights[i] = post.heights;
   };
   if (size_ == posts.size()) {
     for (std::size_t i = 0; i < size_; ++i) take(i, posts[i]);

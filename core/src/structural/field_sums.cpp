@@ -14,7 +14,7 @@ namespace {
 
 constexpr bool kIsLittleEndian = std::endian::native == std::endian::little;
 constexpr std::size_t kBlock = PlanarPoints::kBlock;
-constexpr std::size_t kChunk = 8 * kBlock;
+constexpr std::size_t kChunk = 10 * kBlock;  // what the first look at hypotheses takes
 
 using Floats = float __attribute__((vector_size(kBlock * sizeof(float))));
 using Ints = std::int32_t __attribute__((vector_size(kBlock * sizeof(std::int32_t))));

@@ -12,22 +12,26 @@ DistanceField FieldOf(const AutoParams& params, double cell_m) {
 
 }  // namespace
 
-QueryMatch::QueryMatch(const Structure& query, const AutoParams& params, double sensor_height_m)
+MatchGrids::MatchGrids(const AutoParams& params)
+    : coarse(FieldOf(params, params.verify.coarse_cell_m)),
+      fine(FieldOf(params, params.verify.fine_cell_m)),
+      place(fine),
+      heights(params.posts),
+      place_heights(params.posts) {}
+
+QueryMatch::QueryMatch(const Structure& query, const AutoParams& params, double sensor_height_m,
+                       MatchGrids& grids)
     : params_(params),
       sensor_height_m_(sensor_height_m),
       query_(query.posts),
       few_(query.posts, static_cast<std::size_t>(params.verify.fine.num_posts)),
       lines_(LinesOf(query)),
       horizon_(query.posts, params.verify.horizon_margin_m),
-      coarse_(FieldOf(params, params.verify.coarse_cell_m)),
-      fine_(FieldOf(params, params.verify.fine_cell_m)),
-      place_field_(fine_),
-      heights_(params.posts),
-      place_heights_(params.posts),
+      grids_(grids),
       knows_heights_(params.verify.heights_share > 0.0 && KnowsHeights(query)) {
-  coarse_.Fill(query_);
-  fine_.Fill(query_);
-  if (knows_heights_) heights_.Fill(query_, query.height_m);
+  grids_.coarse.Fill(query_);
+  grids_.fine.Fill(query_);
+  if (knows_heights_) grids_.heights.Fill(query_, query.height_m);
 }
 
 bool QueryMatch::KnowsHeights(const Structure& structure) const {
@@ -47,32 +51,32 @@ double QueryMatch::InlierRatio(const PostLines& place, const PlanarPose& T_place
 void QueryMatch::LayCoarsely(const PlanarPoints& place, const RegistrationParams& steps,
                              Hypothesis& hypothesis) const {
   const PlanarPose T_query_place =
-      Register(coarse_, place, Inverse(hypothesis.T_place_query), steps);
+      Register(grids_.coarse, place, Inverse(hypothesis.T_place_query), steps);
   hypothesis.T_place_query = Inverse(T_query_place);
-  hypothesis.score = Overlap(coarse_, place, T_query_place, params_.verify.overlap_m);
+  hypothesis.score = Overlap(grids_.coarse, place, T_query_place, params_.verify.overlap_m);
 }
 
 void QueryMatch::SetPlace(const Structure& place) {
   place_.Assign(place.posts);
-  place_field_.Fill(place_);
+  grids_.place.Fill(place_);
   if (!knows_heights_) return;
   knows_place_heights_ = KnowsHeights(place);
-  place_heights_.Fill(place_, place.height_m);
+  grids_.place_heights.Fill(place_, place.height_m);
 }
 
 PlanarPose QueryMatch::Settle(const PlanarPose& guess) const {
   // Where a part of the posts has settled the whole is there in a step or two.
   const RegistrationParams& steps = params_.verify.fine.steps;
-  const PlanarPose settled = Register(place_field_, few_, guess, steps);
+  const PlanarPose settled = Register(grids_.place, few_, guess, steps);
   if (few_.size() == query_.size()) return settled;
-  return Register(place_field_, query_, settled,
+  return Register(grids_.place, query_, settled,
                   {.num_iterations = 0, .narrow_m = steps.narrow_m, .max_settling = 2});
 }
 
 double QueryMatch::ScoreFromAbove(const PlanarPose& T_place_query) const {
   const double overlap_m = params_.verify.overlap_m;
-  return std::sqrt(Overlap(place_field_, query_, T_place_query, overlap_m) *
-                   OverlapWithin(horizon_, fine_, place_, Inverse(T_place_query), overlap_m));
+  return std::sqrt(Overlap(grids_.place, query_, T_place_query, overlap_m) *
+                   OverlapWithin(horizon_, grids_.fine, place_, Inverse(T_place_query), overlap_m));
 }
 
 double QueryMatch::Score(const PlanarPose& T_place_query) const {
@@ -82,14 +86,15 @@ double QueryMatch::Score(const PlanarPose& T_place_query) const {
   const double share = params_.verify.heights_share;
   const double unknown = std::min(1.0, from_above + share * kUsuallyMore);
   if (!knows_heights_) return unknown;
-  const double by_height = std::sqrt(place_heights_.Overlap(query_, T_place_query, nullptr) *
-                                     heights_.Overlap(place_, Inverse(T_place_query), &horizon_));
+  const double by_height =
+      std::sqrt(grids_.place_heights.Overlap(query_, T_place_query, nullptr) *
+                grids_.heights.Overlap(place_, Inverse(T_place_query), &horizon_));
   const double both = (1.0 - share) * from_above + share * by_height;
   return knows_place_heights_ ? both : std::max(both, unknown);
 }
 
 Eigen::Matrix3d QueryMatch::Information(const PlanarPose& T_place_query) const {
-  return scanloc::Information(place_field_, query_, T_place_query,
+  return scanloc::Information(grids_.place, query_, T_place_query,
                               params_.verify.fine.steps.narrow_m);
 }
 

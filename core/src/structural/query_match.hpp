@@ -11,12 +11,23 @@
 
 namespace scanloc {
 
-/// One query laid on places, one after the other. Holds the query's distance fields and one for a
-/// place; one per query and thread.
+/// What a query and a place are laid on: more than a megabyte, made once and filled again and
+/// again.
+struct MatchGrids {
+  explicit MatchGrids(const AutoParams& params);
+
+  DistanceField coarse, fine;  ///< of the query
+  DistanceField place;
+  HeightGrid heights, place_heights;
+};
+
+/// One query laid on places, one after the other; one per query and thread.
 class QueryMatch {
  public:
-  /// Sensors are carried at sensor_height_m. Keeps nothing of the structure.
-  QueryMatch(const Structure& query, const AutoParams& params, double sensor_height_m);
+  /// Sensors are carried at sensor_height_m. Keeps nothing of the structure; uses the grids, of
+  /// such parameters, for as long as it lives.
+  QueryMatch(const Structure& query, const AutoParams& params, double sensor_height_m,
+             MatchGrids& grids);
 
   [[nodiscard]] const AutoParams& params() const { return params_; }
 
@@ -60,11 +71,7 @@ class QueryMatch {
   PlanarPoints few_;  // of these
   PostLines lines_;
   Horizon horizon_;
-  DistanceField coarse_;
-  DistanceField fine_;
-  DistanceField place_field_;
-  HeightGrid heights_;
-  HeightGrid place_heights_;
+  MatchGrids& grids_;
   PlanarPoints place_;
   bool knows_heights_, knows_place_heights_ = false;
 };

@@ -72,6 +72,9 @@ std::vector<Scored> BestOf(const BothCompared& both, std::size_t k) {
   for (const SignaturesCompared& half : both) {
     for (std::size_t i = 0; i < half.batches.size(); ++i) {
       const SignatureScores& batch = half.batches[i];
+      int num_good = 0;  // mostly none: counted without a branch
+      for (const std::int16_t score : batch.score) num_good += score >= least ? 1 : 0;
+      if (num_good == 0) continue;
       for (std::uint32_t lane = 0; lane < kNumLanes; ++lane) {
         if (batch.score[lane] < least) continue;
         scored.push_back({batch.score[lane], batch.row[lane], half.first_places[i] + lane});

@@ -129,7 +129,8 @@ TEST(SupportOf, IsSharpAmongPostsAndFlatBetweenTwoEndlessWalls) {
     }
   }
   const auto support_of = [&](const Structure& scene) {
-    QueryMatch match(scene, {}, scene.height_m);
+    MatchGrids grids{AutoParams()};
+    QueryMatch match(scene, {}, scene.height_m, grids);
     match.SetPlace(scene);
     return SupportOf(match, scene, scene, PlanarPose{});
   };
@@ -156,7 +157,8 @@ Structure Ring(double radius_m, int view_deg = 360) {
 TEST(SupportOf, CountsWhatStandsInFreeSpace) {
   const Structure near = Ring(6.0);
   const Structure far = Ring(12.0);
-  QueryMatch match(near, {}, near.height_m);
+  MatchGrids grids{AutoParams()};
+  QueryMatch match(near, {}, near.height_m, grids);
   match.SetPlace(far);
   // The query's walls stand where the place sees none; the place's stand behind the query's.
   EXPECT_DOUBLE_EQ(SupportOf(match, near, far, PlanarPose{}).contradicted, 1.0);
@@ -164,7 +166,8 @@ TEST(SupportOf, CountsWhatStandsInFreeSpace) {
 
 TEST(SupportOf, CountsTheDirectionsInWhichAPlaceShowsNothing) {
   const Structure query = Ring(6.0);
-  QueryMatch match(query, {}, query.height_m);
+  MatchGrids grids{AutoParams()};
+  QueryMatch match(query, {}, query.height_m, grids);
   for (const auto& [view_deg, unseen] : {std::pair(360, 0.0), std::pair(90, 0.75)}) {
     const Structure place = Ring(6.0, view_deg);
     match.SetPlace(place);
