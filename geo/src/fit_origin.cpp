@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "absl/strings/str_format.h"
+#include "scanloc/core/median.hpp"
 #include "scanloc/core/status_macros.hpp"
 
 namespace scanloc::geo {
@@ -97,12 +98,6 @@ Laid Lay(const std::vector<Pair>& pairs, double span_m) {
   }
   for (int i = 0; i < kNumRefinements; ++i) best = Refine(best, pairs);
   return best;
-}
-
-double Median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 /// One look at the fixes from a point on earth near them.

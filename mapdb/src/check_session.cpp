@@ -8,6 +8,7 @@
 #include "absl/strings/str_format.h"
 #include "scanloc/core/limits.hpp"
 #include "scanloc/core/localizer.hpp"
+#include "scanloc/core/median.hpp"
 #include "scanloc/core/scan/pose_difference.hpp"
 #include "scanloc/core/status_macros.hpp"
 #include "scanloc/core/structural/consistency.hpp"
@@ -34,12 +35,6 @@ absl::StatusOr<std::optional<ScanDescriptor>> Look(const ScanLoader& load_scan, 
   if (absl::IsCancelled(points.status())) return points.status();
   if (!points.ok()) return std::optional<ScanDescriptor>();
   return std::optional(describer.Describe(*points));
-}
-
-double Median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 std::string Motion(const Pose& pose) {

@@ -18,7 +18,7 @@ constexpr int kMaxReaders = 64;
 /// of rows that are read.
 constexpr std::chrono::milliseconds kLook(20);
 constexpr std::size_t kRowsBetweenLooks = 16;
-/// So many rows are read by two threads.
+/// So many rows are read by two threads: half a millisecond of work.
 constexpr std::size_t kLeastForTwo = 64;
 /// A build that commits keeps readers waiting; one that takes longer has more to write than a
 /// reader can wait for.

@@ -6,6 +6,7 @@
 #include <optional>
 #include <vector>
 
+#include "scanloc/core/median.hpp"
 #include "scanloc/core/scan/descriptor.hpp"
 #include "scanloc/core/scan/voxel_filter.hpp"
 #include "scanloc/core/status_macros.hpp"
@@ -24,13 +25,6 @@ constexpr double kStreets_m = 12.0;
 /// (0.9 to 1.9).
 constexpr double kFinePosts = 1.95;
 constexpr double kIndoorScale = 0.35;
-
-/// Not of none.
-double Median(std::vector<double>& values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 /// A number told of a scan, or none where it shows nothing.
 using Measure = std::function<std::optional<double>(const PointCloud&)>;

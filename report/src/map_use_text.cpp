@@ -14,6 +14,7 @@
 #include "absl/time/time.h"
 #include "scanloc/core/map/map.hpp"
 #include "scanloc/core/map_use.hpp"
+#include "scanloc/core/median.hpp"
 
 namespace scanloc::report {
 namespace {
@@ -82,9 +83,7 @@ std::vector<std::int32_t> AgeingPlaces(const MapUse& use, std::span<const Place>
   for (Seen& one : seen) {
     std::vector<double> said;
     grid.VisitNear(one.at, kTogether_m, [&](std::size_t k) { said.push_back(seen[k].alone); });
-    const auto middle = said.begin() + static_cast<std::ptrdiff_t>(said.size() / 2);
-    std::nth_element(said.begin(), middle, said.end());
-    one.together = *middle;
+    one.together = Median(std::move(said));
   }
   std::vector<bool> ages(seen.size(), false);
   for (const Seen& one : seen) {

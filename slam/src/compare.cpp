@@ -7,6 +7,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "described_drive.hpp"
+#include "scanloc/core/median.hpp"
 #include "scanloc/core/scan/pose_difference.hpp"
 #include "scanloc/core/status_macros.hpp"
 #include "scanloc/core/structural/consistency.hpp"
@@ -141,9 +142,7 @@ double JudgedTogether(std::span<const Observation> seen, const std::vector<Compa
   VisitNeighbours(seen, i, kTogether_m, [&](std::size_t k) {
     if (alone[k].other) said.push_back(alone[k].agreement);
   });
-  const auto middle = said.begin() + static_cast<std::ptrdiff_t>(said.size() / 2);
-  std::nth_element(said.begin(), middle, said.end());
-  return *middle;
+  return Median(std::move(said));
 }
 
 /// What a quarter of those compared reach; 0 where there are none.

@@ -7,6 +7,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "scanloc/core/loop_detector.hpp"
+#include "scanloc/core/median.hpp"
 #include "scanloc/core/status_macros.hpp"
 #include "scanloc/core/structural/consistency.hpp"
 #include "scanloc/jobs/jobs.hpp"
@@ -144,12 +145,10 @@ std::vector<Constraint> WithoutSlips(std::vector<Constraint> ahead,
   std::vector<bool> is_far(ahead.size(), false);
   for (std::size_t axis = 0; axis < off.size(); ++axis) {
     if (ahead.empty()) break;
-    std::vector<double> sorted = off[axis];
-    const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
-    std::nth_element(sorted.begin(), middle, sorted.end());
+    const double middle = Median(off[axis]);
     const double most = kFar * (axis == 2 ? kAhead_rad : kAhead_m);
     for (std::size_t i = 0; i < ahead.size(); ++i) {
-      is_far[i] = is_far[i] || std::abs(off[axis][i] - *middle) > most;
+      is_far[i] = is_far[i] || std::abs(off[axis][i] - middle) > most;
     }
   }
   std::vector<Constraint> kept;

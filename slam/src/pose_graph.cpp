@@ -7,9 +7,11 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "graph_errors.hpp"
+#include "scanloc/core/median.hpp"
 #include "scanloc/core/status_macros.hpp"
 
 namespace scanloc::slam {
@@ -94,14 +96,13 @@ class Solver {
     MeasureConstraints();
     // Where odometry puts the scans, most constraints are off by its drift, and wrong ones by far
     // more: those do not get to bend the graph in the first place.
-    std::vector<double> sorted;
+    std::vector<double> chi2;
     for (std::size_t i = 0; i < chi2_.size(); ++i) {
-      if (!constraints_[i].is_trusted) sorted.push_back(chi2_[i]);
+      if (!constraints_[i].is_trusted) chi2.push_back(chi2_[i]);
     }
-    if (sorted.empty()) return absl::OkStatus();
-    const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
-    std::nth_element(sorted.begin(), middle, sorted.end());
-    const double farthest = std::max(kBeyondMedian * *middle, 2.0 * options_.max_chi2);
+    if (chi2.empty()) return absl::OkStatus();
+    const double farthest =
+        std::max(kBeyondMedian * Median(std::move(chi2)), 2.0 * options_.max_chi2);
     double mu = options_.max_chi2 / (farthest - options_.max_chi2);
     for (int round = 0; round < kMaxRounds; ++round, mu *= kGrowth) {
       if (!Reweigh(mu)) break;

@@ -20,7 +20,7 @@ constexpr std::size_t kRunLength = 8;
 constexpr std::size_t kRunsPerBatch = kNumLanes / kRunLength;
 /// Batches of places whose runs are a batch.
 constexpr std::size_t kBatchesAtOnce = kNumLanes / kRunsPerBatch;
-/// Of so many places the halves are looked at by two threads.
+/// Of so many places the halves are looked at by two threads: a millisecond of work.
 constexpr std::size_t kLeastForTwo = 4 * SignatureIndex::kMaxExact;
 
 constexpr double kScaleOfQuery = 127.0;

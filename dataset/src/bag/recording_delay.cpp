@@ -1,10 +1,10 @@
 #include "bag/recording_delay.hpp"
 
-#include <algorithm>
 #include <cmath>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "scanloc/core/median.hpp"
 
 namespace scanloc::dataset {
 
@@ -16,10 +16,7 @@ void RecordingDelay::Add(std::int64_t log_time_ns, std::int64_t stamp_ns) {
 
 std::optional<double> RecordingDelay::Median_s() const {
   if (delays_ns_.empty()) return std::nullopt;
-  std::vector<std::int64_t> delays_ns = delays_ns_;
-  const auto middle = delays_ns.begin() + static_cast<std::ptrdiff_t>(delays_ns.size() / 2);
-  std::ranges::nth_element(delays_ns, middle);
-  return 1e-9 * static_cast<double>(*middle);
+  return 1e-9 * static_cast<double>(Median(delays_ns_));
 }
 
 absl::Status CheckClocks(const RecordingDelay& clouds, const RecordingDelay& poses,
