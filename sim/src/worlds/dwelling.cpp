@@ -1,9 +1,10 @@
 #include <algorithm>
+#include <array>
 #include <vector>
 
 #include "worlds/scene_builder.hpp"
 
-// A flat, one room of it, and a hall.
+// A flat, one room of it, a room around a corner, and a hall.
 
 namespace scanloc::sim {
 namespace {
@@ -156,6 +157,42 @@ Scene MakeRoom(const SceneOptions& options) {
   BuildShell(size, high, Random(Mix(options.seed, 0x54E)), &builder);
   builder.Furnish({Vector2d::Zero(), size}, 6 + static_cast<int>(size.x() * size.y() / 3.0));
   builder.People({Vector2d::Zero(), size}, 1);
+  builder.WalkAlong(way);
+  return builder.Finish(options.length_m);
+}
+
+/// A room around a corner: a rectangle without another at one of its corners.
+Scene MakeCornerRoom(const SceneOptions& options) {
+  Random random(Mix(options.seed, 0xC04));
+  const Vector2d size(random.Uniform(5.0, 10.0), random.Uniform(5.0, 8.0));
+  const Vector2d arms =
+      size.cwiseProduct(Vector2d(random.Uniform(0.4, 0.6), random.Uniform(0.4, 0.6)));
+  const double high = random.Uniform(2.4, 3.4);
+  const Rect along_x{Vector2d::Zero(), {size.x(), arms.y()}};
+  const Rect along_y{{0.0, arms.y()}, {arms.x(), size.y()}};
+  std::vector<Vector2d> way;
+  for (const double inset : {0.5, 0.35, 0.65}) {
+    const Vector2d corner = inset * arms;
+    way.insert(
+        way.end(),
+        {corner, {size.x() - 0.8, corner.y()}, corner, {corner.x(), size.y() - 0.8}, corner});
+  }
+  SceneBuilder builder(options);
+  builder.BeginStorey(0.0, way, 0.35);
+  const std::array<Vector2d, 6> corners = {Vector2d::Zero(),
+                                           Vector2d(size.x(), 0.0),
+                                           Vector2d(size.x(), arms.y()),
+                                           arms,
+                                           Vector2d(arms.x(), size.y()),
+                                           Vector2d(0.0, size.y())};
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    builder.Wall(corners[i], corners[(i + 1) % corners.size()], high, 0.2);
+  }
+  for (const Rect& part : {along_x, along_y}) {
+    builder.Slab(part, high, high + 0.3);
+    builder.Furnish(part, 3 + static_cast<int>(part.area_m2() / 3.0));
+  }
+  builder.People(along_x, 1);
   builder.WalkAlong(way);
   return builder.Finish(options.length_m);
 }

@@ -37,6 +37,7 @@ struct SceneOptions {
 [[nodiscard]] Scene MakeGarage(const SceneOptions& options);
 [[nodiscard]] Scene MakeHome(const SceneOptions& options);
 [[nodiscard]] Scene MakeRoom(const SceneOptions& options);
+[[nodiscard]] Scene MakeCornerRoom(const SceneOptions& options);
 [[nodiscard]] Scene MakeHall(const SceneOptions& options);
 
 }  // namespace scanloc::sim

@@ -17,7 +17,7 @@ struct Kind {
   Scene (*make)(const SceneOptions&);
 };
 
-constexpr std::array<Kind, 10> kKinds = {{
+constexpr std::array<Kind, 11> kKinds = {{
     {WorldKind::kTown, "town", nullptr},
     {WorldKind::kCampus, "campus", &MakeCampus},
     {WorldKind::kForest, "forest", &MakeForest},
@@ -28,6 +28,7 @@ constexpr std::array<Kind, 10> kKinds = {{
     {WorldKind::kHome, "home", &MakeHome},
     {WorldKind::kRoom, "room", &MakeRoom},
     {WorldKind::kHall, "hall", &MakeHall},
+    {WorldKind::kCornerRoom, "corner-room", &MakeCornerRoom},
 }};
 
 }  // namespace

@@ -13,15 +13,16 @@ namespace scanloc::sim {
 /// What a drive goes through. Towns are streets; the others are walked or driven inside.
 enum class WorldKind : std::uint8_t {
   kTown,
-  kCampus,     ///< large buildings on lawns, trees, lamps, paths
-  kForest,     ///< a winding path over hills between trees
-  kTunnel,     ///< a road tunnel with niches at equal distances
-  kWarehouse,  ///< alike aisles of high racks
-  kOffice,     ///< alike storeys: a corridor, rooms, stairs or a lift
-  kGarage,     ///< alike decks: columns, parked cars, ramps
-  kHome,       ///< one flat with its furniture
-  kRoom,       ///< one room with its furniture
-  kHall,       ///< a hall that is symmetrical about its centre, with loose things in it
+  kCampus,      ///< large buildings on lawns, trees, lamps, paths
+  kForest,      ///< a winding path over hills between trees
+  kTunnel,      ///< a road tunnel with niches at equal distances
+  kWarehouse,   ///< alike aisles of high racks
+  kOffice,      ///< alike storeys: a corridor, rooms, stairs or a lift
+  kGarage,      ///< alike decks: columns, parked cars, ramps
+  kHome,        ///< one flat with its furniture
+  kRoom,        ///< one room with its furniture
+  kHall,        ///< a hall that is symmetrical about its centre, with loose things in it
+  kCornerRoom,  ///< a room around a corner, like the letter L
 };
 
 /// As in `--world`: town, campus, ...
