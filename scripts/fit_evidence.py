@@ -22,12 +22,12 @@ OUTDOORS = dict(bias=-11.2, score=15.0, sharpness=15.6, over_mirror=17.8, contra
                 chance=-7.2, inliers=0.0, rival=40.0, beside=100.0, equal_scores=0.02,
                 equal_by_chance=0.5, alike_score=0.65, equal_of_mirror=1.0, cohort=0.0,
                 cohort_surely=0.0, max_over_mirror=0.3, inliers_share=0.0, equal_floors=0.15,
-                max_unseen=0.5, sure_of_little=0.98, equal_in_cohort=1.0)
+                max_unseen=0.5, sure_of_little=0.98, equal_in_cohort=1.0, cohort_lead=0.0)
 INDOORS = dict(bias=-19.0, score=17.6, sharpness=20.0, over_mirror=20.6, contradicted=-40.0,
                chance=-29.7, inliers=12.8, rival=250.0, beside=250.0, equal_scores=0.08,
                equal_by_chance=0.15, alike_score=0.85, equal_of_mirror=0.5, cohort=1.2,
                cohort_surely=0.8, max_over_mirror=0.25, inliers_share=0.4, equal_floors=0.15,
-               max_unseen=0.5, sure_of_little=1.0, equal_in_cohort=0.5)
+               max_unseen=0.5, sure_of_little=1.0, equal_in_cohort=0.5, cohort_lead=1.0)
 # What is searched: how far a step goes, and the range.
 STEPS = dict(bias=(1.5, -40, 0), score=(2.5, 0, 60), sharpness=(3, 0, 60), over_mirror=(4, 0, 60),
              contradicted=(4, -40, 0), chance=(12, -150, 0), inliers=(2.5, 0, 60),
@@ -74,7 +74,8 @@ class Answers:
         """As `read` in evidence.cpp's Confidences; of the best spot."""
         of = self.columns
         chance = 1.0 / np.sqrt(np.maximum(of["num_posts"], 1.0))
-        by_chance = 0.0 if literally else w["equal_scores"] + w["equal_by_chance"] * chance
+        equal = w["equal_scores"] + w["equal_by_chance"] * chance
+        by_chance = 0.0 if literally else equal
 
         def rivalry(better, score, share=1.0, remains=1.0):
             alike = 0.0 if literally else EQUAL_OF_ALIKE * np.maximum(score - w["alike_score"], 0.0)
@@ -94,13 +95,16 @@ class Answers:
         cohort = np.clip(2.0 * alike.sum(1) / COHORT_SIZE - 1.0, 0.0, 1.0)
         large_cohort = np.clip(alike.sum(1) / COHORT_SIZE - 1.0, 0.0, 1.0)
         better = of["score"] + w["inliers_share"] * (of["inliers"] - of["score"])
-        genuine = np.minimum(log_odds + w["cohort" if literally else "cohort_surely"] * cohort,
+        of_cohort = w["cohort" if literally else "cohort_surely"] * cohort
+        remains = 1.0 - large_cohort * (1.0 - w["equal_in_cohort"])
+        ahead = best - others.max(1) - remains * equal
+        of_cohort += np.clip(w["rival"] * ahead, 0.0, large_cohort * w["cohort_lead"])
+        genuine = np.minimum(log_odds + of_cohort,
                              rivalry(better, better - of["over_mirror_exactly"],
                                      w["equal_of_mirror"]))
         beside = np.maximum(of["sharpness"] - by_chance, 0.0)
         genuine = np.minimum(genuine, w["beside"] * beside)
         others = np.minimum(others + w["equal_floors"] * self.is_above[:, 1:], best[:, None])
-        remains = 1.0 - large_cohort * (1.0 - w["equal_in_cohort"])
         rivals = np.exp(-rivalry(best[:, None] + 0.0 * others, others, 1.0, remains))
         rivals *= others >= 0.0
         return logistic(genuine) / (1.0 + rivals.sum(1))

@@ -34,6 +34,7 @@ EvidenceParams IndoorEvidence() {
   params.equal_of_mirror = 0.5;
   params.cohort = 1.2;
   params.cohort_surely = 0.8;
+  params.cohort_lead = 1.0;
   params.equal_in_cohort = 0.5;
   params.num_beside = 2;
   params.explaining_score = 0.55;
@@ -64,9 +65,11 @@ AutoParams AutoParamsAtScale(double scale) {
   Scale(scale, params.verify.at_once.steps);
   Scale(scale, params.verify.fine.steps);
   if (scale < 1.0) {
-    // One aisle of twenty is not better than the others before all that stands there is looked at.
+    // One aisle of twenty is not better than the others before all that stands there is looked at,
+    // and a bay of one not before those beside it.
     params.shortlist.num_hypotheses = 600;
-    params.verify.num_survivors = 160;
+    params.verify.num_survivors = 400;
+    params.verify.selection.num_hypotheses = 64;
     params.verify.heights_share = 0.8;
     params.verify.hopeless_by = 0.3;
     params.evidence = IndoorEvidence();

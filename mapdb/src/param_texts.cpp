@@ -111,7 +111,8 @@ int VersionOf(std::string_view name) {
                                                          {"auto.evidence.equal_of_mirror", 13},
                                                          {"auto.evidence.equal_in_cohort", 14},
                                                          {"auto.evidence.num_beside", 14},
-                                                         {"auto.evidence.sure_of_little", 15}};
+                                                         {"auto.evidence.sure_of_little", 15},
+                                                         {"auto.evidence.cohort_lead", 16}};
   for (const auto& [later, version] : kLater) {
     if (later == name) return version;
   }
@@ -150,6 +151,9 @@ absl::StatusOr<Params> DecodeParams(const ParamTexts& texts, int schema_version)
   if (schema_version < schema::kBesideVersion) {
     text_of.try_emplace("auto.evidence.equal_in_cohort", FieldText(1.0));
     text_of.try_emplace("auto.evidence.num_beside", FieldText(0));
+  }
+  if (schema_version < schema::kLeadVersion) {
+    text_of.try_emplace("auto.evidence.cohort_lead", FieldText(0.0));
   }
   if (schema_version < schema::kVersion) {
     double scale = AutoParams{}.scale;

@@ -7,7 +7,7 @@
 namespace scanloc::mapdb::schema {
 
 inline constexpr std::uint32_t kApplicationId = 0x534C4F43;  // "SLOC"; persisted, never change
-inline constexpr int kVersion = 15;                          ///< of the files that this code writes
+inline constexpr int kVersion = 16;                          ///< of the files that this code writes
 inline constexpr int kCompatibleVersion = 9;  ///< oldest version whose readers can read these files
 
 struct Table {
@@ -90,6 +90,7 @@ inline constexpr int kHeightsVersion = 8;   ///< the first whose posts have heig
 inline constexpr int kInliersVersion = 9;   ///< the first that asks how exactly posts lie on others
 inline constexpr int kMirrorVersion = 13;   ///< the first that asks less of a mirror image
 inline constexpr int kBesideVersion = 14;   ///< the first that asks the places beside a spot
+inline constexpr int kLeadVersion = 16;     ///< the first that asks how far a cohort is behind
 
 // Keys of meta.
 inline constexpr const char* kVersionKey = "version";

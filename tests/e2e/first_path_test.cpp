@@ -40,7 +40,7 @@ TEST(FirstPath, SimulateGivesTheSameBytesAgain) {
 TEST(FirstPath, InfoTellsWhatBuildDid) {
   const json info = json::parse(MustScanloc({"info", Town().map1, "--json"}));
   EXPECT_EQ(info.at("num_places"), TinyTown::kNumScans);
-  EXPECT_EQ(info.at("schema_version"), 15);
+  EXPECT_EQ(info.at("schema_version"), 16);
   EXPECT_EQ(info.at("complete"), true);
   ASSERT_EQ(info.at("sessions").size(), 1);
   EXPECT_EQ(info.at("sessions")[0].at("name"), "one");

@@ -117,7 +117,7 @@ void AddPoses(const Seeds& seeds) {
 
 void AddMaps(const Seeds& seeds) {
   for (const char* golden :
-       {"golden_map_v1.scanloc", "golden_map_v2.scanloc", "golden_map_v15.scanloc"}) {
+       {"golden_map_v1.scanloc", "golden_map_v2.scanloc", "golden_map_v16.scanloc"}) {
     seeds.Write("map", golden, ReadFile(SourceDir() + "/tests/data/" + golden));
   }
   seeds.Write("map", "sqlite", "SQLite format 3");

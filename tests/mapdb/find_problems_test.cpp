@@ -141,19 +141,19 @@ TEST_F(VerifyTest, FindsKeysThatAreNotThoseOfTheirCells) {
 }
 
 TEST_F(VerifyTest, RefusesAMapThatNeedsANewerReader) {
-  SetMeta("version", "16");
-  SetMeta("compatible_version", "16");
+  SetMeta("version", "17");
+  SetMeta("compatible_version", "17");
   for (const absl::Status& status :
        {LoadMap(path_).status(), ReadInfo(path_).status(), FindProblems(path_).status(),
         MapBuilder::Append(path_, test::SmallPlan("two", 1)).status()}) {
     EXPECT_EQ(status.code(), absl::StatusCode::kFailedPrecondition) << status;
-    EXPECT_THAT(std::string(status.message()), HasSubstr("schema version 16"));
-    EXPECT_THAT(std::string(status.message()), HasSubstr("reads up to 15"));
+    EXPECT_THAT(std::string(status.message()), HasSubstr("schema version 17"));
+    EXPECT_THAT(std::string(status.message()), HasSubstr("reads up to 16"));
   }
 }
 
 TEST_F(VerifyTest, ReadsANewerMapThatOldReadersCanReadButDoesNotWriteIt) {
-  SetMeta("version", "16");
+  SetMeta("version", "17");
   // What an added table would have executed is no business of an older reader.
   Sql(path_,
       "CREATE TABLE more (id INTEGER PRIMARY KEY, x TEXT);"
@@ -162,7 +162,7 @@ TEST_F(VerifyTest, ReadsANewerMapThatOldReadersCanReadButDoesNotWriteIt) {
       "UPDATE sqlite_schema SET sql = 'CREATE TABLE more (id INTEGER PRIMARY KEY, x TEXT, CHECK "
       "(x > ''''))' WHERE name = 'more'");
   EXPECT_TRUE(LoadMap(path_).ok());
-  EXPECT_EQ(ReadInfo(path_)->schema_version, 16);
+  EXPECT_EQ(ReadInfo(path_)->schema_version, 17);
   EXPECT_THAT(Problems(), IsEmpty());
   const absl::Status status = MapBuilder::Append(path_, test::SmallPlan("two", 1)).status();
   EXPECT_EQ(status.code(), absl::StatusCode::kFailedPrecondition) << status;

@@ -38,7 +38,7 @@ constexpr Golden kGoldens[] = {
     {9, "6edaeb823e4aad6394f07048e0cdb07b"},     {10, "2e113ea2d047e102f22fcbaa655b8515", 9},
     {11, "c29552f0917c709b402bf0ee3df848b9", 9}, {12, "000707e7993d3595cc2357a5367e0e58", 9},
     {13, "19adaa1bed45754ad33f4f3462e940bf", 9}, {14, "a81937458e9c1591e73253450a126e6a", 9},
-    {15, "b37f7938454b3018b34ac7e6a7221bd5", 9}};
+    {15, "b37f7938454b3018b34ac7e6a7221bd5", 9}, {16, "748073f720ebbf707d47f875036dd862", 9}};
 
 class GoldenMap : public testing::TestWithParam<Golden> {};
 

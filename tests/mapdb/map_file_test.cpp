@@ -67,7 +67,7 @@ TEST(ReadInfo, TellsWhatTheMapHolds) {
   ASSERT_TRUE(summary.ok()) << summary.status();
   const auto info = ReadInfo(path);
   ASSERT_TRUE(info.ok()) << info.status();
-  EXPECT_EQ(info->schema_version, 15);
+  EXPECT_EQ(info->schema_version, 16);
   EXPECT_EQ(info->compatible_version, 9);
   EXPECT_THAT(info->built_by, HasSubstr("scanloc "));
   EXPECT_EQ(info->content_id, summary->content_id);

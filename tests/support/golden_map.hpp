@@ -58,6 +58,7 @@ inline Params GoldenParams(int version) {
   const AutoParams usual = AutoParamsAtScale(params.automatic.scale);
   if (version < 12) params.automatic.evidence.max_unseen = usual.evidence.max_unseen;
   if (version < 13) params.automatic.evidence.equal_of_mirror = usual.evidence.equal_of_mirror;
+  if (version < 16) params.automatic.evidence.cohort_lead = 0.0;
   if (version < 15) params.automatic.evidence.sure_of_little = usual.evidence.sure_of_little;
   if (version < 14) {
     params.automatic.evidence.equal_in_cohort = 1.0;
@@ -149,7 +150,7 @@ inline PlaceDescriptor GoldenDescriptor(int seed, int version) {
 /// Makes a map of two sessions: `morning` of 3 scans, the second one empty, and an unfinished
 /// `evening` of which 1 of 2 scans is done. Gives its content id.
 inline absl::Status MakeGoldenMap(const std::string& path) {
-  auto morning = mapdb::MapBuilder::Create(path, GoldenParams(15), GoldenPlan("morning", 3));
+  auto morning = mapdb::MapBuilder::Create(path, GoldenParams(16), GoldenPlan("morning", 3));
   if (!morning.ok()) return morning.status();
   if (absl::Status status = morning->Add(GoldenDescriptor(0, 14)); !status.ok()) return status;
   if (absl::Status status = morning->Skip(mapdb::SkipReason::kEmpty); !status.ok()) return status;

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 #include <span>
 #include <utility>
 #include <vector>
@@ -9,9 +10,9 @@
 #include "structural/auto_search.hpp"
 
 // What else a query may be at the place that explains it best: looked at for every query, so that
-// no rival is missed because the shortlist did not hold it. And where many are alike, what the
-// places beside say of the best of them: a place and a query a metre apart do not see the same,
-// which makes as much of a score as the stock of an aisle does.
+// no rival is missed because the shortlist did not hold it. And where many are alike, the best of
+// them with the places beside: a place and a query a metre apart do not see the same, which makes
+// as much of a score as the stock of an aisle does.
 
 namespace scanloc {
 namespace {
@@ -186,34 +187,48 @@ std::vector<std::int32_t> AutoSearch::PlacesBeside(const Spot& spot, int num_pla
   return beside;
 }
 
-void AutoSearch::ScoreFromBeside(QueryMatch& match, const Structure& query, PlaceStructures& places,
-                                 LinesOfPlaces& lines, const SearchControl& control,
-                                 std::vector<Spot>& spots) const {
-  constexpr std::size_t kNumWeighed = 3;
+Structure AutoSearch::MergedBeside(PlaceStructures& places, const Spot& spot, int num_beside,
+                                   const SearchControl& control) const {
+  const std::int32_t own = spot.hypothesis.place;
+  Structure merged = places.Of(own);
+  const Pose T_own_map = T_map_level(static_cast<std::size_t>(own)).inverse();
+  for (const std::int32_t number : PlacesBeside(spot, num_beside, control)) {
+    const Pose T_own_beside = T_own_map * T_map_level(static_cast<std::size_t>(number));
+    const Eigen::Isometry2d T_cm =
+        Eigen::Translation2d(100.0 * T_own_beside.translation().head<2>()) *
+        Eigen::Rotation2Dd(Yaw(T_own_beside));
+    for (Post post : places.Of(number).posts) {
+      const Eigen::Vector2d at_cm = T_cm * Eigen::Vector2d(post.x_cm, post.y_cm);
+      post.x_cm = static_cast<std::int16_t>(std::lround(at_cm.x()));
+      post.y_cm = static_cast<std::int16_t>(std::lround(at_cm.y()));
+      merged.posts.push_back(post);
+    }
+  }
+  return merged;
+}
+
+void AutoSearch::ScoreWithBeside(QueryMatch& match, PlaceStructures& places,
+                                 const SearchControl& control, std::vector<Spot>& spots) const {
   constexpr double kReach = 0.1;  // what is behind by more is so from anywhere
   const EvidenceParams& params = match.params().evidence;
   const double cohort_share = CohortShare(spots, params, up_);
   if (params.num_beside == 0 || cohort_share == 0.0) return;
-  std::vector<std::pair<Spot*, double>> losses;
-  double usual_loss = 0.0;
-  for (Spot& spot : std::span(spots).first(std::min(kNumWeighed, spots.size()))) {
-    if (spot.score < spots.front().score - kReach) break;
-    const std::vector<std::int32_t> beside = PlacesBeside(spot, params.num_beside, control);
-    if (beside.empty()) continue;
-    double sum = 0.0;
-    for (const std::int32_t number : beside) {
-      const Hypothesis there =
-          HypothesisOn(query, spot.T_map_query, static_cast<std::size_t>(number));
-      match.SetPlace(places.Of(number));
-      sum += WithInliers(match.Score(there.T_place_query), InlierRatio(match, places, there, lines),
-                         params);
-    }
-    losses.emplace_back(&spot, 0.5 * (spot.score - sum / static_cast<double>(beside.size())));
-    usual_loss += losses.back().second;
+  const double least = spots.front().score - kReach;
+  std::vector<double> gains;
+  for (const Spot& spot : spots) {
+    if (spot.score < least) break;
+    const Structure merged = MergedBeside(places, spot, params.num_beside, control);
+    const PlanarPose& pose = spot.hypothesis.T_place_query;
+    match.SetPlace(merged);
+    gains.push_back(
+        WithInliers(match.Score(pose), match.InlierRatio(match.LinesOf(merged), pose), params) -
+        spot.score);
   }
-  if (losses.empty()) return;
-  usual_loss /= static_cast<double>(losses.size());
-  for (const auto& [spot, loss] : losses) spot->score += cohort_share * (usual_loss - loss);
+  const double usual_gain =
+      std::accumulate(gains.begin(), gains.end(), 0.0) / static_cast<double>(gains.size());
+  for (std::size_t i = 0; i < gains.size(); ++i) {
+    spots[i].score += cohort_share * (gains[i] - usual_gain);
+  }
   SortByScore(spots);
 }
 

@@ -115,7 +115,7 @@ absl::StatusOr<std::vector<Spot>> AutoSearch::Find(const ScanDescriptor& query,
     add(VerifyRivals(match, structure, payload, best, control));
     spots = Distinct(structure, verified);
     ScoreWithInliers(match, structures, lines, spots);
-    ScoreFromBeside(match, structure, structures, lines, control, spots);
+    ScoreWithBeside(match, structures, control, spots);
     const Pose T_map_best = PoseInMap(structure, best);
     if (!MissOf(DifferenceOf(T_map_best, spots.front().T_map_query, up_)).any()) break;
     best = spots.front().hypothesis;
@@ -272,6 +272,11 @@ bool IsAbove(const Spot& a, const Spot& b, const Eigen::Vector3d& up) {
   return miss.height && !miss.plane && !miss.heading;
 }
 
+/// Whether one looks the other way.
+bool LooksBack(const Spot& a, const Spot& b, const Eigen::Vector3d& up) {
+  return DifferenceOf(a.T_map_query, b.T_map_query, up).heading_deg > 90.0;
+}
+
 double CohortShare(const std::vector<Spot>& spots, const EvidenceParams& params,
                    const Eigen::Vector3d& up) {
   std::vector<double> scores;
@@ -292,19 +297,24 @@ std::vector<double> ConfidencesOf(const std::vector<Spot>& spots, const Evidence
   EvidenceParams of_twice_as_many = params;
   of_twice_as_many.cohort_size *= 2;
   const double large_cohort_share = CohortShare(spots, of_twice_as_many, up);
+  // Halls turned about are two; where many look the other way, they are aisles like any others.
+  std::vector<double> turned = {best.score};
+  for (const Spot& spot : spots) {
+    if (spot.hypothesis.is_usual && LooksBack(best, spot, up)) turned.push_back(spot.score);
+  }
+  const double withheld = large_cohort_share * (1.0 - CohortShare(turned, params));
   std::vector<double> scores;
   std::vector<double> cautious;
   bool has_floors = false;
   for (const Spot& spot : spots) {
-    const PoseDifference off = DifferenceOf(best.T_map_query, spot.T_map_query, up);
     const bool is_above = IsAbove(best, spot, up);
     has_floors = has_floors || is_above;
     const auto raised = [&](double more) {
       return std::max(spot.score, std::min(spot.score + more, best.score));
     };
     double more = 0.0;
-    if (off.heading_deg > 90.0) {
-      more = MoreOfTurned(spot.score, spot.hypothesis.score, num_posts, large_cohort_share, params);
+    if (LooksBack(best, spot, up)) {
+      more = MoreOfTurned(spot.score, spot.hypothesis.score, num_posts, withheld, params);
     }
     if (is_above) more = params.equal_floors;
     // Of floors a small lead says little even so.

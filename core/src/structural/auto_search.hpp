@@ -141,10 +141,12 @@ class AutoSearch {
   /// The places nearest to a pose but its own, on its level, that see the same.
   [[nodiscard]] std::vector<std::int32_t> PlacesBeside(const Spot& spot, int num_places,
                                                        const SearchControl& control) const;
-  /// Before a cohort, the mean of the few best spots' scores and of those from the places beside
-  /// them, but for what they lose by that on average. Sorts them, best first.
-  void ScoreFromBeside(QueryMatch& match, const Structure& query, PlaceStructures& places,
-                       LinesOfPlaces& lines, const SearchControl& control,
+  /// What a spot's place and the places beside it see, in the frame of its own.
+  [[nodiscard]] Structure MergedBeside(PlaceStructures& places, const Spot& spot, int num_beside,
+                                       const SearchControl& control) const;
+  /// Before a cohort, the best spots' scores on that, but for what they gain by it on average.
+  /// Sorts them, best first.
+  void ScoreWithBeside(QueryMatch& match, PlaceStructures& places, const SearchControl& control,
                        std::vector<Spot>& spots) const;
   /// The verified hypotheses that are of distinct poses, best first; their own scores.
   [[nodiscard]] std::vector<Spot> Distinct(const Structure& query,

@@ -32,6 +32,20 @@ double EqualScores(double score, std::size_t num_posts, const EvidenceParams& pa
   return EqualByChance(num_posts, params) + EqualOfAlike(score, params);
 }
 
+/// The same of a cohort: what it leaves of it.
+double EqualInCohort(std::size_t num_posts, double large_cohort_share,
+                     const EvidenceParams& params) {
+  return (1.0 - large_cohort_share * (1.0 - params.equal_in_cohort)) *
+         EqualByChance(num_posts, params);
+}
+
+/// By how much more than that the first score is ahead of all others.
+double Ahead(std::span<const double> scores, double equal) {
+  const auto others = scores.subspan(1);
+  const double second = others.empty() ? 0.0 : *std::ranges::max_element(others);
+  return std::max(0.0, scores.front() - second - equal);
+}
+
 double FallAround(const QueryMatch& match, double score, const PlanarPose& pose) {
   constexpr PoseLimits kLimits;
   constexpr int kNumDirections = 8;
@@ -204,7 +218,7 @@ double CohortShare(std::span<const double> scores, const EvidenceParams& params)
   return std::clamp((static_cast<double>(num_alike) - half) / half, 0.0, 1.0);
 }
 
-double GenuineLogOdds(const Support& support, double cohort_share, const EvidenceParams& params) {
+double GenuineLogOdds(const Support& support, double of_cohort, const EvidenceParams& params) {
   const double over_beside =
       params.beside * std::max(0.0, support.sharpness - EqualByChance(support.num_posts, params));
   const double of_mirror =
@@ -213,8 +227,7 @@ double GenuineLogOdds(const Support& support, double cohort_share, const Evidenc
       params.rival *
       std::max(0.0, support.over_mirror_exactly -
                         params.equal_of_mirror * EqualScores(of_mirror, support.num_posts, params));
-  return std::min({SupportLogOdds(support, params) + params.cohort_surely * cohort_share,
-                   over_mirror, over_beside});
+  return std::min({SupportLogOdds(support, params) + of_cohort, over_mirror, over_beside});
 }
 
 double MoreOfTurned(double score, double score_by_posts, std::size_t num_posts,
@@ -256,18 +269,24 @@ std::vector<double> Confidences(std::span<const double> scores, const Support& s
                                 double cohort_share, const EvidenceParams& params,
                                 double large_cohort_share,
                                 std::span<const double> cautious_scores) {
+  if (scores.empty()) return {};
+  if (cautious_scores.empty()) cautious_scores = scores;
+  const double of_lead =
+      std::min(large_cohort_share * params.cohort_lead,
+               params.rival * Ahead(cautious_scores,
+                                    EqualInCohort(support.num_posts, large_cohort_share, params)));
   const auto read = [&](std::span<const double> some, const EvidenceParams& by) {
     std::vector<double> confidences = Shares(some, support.num_posts, by, large_cohort_share);
-    const double genuine = Logistic(GenuineLogOdds(support, cohort_share, by));
+    const double of_cohort = by.cohort_surely * cohort_share + of_lead;
+    const double genuine = Logistic(GenuineLogOdds(support, of_cohort, by));
     for (double& confidence : confidences) confidence *= genuine;
     return confidences;
   };
-  std::vector<double> cautious = read(cautious_scores.empty() ? scores : cautious_scores, params);
+  std::vector<double> cautious = read(cautious_scores, params);
   EvidenceParams literally = params;
   literally.cohort_surely = params.cohort;
   literally.equal_scores = literally.equal_by_chance = literally.equal_of_alike = 0.0;
   const std::vector<double> literal = read(scores, literally);
-  if (scores.empty()) return cautious;
   const double more = literal.front() - cautious.front();
   const double told = std::min(literal.front(), params.undecided) - cautious.front();
   if (more > 0.0 && told > 0.0) {

@@ -54,10 +54,10 @@ struct Support {
 /// (EvidenceParams::cohort). 0 where there are few: being better than nothing says nothing.
 [[nodiscard]] double CohortShare(std::span<const double> scores, const EvidenceParams& params);
 
-/// The same with what so much of a cohort says beyond, but even where the scan lies as well on the
-/// place's mirror image, for what cannot be told from that cannot be told from the next room; and
-/// where it lies as well a metre on.
-[[nodiscard]] double GenuineLogOdds(const Support& support, double cohort_share,
+/// The same with what a cohort says beyond, but even where the scan lies as well on the place's
+/// mirror image, for what cannot be told from that cannot be told from the next room; and where it
+/// lies as well a metre on.
+[[nodiscard]] double GenuineLogOdds(const Support& support, double of_cohort,
                                     const EvidenceParams& params);
 
 /// By how much the log-odds of a pose are less than those of another with a better score, by a scan
@@ -69,8 +69,9 @@ struct Support {
                                           const EvidenceParams& params);
 
 /// How much more a rival counts that looks the other way than one that stands elsewhere: it is no
-/// other place of the cohort (large_cohort_share: see Shares), but perhaps this very hall, turned
-/// about, alike by all its posts wherever they lie exactly.
+/// other place of the cohort (large_cohort_share: see Shares; 0 where such rivals are a cohort,
+/// too), but perhaps this very hall, turned about, alike by all its posts wherever they lie
+/// exactly.
 [[nodiscard]] double MoreOfTurned(double score, double score_by_posts, std::size_t num_posts,
                                   double large_cohort_share, const EvidenceParams& params);
 

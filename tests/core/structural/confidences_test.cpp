@@ -77,6 +77,33 @@ TEST(ConfidencesOf, TellTheBestOfALargeCohortBySmallerLeads) {
   EXPECT_GT(told(12, 0.11, indoors, std::numbers::pi), 0.95);
 }
 
+TEST(ConfidencesOf, BelieveWhatIsAheadOfALargeCohortOfEitherWay) {
+  const EvidenceParams indoors = AutoParamsAtScale(0.35).evidence;
+  const Support fair{.score = 0.7,
+                     .sharpness = 0.3,
+                     .over_mirror = 0.3,
+                     .inliers = 0.31,
+                     .over_mirror_exactly = 0.3,
+                     .num_posts = 900};
+  // A dozen spots, some of which look the other way, the best by so much behind.
+  const auto told = [&](int num_turned, double lead, const EvidenceParams& params) {
+    std::vector<Spot> spots(1, {.hypothesis = {.score = 0.75}, .score = 0.7, .support = fair});
+    for (int i = 1; i <= 12; ++i) {
+      spots.push_back(
+          {.score = 0.7 - lead,
+           .T_map_query = Offset(5.0 * i, 0.0, 0.0, i <= num_turned ? std::numbers::pi : 0.0)});
+    }
+    return ConfidencesOf(spots, params, Eigen::Vector3d::UnitZ()).front();
+  };
+  EXPECT_GT(told(0, 0.07, indoors), 0.8);
+  EXPECT_LE(told(0, 0.05, indoors), indoors.undecided);
+  EXPECT_GT(told(6, 0.07, indoors), 0.8);
+  EXPECT_LE(told(3, 0.07, indoors), indoors.undecided) << "these may be this hall, turned about";
+  EvidenceParams older = indoors;
+  older.cohort_lead = 0.0;
+  EXPECT_LE(told(0, 0.07, older), older.undecided);
+}
+
 TEST(ConfidencesOf, AskMoreOfAHallTurnedAboutWhosePostsAreAlike) {
   const EvidenceParams indoors = AutoParamsAtScale(0.35).evidence;
   const Support clear{.score = 0.95,

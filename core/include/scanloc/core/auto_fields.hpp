@@ -96,6 +96,7 @@ void VisitAutoFields(P& params, Visitor&& visit) {
   visit("auto.evidence.cohort_surely", params.evidence.cohort_surely, 0.0, 1000.0);
   visit("auto.evidence.cohort_share", params.evidence.cohort_share, 0.0, 1.0);
   visit("auto.evidence.cohort_size", params.evidence.cohort_size, 1, 1000);
+  visit("auto.evidence.cohort_lead", params.evidence.cohort_lead, 0.0, 1000.0);
   visit("auto.evidence.equal_in_cohort", params.evidence.equal_in_cohort, 0.0, 1.0);
   visit("auto.evidence.num_beside", params.evidence.num_beside, 0, 8);
   visit("auto.evidence.undecided", params.evidence.undecided, 0.0, 1.0);

@@ -158,10 +158,14 @@ struct EvidenceParams {
   double cohort_surely = 0.0;  ///< ... so much beyond. The spots explain ...
   double cohort_share = 0.7;   ///< ... at least this of what the best does; all of it counts ...
   int cohort_size = 6;         ///< ... where there are so many, nothing where there are half
+  /// Where there are twice as many: log-odds, at most, of being ahead of all of them by more than
+  /// is equal. What one aisle of many explains best by far is none that was not mapped.
+  double cohort_lead = 0.0;
   /// Of what scores differ by that are equal, what remains where there are twice as many: all of it
   /// where there are cohort_size. What stands in alike aisles is many small things.
   double equal_in_cohort = 1.0;
-  /// Where there is a cohort: places beside a spot's own that weigh it, too; each has its own view.
+  /// Where there is a cohort: places beside a spot's own that weigh it as one with that; each has
+  /// its own view.
   int num_beside = 0;
   /// Most that the confidence is where only scores that may be equal by chance tell poses apart.
   double undecided = 0.799;
