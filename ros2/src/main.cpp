@@ -1,13 +1,19 @@
+#include <pthread.h>
+#include <signal.h>
+
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
+#include <functional>
 #include <iostream>
 #include <memory>
 #include <mutex>
 #include <string>
+#include <thread>
 #include <utility>
 
 #include "absl/status/statusor.h"
@@ -21,10 +27,51 @@
 #include "scanloc/client/offline_client.hpp"
 #include "scanloc/core/printable.hpp"
 #include "scanloc/core/status_macros.hpp"
-#include "stop_signals.hpp"
 
 namespace scanloc::ros2 {
 namespace {
+
+sigset_t Watched() {
+  sigset_t signals;
+  sigemptyset(&signals);
+  sigaddset(&signals, SIGTERM);
+  sigaddset(&signals, SIGINT);
+  return signals;
+}
+
+/// Waits for SIGTERM and SIGINT on a thread of its own. Made before any other thread, so that none
+/// of them gets these signals. The first one makes came() true; a second one ends the process.
+class StopSignals {
+ public:
+  StopSignals() {
+    const sigset_t signals = Watched();
+    pthread_sigmask(SIG_BLOCK, &signals, nullptr);
+  }
+  ~StopSignals() {
+    if (!thread_.joinable()) return;
+    ends_ = true;
+    pthread_kill(thread_.native_handle(), SIGINT);
+    thread_.join();
+  }
+
+  /// Calls on_stop when a signal comes, from that thread. Once.
+  void Watch(std::function<void()> on_stop) {
+    thread_ = std::thread([this, on_stop = std::move(on_stop)] {
+      const sigset_t signals = Watched();
+      int signal = 0;
+      while (sigwait(&signals, &signal) != 0 || !ends_) {
+        if (came_.exchange(true)) std::_Exit(128 + signal);
+        on_stop();
+      }
+    });
+  }
+  [[nodiscard]] bool came() const { return came_; }
+
+ private:
+  std::atomic<bool> came_ = false;
+  std::atomic<bool> ends_ = false;
+  std::thread thread_;
+};
 
 constexpr int kExitFailed = 1;
 constexpr int kExitUsage = 2;
