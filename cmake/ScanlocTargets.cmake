@@ -72,13 +72,25 @@ function(scanloc_combine target)
   set_source_files_properties(${ARG_NOT} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
 endfunction()
 
-# scanloc_add_library(core [INSTALLED] SOURCES a.cpp PUBLIC_DEPS x PRIVATE_DEPS y [PRECOMPILED grpc]
+# scanloc_find_sources(sources src/*.cpp): the files of these names in this folder and those below, in
+# the order of their names. Without main.cpp, which is a program's, so that tests can link the rest.
+function(scanloc_find_sources sources)
+  file(GLOB_RECURSE found CONFIGURE_DEPENDS RELATIVE "${CMAKE_CURRENT_SOURCE_DIR}" ${ARGN})
+  list(FILTER found EXCLUDE REGEX "(^|/)main\\.cpp$")
+  set(${sources} ${found} PARENT_SCOPE)
+endfunction()
+
+# scanloc_add_library(core [INSTALLED] [SOURCES a.cpp] PUBLIC_DEPS x PRIVATE_DEPS y [PRECOMPILED grpc]
 #   [NOT_COMBINED b.cpp])
-# declares scanloc_core, known as scanloc::core, with its public headers in include/.
+# declares scanloc_core, known as scanloc::core, of all sources in src/ if none are named, with its
+# public headers in include/.
 function(scanloc_add_library module)
   cmake_parse_arguments(ARG "INSTALLED" "PRECOMPILED" "SOURCES;PUBLIC_DEPS;PRIVATE_DEPS;NOT_COMBINED" ${ARGN})
   if(NOT ARG_PRECOMPILED)
     set(ARG_PRECOMPILED common)
+  endif()
+  if(NOT ARG_SOURCES)
+    scanloc_find_sources(ARG_SOURCES src/*.cpp)
   endif()
   set(target scanloc_${module})
   if(ARG_INSTALLED)
@@ -110,14 +122,18 @@ function(scanloc_add_program name)
     COMPONENT ${name} OPTIONAL)
 endfunction()
 
-# scanloc_add_test(core_tests SOURCES a_test.cpp DEPS scanloc::core [PRECOMPILED grpc_tests])
-# declares a GoogleTest program whose tests ctest lists one by one.
+# scanloc_add_test(core_tests [SOURCES a_test.cpp] [ALSO b.cpp] DEPS scanloc::core [PRECOMPILED grpc_tests])
+# declares a GoogleTest program, of all *_test.cpp if no sources are named, whose tests ctest lists one
+# by one.
 function(scanloc_add_test name)
-  cmake_parse_arguments(ARG "" "TIMEOUT;PRECOMPILED" "SOURCES;DEPS" ${ARGN})
+  cmake_parse_arguments(ARG "" "TIMEOUT;PRECOMPILED" "SOURCES;ALSO;DEPS" ${ARGN})
+  if(NOT ARG_SOURCES)
+    scanloc_find_sources(ARG_SOURCES *_test.cpp)
+  endif()
   if(NOT ARG_TIMEOUT)
     set(ARG_TIMEOUT 120)
   endif()
-  add_executable(${name} ${ARG_SOURCES})
+  add_executable(${name} ${ARG_SOURCES} ${ARG_ALSO})
   target_include_directories(${name} PRIVATE "${PROJECT_SOURCE_DIR}/tests")
   target_link_libraries(${name} PRIVATE ${ARG_DEPS} scanloc_test_support scanloc_warnings
     GTest::gtest GTest::gmock
