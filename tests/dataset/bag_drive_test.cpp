@@ -10,8 +10,7 @@
 #include <tuple>
 
 #include "absl/strings/str_cat.h"
-#include "bag/pose_gaps.hpp"
-#include "bag/recording_delay.hpp"
+#include "bag/bag_notes.hpp"
 #include "scanloc/dataset/scan_reader.hpp"
 #include "support/paths.hpp"
 #include "support/sql.hpp"
