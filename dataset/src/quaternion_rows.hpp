@@ -11,10 +11,23 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "decimal_time.hpp"
-#include "pose_columns.hpp"
+#include "pose_rows.hpp"
 #include "scanloc/dataset/pose_reader.hpp"
 
 namespace scanloc::dataset {
+
+/// Where the values of a pose with a quaternion stand in a row.
+struct PoseColumns {
+  std::array<std::size_t, 3> xyz{};         ///< position
+  std::array<std::size_t, 4> quaternion{};  ///< x y z w
+  std::vector<std::size_t> stamp;           ///< none; one; or whole seconds and nanoseconds
+  std::size_t num_values = 0;               ///< in a row
+};
+
+/// The columns that a headline names, such as "timestamp tx ty tz qx qy qz qw",
+/// "#sec,nsec,x,y,...", EuRoC's "p_RS_R_x [m]" or a recorded topic's "pose.orientation.w". None
+/// unless each part of position and quaternion is named once.
+[[nodiscard]] std::optional<PoseColumns> ReadHeadline(const Tokens& headline);
 
 /// Rows of a position and a quaternion, with a stamp or without. In which order they stand is taken
 /// from `columns` if it is given; else it is told, once all rows are there, by what has length 1
