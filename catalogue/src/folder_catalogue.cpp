@@ -5,21 +5,100 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cstdio>
 #include <cstring>
 #include <filesystem>
 #include <map>
+#include <nlohmann/json.hpp>
+#include <string>
 #include <thread>
 #include <utility>
 
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
 #include "absl/strings/str_cat.h"
 #include "kinds.hpp"
+#include "scanloc/catalogue/catalogue.hpp"
+#include "scanloc/catalogue/version_file.hpp"
 #include "scanloc/core/status_macros.hpp"
 #include "scanloc/files/files.hpp"
-#include "text_file.hpp"
-#include "version_json.hpp"
 
 namespace scanloc::catalogue {
 namespace {
+
+constexpr std::int64_t kMaxFileBytes = 64 << 20;
+
+/// Writes a file in one step: it has all of the text or is as it was. ResourceExhausted.
+absl::Status WriteTextFile(const std::string& path, const std::string& text) {
+  const std::string next = absl::StrCat(path, ".next");
+  const FileDescriptor file(open(next.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666));
+  const bool is_written = file.get() >= 0 && WriteAll(file, text) && fsync(file.get()) == 0 &&
+                          rename(next.c_str(), path.c_str()) == 0;
+  const int why = errno;
+  if (is_written) return absl::OkStatus();
+  unlink(next.c_str());
+  return absl::ResourceExhaustedError(
+      absl::StrCat("cannot write '", path, "': ", std::strerror(why), "; it is as it was"));
+}
+
+/// Empty where there is no file. Unavailable: it cannot be read, or has more than 64 MiB.
+absl::StatusOr<std::string> ReadTextFile(const std::string& path) {
+  absl::StatusOr<std::string> text = ReadFile(path, kMaxFileBytes);
+  if (absl::IsNotFound(text.status())) return std::string();
+  return text.ok() ? std::move(text) : absl::UnavailableError(text.status().message());
+}
+
+/// Those of before polygons have a box of the map frame.
+Area AreaOf(const nlohmann::json& json) {
+  Area area{.corners = {}, .is_on_earth = json.value("on_earth", false)};
+  if (!json.contains("corners")) {
+    const nlohmann::json& box = json.at("area");
+    area.corners = CornersOf({box.at(0), box.at(1), box.at(2), box.at(3)});
+  } else {
+    for (const nlohmann::json& corner : json.at("corners")) {
+      area.corners.push_back({corner.at(0), corner.at(1)});
+    }
+  }
+  return area;
+}
+
+nlohmann::json ToJson(const Version& version) {
+  // Programs that know of no polygons read the box.
+  const Box box = BoxOf(version.area);
+  nlohmann::json corners = nlohmann::json::array();
+  for (const Corner& corner : version.area.corners) corners.push_back({corner.x, corner.y});
+  return {{"region", version.region},
+          {"content_id", version.content_id},
+          {"sha256", version.sha256},
+          {"num_bytes", version.num_bytes},
+          {"num_places", version.num_places},
+          {"area", {box.min_x, box.min_y, box.max_x, box.max_y}},
+          {"corners", std::move(corners)},
+          {"on_earth", version.area.is_on_earth},
+          {"published_by", version.published_by},
+          {"published_ms", version.published_ms}};
+}
+
+/// DataLoss: it is none.
+absl::StatusOr<Version> FromJson(const nlohmann::json& json) {
+  try {
+    Version version;
+    json.at("region").get_to(version.region);
+    json.at("content_id").get_to(version.content_id);
+    json.at("sha256").get_to(version.sha256);
+    json.at("num_bytes").get_to(version.num_bytes);
+    json.at("num_places").get_to(version.num_places);
+    json.at("published_by").get_to(version.published_by);
+    json.at("published_ms").get_to(version.published_ms);
+    version.area = AreaOf(json);
+    if (absl::Status status = Validate(version); !status.ok()) {
+      return absl::DataLossError(status.message());
+    }
+    return version;
+  } catch (const nlohmann::json::exception& error) {
+    return absl::DataLossError(absl::StrCat("it holds no version of a map: ", error.what()));
+  }
+}
 
 constexpr std::chrono::milliseconds kLook(200);
 
@@ -176,6 +255,25 @@ absl::StatusOr<std::unique_ptr<Catalogue>> OpenFolderCatalogue(const std::string
         absl::StrCat("cannot make the catalogue's folder '", folder, "': ", error.message()));
   }
   return std::make_unique<FolderCatalogue>(folder);
+}
+
+absl::Status WriteVersions(const std::string& path, const std::vector<Version>& versions) {
+  nlohmann::json json = nlohmann::json::array();
+  for (const Version& version : versions) json.push_back(ToJson(version));
+  return WriteTextFile(path, json.dump(1));
+}
+
+absl::StatusOr<std::vector<Version>> ReadVersions(const std::string& path) {
+  ASSIGN_OR_RETURN(const std::string text, ReadTextFile(path));
+  std::vector<Version> versions;
+  if (text.empty()) return versions;
+  const nlohmann::json json = nlohmann::json::parse(text, nullptr, false);
+  if (!json.is_array()) return absl::DataLossError(absl::StrCat("'", path, "' holds no versions"));
+  for (const nlohmann::json& entry : json) {
+    ASSIGN_OR_RETURN(Version version, FromJson(entry));
+    versions.push_back(std::move(version));
+  }
+  return versions;
 }
 
 }  // namespace scanloc::catalogue
