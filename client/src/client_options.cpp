@@ -1,7 +1,6 @@
-#include "client_options.hpp"
-
 #include "absl/strings/str_cat.h"
 #include "call_metadata.hpp"
+#include "client_state.hpp"
 #include "scanloc/core/limits.hpp"
 #include "scanloc/core/status_macros.hpp"
 

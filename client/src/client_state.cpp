@@ -3,12 +3,18 @@
 #include <random>
 
 #include "absl/strings/match.h"
-#include "client_options.hpp"
+#include "absl/strings/str_cat.h"
 #include "scanloc/core/status_macros.hpp"
 
 namespace scanloc::client {
 
 using std::chrono::milliseconds;
+
+gpr_timespec ToGpr(Clock::time_point time) {
+  const auto left =
+      std::chrono::duration_cast<std::chrono::nanoseconds>(time - Clock::now()).count();
+  return gpr_time_add(gpr_now(GPR_CLOCK_MONOTONIC), gpr_time_from_nanos(left, GPR_TIMESPAN));
+}
 
 double DrawShare() {
   thread_local std::mt19937_64 random{std::random_device{}()};

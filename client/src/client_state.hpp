@@ -1,5 +1,6 @@
 #pragma once
 
+#include <grpc/support/time.h>
 #include <grpcpp/channel.h>
 #include <grpcpp/client_context.h>
 
@@ -11,10 +12,8 @@
 #include <utility>
 
 #include "absl/status/statusor.h"
-#include "absl/strings/str_cat.h"
 #include "backoff.hpp"
 #include "call_metadata.hpp"
-#include "channel.hpp"
 #include "map_cache.hpp"
 #include "scanloc/client/client.hpp"
 #include "scanloc/core/status_macros.hpp"
@@ -26,6 +25,19 @@
 #include "scanloc/v1/viewer.grpc.pb.h"
 
 namespace scanloc::client {
+
+/// Not the time of day: that may be set while a call runs.
+using Clock = std::chrono::steady_clock;
+
+/// The same moment, as gRPC counts it.
+[[nodiscard]] gpr_timespec ToGpr(Clock::time_point time);
+
+/// InvalidArgument, naming the field, if the time is less than low or more than an hour.
+[[nodiscard]] absl::Status CheckTimeout(const char* field, std::chrono::milliseconds timeout,
+                                        std::chrono::milliseconds low);
+
+/// InvalidArgument if no message may hold so many points.
+[[nodiscard]] absl::Status CheckScanSize(PointView scan);
 
 /// What one call is bound to, however often it is tried.
 struct Terms {

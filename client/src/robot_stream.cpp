@@ -1,12 +1,127 @@
+#include <grpcpp/client_context.h>
+
+#include <chrono>
+#include <condition_variable>
+#include <mutex>
+#include <optional>
+#include <string>
 #include <utility>
 
-#include "client_options.hpp"
+#include "absl/status/status.h"
+#include "call_metadata.hpp"
 #include "client_state.hpp"
 #include "scanloc/client/client.hpp"
 #include "scanloc/core/status_macros.hpp"
-#include "stream_call.hpp"
+#include "scanloc/proto/status.hpp"
+#include "scanloc/v1/localization.grpc.pb.h"
 
 namespace scanloc::client {
+namespace {
+
+/// A LocalizeStream call, one request and its response at a time, each in its time. One thread at a
+/// time may call.
+class StreamCall final
+    : private grpc::ClientBidiReactor<v1::LocalizeStreamRequest, v1::LocalizeStreamResponse> {
+ public:
+  /// The stub must outlive the call.
+  StreamCall(v1::Localization::Stub& stub, const ClientOptions& options,
+             const std::string& request_id, const std::string& map) {
+    ShowToken(options, context_);
+    SendRequestId(request_id, context_);
+    SendMapName(map, context_);
+    stub.async()->LocalizeStream(&context_, this);
+    AddHold();  // reads and writes are started from outside
+    StartCall();
+  }
+  ~StreamCall() override {
+    std::unique_lock lock(mutex_);
+    if (!end_) context_.TryCancel();
+    (void)AwaitEnd(lock);
+  }  ///< cancels what is under way and waits for its end
+
+  /// After an error the call has ended.
+  [[nodiscard]] absl::Status Ask(const v1::LocalizeStreamRequest& request,
+                                 std::chrono::milliseconds timeout,
+                                 v1::LocalizeStreamResponse* response) {
+    RETURN_IF_ERROR(CheckTexts(request));
+    std::unique_lock lock(mutex_);
+    if (!is_held_) return absl::FailedPreconditionError("the stream has ended; open another");
+    request_ = request;
+    num_under_way_ = 2;
+    lock.unlock();
+    StartRead(&response_);
+    StartWrite(&request_);
+    lock.lock();
+    const bool is_in_time =
+        has_news_.wait_for(lock, timeout, [&] { return has_failed_ || num_under_way_ == 0; });
+    if (is_in_time && !has_failed_) {
+      response->Swap(&response_);
+      return absl::OkStatus();
+    }
+    if (!is_in_time) context_.TryCancel();
+    absl::Status end = AwaitEnd(lock);
+    if (!is_in_time) {
+      return absl::DeadlineExceededError(
+          "it did not answer the scan in time; the stream is closed");
+    }
+    return end.ok() ? absl::UnavailableError("it ended the stream") : end;
+  }
+  /// Ends the call; the status that it ended with. May be called again.
+  absl::Status Close(std::chrono::milliseconds timeout) {
+    std::unique_lock lock(mutex_);
+    if (std::exchange(is_held_, false)) {
+      lock.unlock();
+      StartWritesDone();
+      RemoveHold();
+      lock.lock();
+    }
+    if (!has_news_.wait_for(lock, timeout, [&] { return end_.has_value(); })) {
+      context_.TryCancel();
+      has_news_.wait(lock, [&] { return end_.has_value(); });
+      return absl::DeadlineExceededError("it did not end the stream in time");
+    }
+    return *end_;
+  }
+
+ private:
+  void OnWriteDone(bool ok) override { EndOne(ok); }
+  void OnReadDone(bool ok) override { EndOne(ok); }
+  void OnDone(const grpc::Status& status) override {
+    const std::lock_guard lock(mutex_);
+    end_ = proto::FromGrpc(status);
+    has_news_.notify_all();
+  }
+
+  /// Of a write and a read.
+  void EndOne(bool ok) {
+    const std::lock_guard lock(mutex_);
+    --num_under_way_;
+    has_failed_ |= !ok;
+    has_news_.notify_all();
+  }
+  /// Gives up the right to start further work, and waits for the end.
+  absl::Status AwaitEnd(std::unique_lock<std::mutex>& lock) {
+    if (std::exchange(is_held_, false)) {
+      lock.unlock();
+      RemoveHold();
+      lock.lock();
+    }
+    has_news_.wait(lock, [&] { return end_.has_value(); });
+    return *end_;
+  }
+
+  grpc::ClientContext context_;
+  v1::LocalizeStreamRequest request_;
+  v1::LocalizeStreamResponse response_;
+  std::mutex mutex_;
+  std::condition_variable has_news_;
+  int num_under_way_ = 0;  // a write, a read
+  bool has_failed_ = false;
+  bool is_held_ = true;
+  std::optional<absl::Status> end_;
+};
+
+}  // namespace
 
 using std::chrono::milliseconds;
 
