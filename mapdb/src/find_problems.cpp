@@ -1,16 +1,21 @@
-#include "find_problems.hpp"
-
+#include <string>
 #include <utility>
+#include <vector>
 
+#include "absl/status/statusor.h"
 #include "absl/strings/str_cat.h"
 #include "calibration_rows.hpp"
 #include "checksum.hpp"
+#include "file_layer.hpp"
+#include "folder.hpp"
 #include "key_rows.hpp"
 #include "map_rows.hpp"
 #include "open_map.hpp"
 #include "scanloc/core/map/context_table.hpp"
+#include "scanloc/core/status_macros.hpp"
 #include "scanloc/mapdb/map_file.hpp"
 #include "schema.hpp"
+#include "sqlite.hpp"
 
 namespace scanloc::mapdb {
 namespace {
@@ -239,8 +244,7 @@ void CheckRows(Connection& connection, const MapHead& head, Problems& problems) 
 // Damage is an answer of FindProblems; what is no map that this version can read is an error.
 bool IsDamage(const absl::Status& status) { return absl::IsDataLoss(status); }
 
-}  // namespace
-
+/// FindProblems of map_file.hpp, for a map that is open.
 absl::StatusOr<std::vector<std::string>> FindProblems(Connection& connection) {
   Problems problems;
   absl::StatusOr<MapHead> head = ReadVersions(connection);
@@ -255,11 +259,47 @@ absl::StatusOr<std::vector<std::string>> FindProblems(Connection& connection) {
   return std::move(problems).Take();
 }
 
+// A build that was killed in its first commit leaves a file with or without a front.
+absl::Status CheckMayBeMap(Connection& connection) {
+  ASSIGN_OR_RETURN(const std::string front, connection.ReadFront(1));
+  return front == std::string(front.size(), '\0') ? absl::OkStatus() : CheckFront(connection);
+}
+
+// Whether the file is a sound map without its journal, which is removed then.
+absl::StatusOr<bool> RemoveNeedlessJournal(const std::string& path, const std::string& journal) {
+  ASSIGN_OR_RETURN(Connection connection, OpenConnection(path, Access::kAsItIs));
+  RETURN_IF_ERROR(CheckMayBeMap(connection));
+  ASSIGN_OR_RETURN(const std::int64_t file_bytes, connection.FileBytes());
+  if (file_bytes == 0) return false;  // SQLite would start to write it
+  // The lock of a writer: if a build that works has it, the journal is that build's.
+  const absl::Status locked = connection.Execute(schema::kBeginWrite);
+  if (absl::IsUnavailable(locked) || absl::IsPermissionDenied(locked)) return locked;
+  if (!locked.ok()) return false;
+  const absl::StatusOr<std::vector<std::string>> problems = FindProblems(connection);
+  if (!problems.ok() || !problems->empty()) return false;
+  RETURN_IF_ERROR(connection.SyncFile());
+  RETURN_IF_ERROR(RemoveFile(journal));
+  return true;
+}
+
+}  // namespace
+
 absl::StatusOr<std::vector<std::string>> FindProblems(const std::string& path) {
   absl::StatusOr<Connection> connection = OpenForReading(path);
   if (connection.ok()) return FindProblems(*connection);
   if (!IsDamage(connection.status())) return connection.status();
   return std::vector<std::string>{DamageOf(connection.status())};
+}
+
+absl::StatusOr<Recovery> RecoverMap(const std::string& path) {
+  RETURN_IF_ERROR(CheckIsFile(path));
+  const std::string journal = JournalOf(path);
+  const JournalState state = LookAtJournal(journal);
+  if (state == JournalState::kNone || state == JournalState::kIdle) return Recovery::kNothingToDo;
+  ASSIGN_OR_RETURN(const bool is_sound, RemoveNeedlessJournal(path, journal));
+  if (is_sound) return Recovery::kJournalRemoved;
+  RETURN_IF_ERROR(OpenForWriting(path, Access::kRecover).status());
+  return Recovery::kRolledBack;
 }
 
 }  // namespace scanloc::mapdb
