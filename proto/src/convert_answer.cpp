@@ -1,4 +1,3 @@
-#include <string>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -9,36 +8,6 @@
 
 namespace scanloc::proto {
 namespace {
-
-v1::Outcome ToProto(Outcome outcome) {
-  switch (outcome) {
-    case Outcome::kLocalized:
-      return v1::OUTCOME_LOCALIZED;
-    case Outcome::kAmbiguous:
-      return v1::OUTCOME_AMBIGUOUS;
-    case Outcome::kNotRecognized:
-      return v1::OUTCOME_NOT_RECOGNIZED;
-    case Outcome::kInsufficientScan:
-      return v1::OUTCOME_INSUFFICIENT_SCAN;
-  }
-  return v1::OUTCOME_UNSPECIFIED;
-}
-
-absl::StatusOr<Outcome> FromProto(v1::Outcome outcome) {
-  switch (outcome) {
-    case v1::OUTCOME_LOCALIZED:
-      return Outcome::kLocalized;
-    case v1::OUTCOME_AMBIGUOUS:
-      return Outcome::kAmbiguous;
-    case v1::OUTCOME_NOT_RECOGNIZED:
-      return Outcome::kNotRecognized;
-    case v1::OUTCOME_INSUFFICIENT_SCAN:
-      return Outcome::kInsufficientScan;
-    default:
-      return absl::InvalidArgumentError(
-          absl::StrCat("outcome is ", static_cast<int>(outcome), ", which is none"));
-  }
-}
 
 absl::Status Check(const v1::Candidate& message) {
   if (message.place() < 0 || message.session() < 0) {
@@ -143,12 +112,12 @@ absl::StatusOr<LocalizeReply> FromProto(const v1::LocalizeResponse& message) {
         absl::StrCat("the answer has ", message.candidates_size(), " candidates; at most ",
                      limits::kMaxCandidates, " are allowed")));
   }
+  status.Update(CheckEnum("outcome", message.outcome(), v1::Outcome_MAX));
   if (!status.ok()) return status;
-  ASSIGN_OR_RETURN(const auto outcome, FromProto(message.outcome()));
 
   LocalizeReply reply;
   reply.map = message.map();
-  reply.answer.outcome = outcome;
+  reply.answer.outcome = static_cast<Outcome>(message.outcome());
   reply.answer.reason = message.reason();
   reply.answer.content_id = message.content_id();
   reply.answer.candidates.reserve(message.candidates_size());
@@ -171,7 +140,7 @@ v1::LocalizeResponse ToProto(const LocalizeReply& reply) {
   v1::LocalizeResponse message;
   message.set_map(reply.map);
   message.set_content_id(reply.answer.content_id);
-  message.set_outcome(ToProto(reply.answer.outcome));
+  message.set_outcome(static_cast<v1::Outcome>(reply.answer.outcome));
   message.set_reason(reply.answer.reason);
   for (const Candidate& candidate : reply.answer.candidates) {
     *message.add_candidates() = ToProto(candidate);

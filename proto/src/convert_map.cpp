@@ -14,54 +14,6 @@
 namespace scanloc::proto {
 namespace {
 
-v1::ShiftMode ToProto(ShiftMode mode) {
-  switch (mode) {
-    case ShiftMode::kCircular:
-      return v1::SHIFT_MODE_CIRCULAR;
-    case ShiftMode::kBounded:
-      return v1::SHIFT_MODE_BOUNDED;
-  }
-  return v1::SHIFT_MODE_UNSPECIFIED;
-}
-
-absl::StatusOr<ShiftMode> FromProto(v1::ShiftMode mode) {
-  switch (mode) {
-    case v1::SHIFT_MODE_CIRCULAR:
-      return ShiftMode::kCircular;
-    case v1::SHIFT_MODE_BOUNDED:
-      return ShiftMode::kBounded;
-    default:
-      return absl::InvalidArgumentError(
-          absl::StrCat("params.cart.shift_mode is ", static_cast<int>(mode), ", which is none"));
-  }
-}
-
-v1::MapState ToProto(MapState state) {
-  switch (state) {
-    case MapState::kLoading:
-      return v1::MAP_STATE_LOADING;
-    case MapState::kServing:
-      return v1::MAP_STATE_SERVING;
-    case MapState::kFailed:
-      return v1::MAP_STATE_FAILED;
-  }
-  return v1::MAP_STATE_UNSPECIFIED;
-}
-
-absl::StatusOr<MapState> FromProto(v1::MapState state) {
-  switch (state) {
-    case v1::MAP_STATE_LOADING:
-      return MapState::kLoading;
-    case v1::MAP_STATE_SERVING:
-      return MapState::kServing;
-    case v1::MAP_STATE_FAILED:
-      return MapState::kFailed;
-    default:
-      return absl::InvalidArgumentError(
-          absl::StrCat("maps.state is ", static_cast<int>(state), ", which is none"));
-  }
-}
-
 absl::Status CheckNumPlaces(std::int64_t num_places) {
   return CheckRange("num_places", static_cast<double>(num_places), 0,
                     static_cast<double>(limits::kMaxPlaces));
@@ -94,8 +46,8 @@ absl::StatusOr<Params> FromProto(const v1::Params& message) {
       !message.has_structure()) {
     return absl::InvalidArgumentError("params lack polar, cart, search or structure");
   }
-  ASSIGN_OR_RETURN(const auto shift_mode, FromProto(message.cart().shift_mode()));
-
+  RETURN_IF_ERROR(
+      CheckEnum("params.cart.shift_mode", message.cart().shift_mode(), v1::ShiftMode_MAX));
   ASSIGN_OR_RETURN(auto automatic, AutoParamsFromProto(message));
 
   const v1::PolarParams& polar = message.polar();
@@ -115,7 +67,8 @@ absl::StatusOr<Params> FromProto(const v1::Params& message) {
                .max_x_m = cart.max_x_m(),
                .max_y_m = cart.max_y_m(),
                .double_flip = cart.double_flip(),
-               .shift_mode = shift_mode,
+               .shift_mode = cart.shift_mode() == v1::SHIFT_MODE_BOUNDED ? ShiftMode::kBounded
+                                                                         : ShiftMode::kCircular,
                .max_shift_cols = cart.max_shift_cols()},
       .structure = {.enabled = message.structure().enabled()},
       .search = {.num_candidates = search.num_candidates(),
@@ -149,7 +102,8 @@ v1::Params ToProto(const Params& params) {
   cart.set_max_x_m(params.cart.max_x_m);
   cart.set_max_y_m(params.cart.max_y_m);
   cart.set_double_flip(params.cart.double_flip);
-  cart.set_shift_mode(ToProto(params.cart.shift_mode));
+  cart.set_shift_mode(params.cart.shift_mode == ShiftMode::kBounded ? v1::SHIFT_MODE_BOUNDED
+                                                                    : v1::SHIFT_MODE_CIRCULAR);
   cart.set_max_shift_cols(params.cart.max_shift_cols);
 
   v1::SearchParams& search = *message.mutable_search();
@@ -233,10 +187,10 @@ absl::StatusOr<std::vector<MapSummary>> FromProto(const v1::ListMapsResponse& me
     absl::Status status = CheckAskedMap(map.name());
     status.Update(CheckLength("content_id", map.content_id(), kMaxContentIdBytes));
     status.Update(CheckNumPlaces(map.num_places()));
+    status.Update(CheckEnum("maps.state", map.state(), v1::MapState_MAX));
     if (!status.ok()) return status;
-    ASSIGN_OR_RETURN(const auto state, FromProto(map.state()));
     maps.push_back({.name = map.name(),
-                    .state = state,
+                    .state = static_cast<MapState>(map.state()),
                     .content_id = map.content_id(),
                     .num_places = map.num_places(),
                     .generation = map.generation()});
@@ -284,7 +238,7 @@ v1::ListMapsResponse ToProto(const std::vector<MapSummary>& maps) {
   for (const MapSummary& map : maps) {
     v1::MapSummary& line = *message.add_maps();
     line.set_name(map.name);
-    line.set_state(ToProto(map.state));
+    line.set_state(static_cast<v1::MapState>(map.state));
     line.set_content_id(map.content_id);
     line.set_num_places(map.num_places);
     line.set_generation(map.generation);

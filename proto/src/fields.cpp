@@ -26,6 +26,11 @@ absl::Status CheckRange(absl::string_view field, double value, double low, doubl
       absl::StrCat(field, " is ", value, "; it must lie in [", low, ", ", high, "]"));
 }
 
+absl::Status CheckEnum(absl::string_view field, int value, int max) {
+  if (value > 0 && value <= max) return absl::OkStatus();
+  return absl::InvalidArgumentError(absl::StrCat(field, " is ", value, ", which is none"));
+}
+
 absl::StatusOr<Pose> PoseFromProto(absl::string_view field, const v1::Pose& message) {
   auto pose = PoseFromQuaternion({message.x_m(), message.y_m(), message.z_m()},
                                  {message.qw(), message.qx(), message.qy(), message.qz()});

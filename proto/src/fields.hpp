@@ -28,6 +28,9 @@ namespace scanloc::proto {
 [[nodiscard]] absl::Status CheckRange(absl::string_view field, double value, double low,
                                       double high);
 
+/// InvalidArgument if the number is not one of an enum's, but for its first, 0, which says nothing.
+[[nodiscard]] absl::Status CheckEnum(absl::string_view field, int value, int max);
+
 /// Translations travel exactly, rotations to some 1e-15.
 [[nodiscard]] absl::StatusOr<Pose> PoseFromProto(absl::string_view field, const v1::Pose& message);
 [[nodiscard]] v1::Pose PoseToProto(const Pose& pose);

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <string>
+#include <utility>
 
 #include "absl/strings/cord.h"
 #include "absl/strings/str_cat.h"
@@ -25,35 +26,24 @@ constexpr const char* kDomain = "scanloc";
 constexpr absl::string_view kReasonPrefix = "ERROR_REASON_";
 
 // Where nobody said it: what the code means nearly everywhere.
+constexpr std::pair<absl::StatusCode, v1::ErrorReason> kUsualReasons[] = {
+    {absl::StatusCode::kInvalidArgument, v1::ERROR_REASON_INVALID_REQUEST},
+    {absl::StatusCode::kNotFound, v1::ERROR_REASON_MAP_NOT_FOUND},
+    {absl::StatusCode::kUnavailable, v1::ERROR_REASON_NOT_READY},
+    {absl::StatusCode::kFailedPrecondition, v1::ERROR_REASON_METHOD_NOT_SERVED},
+    {absl::StatusCode::kAborted, v1::ERROR_REASON_MAP_REPLACED},
+    {absl::StatusCode::kResourceExhausted, v1::ERROR_REASON_BUSY},
+    {absl::StatusCode::kUnauthenticated, v1::ERROR_REASON_TOKEN_MISSING_OR_UNKNOWN},
+    {absl::StatusCode::kPermissionDenied, v1::ERROR_REASON_ROLE_NOT_ALLOWED},
+    {absl::StatusCode::kDeadlineExceeded, v1::ERROR_REASON_TOO_LATE},
+    {absl::StatusCode::kCancelled, v1::ERROR_REASON_CANCELLED},
+    {absl::StatusCode::kAlreadyExists, v1::ERROR_REASON_MAP_IN_SERVICE},
+    {absl::StatusCode::kUnimplemented, v1::ERROR_REASON_NO_SUCH_METHOD}};
 v1::ErrorReason UsualReasonOf(absl::StatusCode code) {
-  switch (code) {
-    case absl::StatusCode::kInvalidArgument:
-      return v1::ERROR_REASON_INVALID_REQUEST;
-    case absl::StatusCode::kNotFound:
-      return v1::ERROR_REASON_MAP_NOT_FOUND;
-    case absl::StatusCode::kUnavailable:
-      return v1::ERROR_REASON_NOT_READY;
-    case absl::StatusCode::kFailedPrecondition:
-      return v1::ERROR_REASON_METHOD_NOT_SERVED;
-    case absl::StatusCode::kAborted:
-      return v1::ERROR_REASON_MAP_REPLACED;
-    case absl::StatusCode::kResourceExhausted:
-      return v1::ERROR_REASON_BUSY;
-    case absl::StatusCode::kUnauthenticated:
-      return v1::ERROR_REASON_TOKEN_MISSING_OR_UNKNOWN;
-    case absl::StatusCode::kPermissionDenied:
-      return v1::ERROR_REASON_ROLE_NOT_ALLOWED;
-    case absl::StatusCode::kDeadlineExceeded:
-      return v1::ERROR_REASON_TOO_LATE;
-    case absl::StatusCode::kCancelled:
-      return v1::ERROR_REASON_CANCELLED;
-    case absl::StatusCode::kAlreadyExists:
-      return v1::ERROR_REASON_MAP_IN_SERVICE;
-    case absl::StatusCode::kUnimplemented:
-      return v1::ERROR_REASON_NO_SUCH_METHOD;
-    default:
-      return v1::ERROR_REASON_INTERNAL;
+  for (const auto& [usual_code, reason] : kUsualReasons) {
+    if (usual_code == code) return reason;
   }
+  return v1::ERROR_REASON_INTERNAL;
 }
 
 template <typename Message>

@@ -1,6 +1,7 @@
 #include "errors.hpp"
 
 #include <string_view>
+#include <utility>
 
 namespace nb = nanobind;
 
@@ -8,35 +9,24 @@ namespace scanloc::python {
 namespace {
 
 /// Of the class in python/scanloc/errors.py.
+constexpr std::pair<absl::StatusCode, const char*> kNames[] = {
+    {absl::StatusCode::kInvalidArgument, "InvalidArgument"},
+    {absl::StatusCode::kNotFound, "NotFound"},
+    {absl::StatusCode::kAlreadyExists, "AlreadyExists"},
+    {absl::StatusCode::kFailedPrecondition, "FailedPrecondition"},
+    {absl::StatusCode::kDataLoss, "DataLoss"},
+    {absl::StatusCode::kUnavailable, "Unavailable"},
+    {absl::StatusCode::kResourceExhausted, "ResourceExhausted"},
+    {absl::StatusCode::kDeadlineExceeded, "DeadlineExceeded"},
+    {absl::StatusCode::kUnauthenticated, "Unauthenticated"},
+    {absl::StatusCode::kPermissionDenied, "PermissionDenied"},
+    {absl::StatusCode::kCancelled, "Cancelled"},
+    {absl::StatusCode::kUnimplemented, "Unimplemented"}};
 const char* NameOf(absl::StatusCode code) {
-  switch (code) {
-    case absl::StatusCode::kInvalidArgument:
-      return "InvalidArgument";
-    case absl::StatusCode::kNotFound:
-      return "NotFound";
-    case absl::StatusCode::kAlreadyExists:
-      return "AlreadyExists";
-    case absl::StatusCode::kFailedPrecondition:
-      return "FailedPrecondition";
-    case absl::StatusCode::kDataLoss:
-      return "DataLoss";
-    case absl::StatusCode::kUnavailable:
-      return "Unavailable";
-    case absl::StatusCode::kResourceExhausted:
-      return "ResourceExhausted";
-    case absl::StatusCode::kDeadlineExceeded:
-      return "DeadlineExceeded";
-    case absl::StatusCode::kUnauthenticated:
-      return "Unauthenticated";
-    case absl::StatusCode::kPermissionDenied:
-      return "PermissionDenied";
-    case absl::StatusCode::kCancelled:
-      return "Cancelled";
-    case absl::StatusCode::kUnimplemented:
-      return "Unimplemented";
-    default:
-      return "Error";
+  for (const auto& [named, name] : kNames) {
+    if (named == code) return name;
   }
+  return "Error";
 }
 
 }  // namespace
