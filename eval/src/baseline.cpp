@@ -3,11 +3,9 @@
 #include <algorithm>
 #include <utility>
 
-#include "scanloc/eval/bin_encoding.hpp"
-#include "scanloc/eval/key_only.hpp"
 #include "scanloc/eval/m2dp.hpp"
 #include "scanloc/eval/seg_match.hpp"
-#include "scanloc/eval/several_trees.hpp"
+#include "shared.hpp"
 
 namespace scanloc::eval {
 

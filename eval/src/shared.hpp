@@ -1,14 +1,25 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
+#include <string>
 
 #include "scanloc/core/map/context_table.hpp"
 #include "scanloc/core/map/map.hpp"
 #include "scanloc/core/method.hpp"
 #include "scanloc/core/scan/descriptor.hpp"
+#include "scanloc/eval/baseline.hpp"
 
-/// What baselines share.
+/// What baselines share, and those that only MakeBaseline knows; null for a name of no such one.
 namespace scanloc::eval {
+
+/// pc-key, cc-key, a-pc-key or a-cc-key.
+[[nodiscard]] std::unique_ptr<Baseline> MakeKeyOnly(const std::string& name);
+/// a-pc-trees or a-cc-trees.
+[[nodiscard]] std::unique_ptr<Baseline> MakeSeveralTrees(const std::string& name);
+/// pc, cc, a-pc or a-cc, and -mean, -count or -bits.
+[[nodiscard]] std::unique_ptr<Baseline> MakeBinEncoding(const std::string& name,
+                                                        const Params& params);
 
 /// Time since it was made, by a clock that may be null.
 class Stopwatch {

@@ -1,11 +1,10 @@
-#include "scanloc/eval/bin_encoding.hpp"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <limits>
 
 #include "scanloc/core/scan/descriptor.hpp"
+#include "scanloc/eval/baseline.hpp"
 #include "support/scenes.hpp"
 #include "support/small_evaluation.hpp"
 
@@ -19,7 +18,7 @@ using ::testing::Lt;
 /// What Describe puts where the encoding of the greatest height has its only cell.
 float OnlyValue(const std::string& name, const PointCloud& scan) {
   const Params params;
-  const Eigen::VectorXf cells = MakeBinEncoding(name, params)->Describe(scan);
+  const Eigen::VectorXf cells = MakeBaseline(name, params)->Describe(scan);
   const ScanDescriptor known = Describer::Create(params).value().Describe(scan);
   const Context& context = name.find("pc") == std::string::npos ? known.cart : known.polar;
   float value = 0.0F;
@@ -41,8 +40,8 @@ TEST(BinEncoding, FillsTheBinsOfTheContextWithItsValue) {
     EXPECT_EQ(OnlyValue(kind + "-count", scan), 3.0F);
     EXPECT_EQ(OnlyValue(kind + "-bits", scan), 1.0F + 4.0F + 128.0F);
   }
-  EXPECT_EQ(MakeBinEncoding("a-pc-mean", {})->Describe(scan).size(), 3 * 20 * 60);
-  EXPECT_TRUE(MakeBinEncoding("pc-mean", {})->Describe({}).isZero());
+  EXPECT_EQ(MakeBaseline("a-pc-mean", {})->Describe(scan).size(), 3 * 20 * 60);
+  EXPECT_TRUE(MakeBaseline("pc-mean", {})->Describe({}).isZero());
 }
 
 TEST(BinEncoding, HasTheBinsOfTheContextsForAnyPoint) {
@@ -51,7 +50,7 @@ TEST(BinEncoding, HasTheBinsOfTheContextsForAnyPoint) {
   const ScanDescriptor known = Describer::Create(params).value().Describe(scan);
   for (const bool is_polar : {true, false}) {
     const Eigen::VectorXf counts =
-        MakeBinEncoding(is_polar ? "pc-count" : "cc-count", params)->Describe(scan);
+        MakeBaseline(is_polar ? "pc-count" : "cc-count", params)->Describe(scan);
     EXPECT_EQ(counts.size(), is_polar ? 20 * 60 : 40 * 40);
     const std::vector<std::uint16_t>& cells = is_polar ? known.polar.cells_cm : known.cart.cells_cm;
     std::size_t num_apart = 0;
