@@ -11,7 +11,6 @@
 #include "cli/command.hpp"
 #include "cli/connection_options.hpp"
 #include "cli/geo_options.hpp"
-#include "cli/half_built.hpp"
 #include "cli/map_text.hpp"
 #include "cli/output.hpp"
 #include "scanloc/core/printable.hpp"

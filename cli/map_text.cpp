@@ -76,4 +76,11 @@ std::string ExtentAsText(const Eigen::AlignedBox3d& extent_m) {
                          low.x(), high.x(), low.y(), high.y(), low.z(), high.z());
 }
 
+std::string HalfBuilt(const mapdb::FileInfo& info) {
+  return absl::StrCat("half built: it has ", info.num_places + info.num_empty + info.num_unreadable,
+                      " of ", info.num_scans,
+                      " scans, and does not know the places of the others; go on with scanloc "
+                      "build --resume");
+}
+
 }  // namespace scanloc::cli

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "scanloc/core/params.hpp"
+#include "scanloc/mapdb/map_file.hpp"
 #include "scanloc/report/json.hpp"
 
 namespace scanloc::cli {
@@ -15,5 +16,8 @@ namespace scanloc::cli {
 [[nodiscard]] std::string ParamsAsText(const Params& params);
 [[nodiscard]] report::Json ExtentToJson(const Eigen::AlignedBox3d& extent_m);
 [[nodiscard]] std::string ExtentAsText(const Eigen::AlignedBox3d& extent_m);
+
+/// Of a map whose build was stopped: how far it is and what to do about it.
+[[nodiscard]] std::string HalfBuilt(const mapdb::FileInfo& info);
 
 }  // namespace scanloc::cli

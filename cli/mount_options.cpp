@@ -4,6 +4,7 @@
 #include <utility>
 #include <vector>
 
+#include "absl/strings/str_cat.h"
 #include "cli/command.hpp"
 #include "scanloc/core/status_macros.hpp"
 
@@ -64,6 +65,11 @@ absl::StatusOr<dataset::Scan> ReadSeenIntensities(const dataset::ScanFile& file,
     }
   }
   return seen;
+}
+
+absl::Status WithSkipHint(const absl::Status& error) {
+  if (absl::IsCancelled(error)) return error;
+  return {error.code(), absl::StrCat(error.message(), "; --skip-bad-scans passes over such scans")};
 }
 
 }  // namespace scanloc::cli

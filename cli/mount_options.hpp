@@ -40,4 +40,7 @@ struct SeenScan {
 [[nodiscard]] absl::StatusOr<dataset::Scan> ReadSeenIntensities(const dataset::ScanFile& file,
                                                                 const SensorMount& mount);
 
+/// The error of a scan that cannot be read, with the option that passes over it.
+[[nodiscard]] absl::Status WithSkipHint(const absl::Status& error);
+
 }  // namespace scanloc::cli

@@ -4,7 +4,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "cli/command.hpp"
-#include "cli/half_built.hpp"
+#include "cli/map_text.hpp"
 #include "cli/output.hpp"
 #include "scanloc/core/printable.hpp"
 #include "scanloc/core/status_macros.hpp"
