@@ -57,7 +57,19 @@ class Turn {
     MeasureHeadings();
   }
 
-  void Spread(const std::vector<SeenSolid>& seen);
+  void Spread(const std::vector<SeenSolid>& seen) {
+    begins_.assign(azimuths_.size() + 1, 0);
+    for (const SeenSolid& solid : seen) {
+      VisitAzimuths(solid, [this](int azimuth) { ++begins_[azimuth + 1]; });
+    }
+    std::partial_sum(begins_.begin(), begins_.end(), begins_.begin());
+    candidates_.resize(begins_.back());
+    std::vector<std::size_t> ends(begins_.begin(), begins_.end() - 1);
+    for (std::size_t i = 0; i < seen.size(); ++i) {
+      const Candidate candidate = MakeCandidate(seen[i], i);
+      VisitAzimuths(seen[i], [&](int azimuth) { candidates_[ends[azimuth]++] = candidate; });
+    }
+  }
 
   [[nodiscard]] int num_azimuths() const { return static_cast<int>(azimuths_.size()); }
   [[nodiscard]] int num_rays() const { return options_.num_rays; }
@@ -79,9 +91,44 @@ class Turn {
   }
 
  private:
-  void MeasureHeadings();
+  void MeasureHeadings() {
+    const double tilt_rad = std::acos(std::clamp(rotation_(2, 2), -1.0, 1.0));
+    const double steepest_deg =
+        std::max(std::abs(options_.min_elevation_deg), std::abs(options_.max_elevation_deg));
+    if (tilt_rad + Radians(steepest_deg) > Radians(88.0)) {
+      slack_rad_ = std::numbers::pi;  // a beam of an azimuth may have any heading
+      return;
+    }
+    heading_rad_ = std::atan2(rotation_(1, 0), rotation_(0, 0));
+    // The heading of a tilted azimuth's beams changes monotonically with the elevation, so that the
+    // outermost rays bound it.
+    for (int i = 0; i < num_azimuths(); ++i) {
+      const double azimuth = std::atan2(azimuths_[i].y(), azimuths_[i].x());
+      for (const int ray : {0, num_rays() - 1}) {
+        const Eigen::Vector3d d = InMap(Direction(i, ray));
+        const double turned = std::remainder(std::atan2(d.y(), d.x()) - heading_rad_ - azimuth,
+                                             2.0 * std::numbers::pi);
+        slack_rad_ = std::max(slack_rad_, std::abs(turned));
+      }
+    }
+    slack_rad_ += 1e-6;
+  }
   template <typename Visitor>
-  void VisitAzimuths(const SeenSolid& seen, Visitor&& visit) const;
+  void VisitAzimuths(const SeenSolid& seen, Visitor&& visit) const {
+    const int full_turn = options_.num_azimuths;
+    const double step = 2.0 * std::numbers::pi / full_turn;
+    const double half = seen.half_extent_rad + slack_rad_;
+    // In steps from azimuth 0 of the full turn, which points backwards.
+    const double center = (seen.azimuth_rad - heading_rad_ + std::numbers::pi) / step - 0.5;
+    auto first = static_cast<std::int64_t>(std::ceil(center - half / step));
+    auto last = static_cast<std::int64_t>(std::floor(center + half / step));
+    last = std::min(last, first + full_turn - 1);
+    for (std::int64_t i = first; i <= last; ++i) {
+      const auto wrapped = static_cast<int>(((i % full_turn) + full_turn) % full_turn);
+      const int kept = wrapped - first_azimuth_;
+      if (kept >= 0 && kept < num_azimuths()) visit(kept);
+    }
+  }
 
   const LidarOptions& options_;
   Eigen::Matrix3d rotation_;
@@ -94,60 +141,6 @@ class Turn {
   std::vector<std::size_t> begins_;
   std::vector<Candidate> candidates_;
 };
-
-void Turn::MeasureHeadings() {
-  const double tilt_rad = std::acos(std::clamp(rotation_(2, 2), -1.0, 1.0));
-  const double steepest_deg =
-      std::max(std::abs(options_.min_elevation_deg), std::abs(options_.max_elevation_deg));
-  if (tilt_rad + Radians(steepest_deg) > Radians(88.0)) {
-    slack_rad_ = std::numbers::pi;  // a beam of an azimuth may have any heading
-    return;
-  }
-  heading_rad_ = std::atan2(rotation_(1, 0), rotation_(0, 0));
-  // The heading of a tilted azimuth's beams changes monotonically with the elevation, so that the
-  // outermost rays bound it.
-  for (int i = 0; i < num_azimuths(); ++i) {
-    const double azimuth = std::atan2(azimuths_[i].y(), azimuths_[i].x());
-    for (const int ray : {0, num_rays() - 1}) {
-      const Eigen::Vector3d d = InMap(Direction(i, ray));
-      const double turned =
-          std::remainder(std::atan2(d.y(), d.x()) - heading_rad_ - azimuth, 2.0 * std::numbers::pi);
-      slack_rad_ = std::max(slack_rad_, std::abs(turned));
-    }
-  }
-  slack_rad_ += 1e-6;
-}
-
-template <typename Visitor>
-void Turn::VisitAzimuths(const SeenSolid& seen, Visitor&& visit) const {
-  const int full_turn = options_.num_azimuths;
-  const double step = 2.0 * std::numbers::pi / full_turn;
-  const double half = seen.half_extent_rad + slack_rad_;
-  // In steps from azimuth 0 of the full turn, which points backwards.
-  const double center = (seen.azimuth_rad - heading_rad_ + std::numbers::pi) / step - 0.5;
-  auto first = static_cast<std::int64_t>(std::ceil(center - half / step));
-  auto last = static_cast<std::int64_t>(std::floor(center + half / step));
-  last = std::min(last, first + full_turn - 1);
-  for (std::int64_t i = first; i <= last; ++i) {
-    const auto wrapped = static_cast<int>(((i % full_turn) + full_turn) % full_turn);
-    const int kept = wrapped - first_azimuth_;
-    if (kept >= 0 && kept < num_azimuths()) visit(kept);
-  }
-}
-
-void Turn::Spread(const std::vector<SeenSolid>& seen) {
-  begins_.assign(azimuths_.size() + 1, 0);
-  for (const SeenSolid& solid : seen) {
-    VisitAzimuths(solid, [this](int azimuth) { ++begins_[azimuth + 1]; });
-  }
-  std::partial_sum(begins_.begin(), begins_.end(), begins_.begin());
-  candidates_.resize(begins_.back());
-  std::vector<std::size_t> ends(begins_.begin(), begins_.end() - 1);
-  for (std::size_t i = 0; i < seen.size(); ++i) {
-    const Candidate candidate = MakeCandidate(seen[i], i);
-    VisitAzimuths(seen[i], [&](int azimuth) { candidates_[ends[azimuth]++] = candidate; });
-  }
-}
 
 std::vector<SeenSolid> NearestFirst(std::span<const Solid> solids, const Eigen::Vector3d& sensor,
                                     double max_range_m) {
