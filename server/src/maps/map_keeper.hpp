@@ -1,15 +1,18 @@
 #pragma once
 
 #include <atomic>
+#include <condition_variable>
+#include <deque>
 #include <functional>
 #include <map>
+#include <memory>
 #include <mutex>
 #include <string>
+#include <thread>
 #include <utility>
 
 #include "absl/status/status.h"
 #include "front/memory_bound.hpp"
-#include "maps/map_scrubber.hpp"
 #include "maps/map_sources.hpp"
 #include "maps/use_book.hpp"
 #include "ops/metrics.hpp"
@@ -18,6 +21,37 @@
 #include "scanloc/server/server.hpp"
 
 namespace scanloc::server {
+
+/// Checks what of the maps in service stays in their files, one map after the other, in the
+/// background and behind whatever else the machine has to do. Thread-safe.
+class MapScrubber {
+ public:
+  struct Callbacks {
+    /// So many places are sound.
+    std::function<void(const ServedMap& map, std::size_t num_done)> progress;
+    /// It is sound, or DataLoss; whatever else kept it from being checked.
+    std::function<void(const std::shared_ptr<const ServedMap>& map, const absl::Status& status)>
+        done;
+  };
+  explicit MapScrubber(Callbacks callbacks);
+  ~MapScrubber();
+
+  /// Has no effect on a map that is in memory as a whole. A map that went out of service meanwhile
+  /// is passed over.
+  void Add(std::shared_ptr<const ServedMap> map);
+  /// Ends the check at hand; no callback comes after it.
+  void Stop();
+
+ private:
+  void Work();
+
+  const Callbacks callbacks_;
+  std::mutex mutex_;
+  std::condition_variable has_news_;
+  std::deque<std::shared_ptr<const ServedMap>> waiting_;
+  bool is_stopping_ = false;
+  std::thread thread_;  // started with the first map
+};
 
 /// Loads, replaces and unloads the maps of a server, and has its health and metrics say which
 /// answer. LoadAll and ReloadAll load one map at a time, since each may be as large as memory
