@@ -49,8 +49,6 @@ class Flooders {
     threads_.clear();
   }
 
-  [[nodiscard]] std::int64_t num_bytes_sent() const { return num_bytes_sent_; }
-
  private:
   /// One connection.
   void Run(const std::string& address, const Flood& flood) {
@@ -72,14 +70,12 @@ class Flooders {
       }
       const std::optional<std::size_t> sent = connection->SendSome(bytes);
       if (!sent) return;
-      num_bytes_sent_ += static_cast<std::int64_t>(*sent);
       bytes.erase(0, *sent);
       if (flood.reads) connection->Discard();
     }
   }
 
   std::atomic<bool> stopping_ = false;
-  std::atomic<std::int64_t> num_bytes_sent_ = 0;
   std::vector<std::thread> threads_;
 };
 
