@@ -7,7 +7,6 @@
 #include <zstd.h>
 
 #include <cstdlib>
-#include <memory>
 #include <string>
 #include <vector>
 

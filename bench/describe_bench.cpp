@@ -7,10 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
-#include <filesystem>
 #include <numbers>
-#include <string>
 #include <vector>
 
 #include "scanloc/core/map/context_table.hpp"

@@ -7,7 +7,6 @@
 // are never right.
 #include <fstream>
 #include <iostream>
-#include <memory>
 #include <sstream>
 #include <string>
 

@@ -1,7 +1,6 @@
 // Draws how a query's cost grows with the map, of the lines that scale_bench prints: those of whole
 // queries, and those of retrieval alone (--keys).
 #include <CLI/CLI.hpp>
-#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <iostream>

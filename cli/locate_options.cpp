@@ -1,6 +1,5 @@
 #include "cli/locate_options.hpp"
 
-#include "absl/strings/str_cat.h"
 #include "cli/command.hpp"
 #include "cli/progress.hpp"
 #include "scanloc/core/limits.hpp"

@@ -5,7 +5,6 @@
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
-#include <utility>
 
 #include "scanloc/mapdb/build_map.hpp"
 #include "scanloc/sim/simulated_drive.hpp"

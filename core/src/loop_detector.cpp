@@ -1,6 +1,5 @@
 #include "scanloc/core/loop_detector.hpp"
 
-#include <cmath>
 #include <utility>
 #include <vector>
 

@@ -1,9 +1,7 @@
 #include "scanloc/core/params.hpp"
 
-#include <cmath>
 #include <tuple>
 
-#include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "scanloc/core/auto_fields.hpp"
 #include "scanloc/core/limits.hpp"

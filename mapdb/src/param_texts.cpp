@@ -11,7 +11,6 @@
 #include "absl/strings/str_join.h"
 #include "encoding.hpp"
 #include "scanloc/core/auto_fields.hpp"
-#include "scanloc/core/printable.hpp"
 #include "scanloc/core/status_macros.hpp"
 #include "schema.hpp"
 

@@ -13,7 +13,6 @@
 #include "dds_log.hpp"
 #include "dds_messages.hpp"
 #include "ros_names.hpp"
-#include "scanloc/core/printable.hpp"
 #include "scanloc/core/status_macros.hpp"
 #include "socket_drops.hpp"
 #include "unheard.hpp"

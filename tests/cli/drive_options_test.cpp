@@ -4,8 +4,6 @@
 
 #include <filesystem>
 
-#include "support/temp_dir.hpp"
-
 namespace scanloc::cli {
 namespace {
 

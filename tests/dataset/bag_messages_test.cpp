@@ -3,9 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <limits>
 
-#include "absl/strings/str_cat.h"
 #include "bag/decompress.hpp"
 #include "bag/point_field.hpp"
 #include "scanloc/dataset/bag_drive.hpp"

@@ -9,7 +9,6 @@
 #include <thread>
 #include <vector>
 
-#include "absl/strings/str_cat.h"
 #include "bag/spare_memory.hpp"
 
 namespace scanloc::dataset {

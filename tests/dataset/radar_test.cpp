@@ -3,10 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <cmath>
 #include <random>
 
-#include "scanloc/core/limits.hpp"
 #include "support/png_files.hpp"
 #include "support/temp_dir.hpp"
 

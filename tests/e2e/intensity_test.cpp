@@ -1,10 +1,8 @@
 // Methods that work on intensities: those of scans, and radar images taken along with them.
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <numbers>
 

@@ -1,7 +1,6 @@
 // Exit statuses, help, and what becomes of output that cannot be written.
 #include <gtest/gtest.h>
 
-#include <csignal>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 

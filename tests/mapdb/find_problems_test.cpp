@@ -3,7 +3,6 @@
 #include <sqlite3.h>
 
 #include <cstring>
-#include <stdexcept>
 
 #include "absl/strings/str_cat.h"
 #include "checksum.hpp"

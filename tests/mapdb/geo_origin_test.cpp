@@ -3,8 +3,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <limits>
-
 #include "scanloc/mapdb/edit_map.hpp"
 #include "scanloc/mapdb/map_file.hpp"
 #include "scanloc/mapdb/merge_maps.hpp"

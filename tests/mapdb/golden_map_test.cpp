@@ -3,9 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include <filesystem>
-#include <vector>
-
 #include "scanloc/mapdb/map_file.hpp"
 #include "support/map_equality.hpp"
 #include "support/paths.hpp"

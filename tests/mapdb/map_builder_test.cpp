@@ -8,7 +8,6 @@
 #include <limits>
 
 #include "map_builder_fixture.hpp"
-#include "scanloc/core/limits.hpp"
 #include "scanloc/mapdb/map_file.hpp"
 #include "support/map_equality.hpp"
 

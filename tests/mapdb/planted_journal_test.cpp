@@ -4,9 +4,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include <array>
 #include <filesystem>
-#include <future>
 
 #include "scanloc/mapdb/build_map.hpp"
 #include "scanloc/mapdb/map_file.hpp"

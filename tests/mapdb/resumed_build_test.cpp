@@ -2,12 +2,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <filesystem>
 #include <functional>
-#include <limits>
 
 #include "map_builder_fixture.hpp"
-#include "scanloc/core/limits.hpp"
 #include "scanloc/mapdb/map_file.hpp"
 #include "support/map_equality.hpp"
 

@@ -1,6 +1,5 @@
 #include "map/payload_view.hpp"
 
-#include <algorithm>
 #include <utility>
 
 namespace scanloc {

@@ -1,7 +1,5 @@
 #include "scan_context/key_distance.hpp"
 
-#include <algorithm>
-
 #include "scan/simd.hpp"
 
 namespace scanloc {

@@ -1,7 +1,6 @@
 #include "scan_context/key_tree.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 #include "scan/simd.hpp"
 

@@ -5,7 +5,6 @@
 #include <Eigen/Geometry>
 #include <cmath>
 #include <limits>
-#include <numbers>
 
 #include "scanloc/core/answer.hpp"
 #include "support/scenes.hpp"

@@ -4,7 +4,6 @@
 
 #include <Eigen/Geometry>
 #include <cmath>
-#include <numbers>
 
 #include "scanloc/core/scan/descriptor.hpp"
 #include "scanloc/core/scan/sensor_mount.hpp"

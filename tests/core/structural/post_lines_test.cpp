@@ -1,6 +1,5 @@
 #include "structural/post_lines.hpp"
 
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
