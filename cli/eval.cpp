@@ -16,7 +16,6 @@
 #include "cli/drive_plan.hpp"
 #include "cli/intensity_options.hpp"
 #include "cli/output.hpp"
-#include "cli/pdf.hpp"
 #include "cli/progress.hpp"
 #include "cli/provenance.hpp"
 #include "scanloc/core/map/map.hpp"

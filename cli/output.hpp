@@ -28,4 +28,10 @@ void PrepareStandardStreams();
 [[nodiscard]] absl::Status WriteReport(
     const std::string& folder, const std::vector<std::pair<std::string, std::string>>& files);
 
+/// Makes NAME.pdf beside every NAME.svg of the files (WriteReport) in the folder by rsvg-convert,
+/// each whole or not at all. Where there is no such program a note on standard error says so.
+/// Internal: it failed, and said why on standard error.
+[[nodiscard]] absl::Status MakePdfs(const std::string& folder,
+                                    const std::vector<std::pair<std::string, std::string>>& files);
+
 }  // namespace scanloc::cli
