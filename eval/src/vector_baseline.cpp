@@ -1,5 +1,8 @@
 #include "scanloc/eval/vector_baseline.hpp"
 
+#include <algorithm>
+#include <utility>
+
 #include "shared.hpp"
 
 namespace scanloc::eval {
@@ -14,6 +17,24 @@ void Normalize(std::vector<Eigen::VectorXf>* vectors) {
 }
 
 }  // namespace
+
+std::vector<VectorIndex::Neighbor> VectorIndex::Search(const Eigen::VectorXf& query, std::size_t k,
+                                                       const std::vector<bool>* excluded) const {
+  std::vector<Neighbor> all;
+  if (query.isZero(0.0F)) return all;
+  for (std::size_t i = 0; i < vectors_.size(); ++i) {
+    if (excluded != nullptr && (*excluded)[i]) continue;
+    if (vectors_[i].isZero(0.0F)) continue;
+    all.push_back({i, static_cast<double>((vectors_[i] - query).norm())});
+  }
+  k = std::min(k, all.size());
+  std::partial_sort(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(k), all.end(),
+                    [](const Neighbor& a, const Neighbor& b) {
+                      return std::pair(a.distance, a.number) < std::pair(b.distance, b.number);
+                    });
+  all.resize(k);
+  return all;
+}
 
 void VectorBaseline::Prepare(const Map& map, std::vector<Eigen::VectorXf> vectors) {
   map_ = &map;

@@ -1,4 +1,4 @@
-#include "scanloc/eval/vector_index.hpp"
+#include "scanloc/eval/vector_baseline.hpp"
 
 #include <gtest/gtest.h>
 
