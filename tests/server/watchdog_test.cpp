@@ -16,7 +16,7 @@
 #include "absl/strings/str_cat.h"
 #include "front/listen_sockets.hpp"
 #include "front/memory_bound.hpp"
-#include "front/own_identity.hpp"
+#include "front/self_check.hpp"
 #include "support/small_map.hpp"
 #include "support/test_server.hpp"
 

@@ -8,9 +8,18 @@
 #include <string>
 
 #include "absl/status/statusor.h"
-#include "front/own_identity.hpp"
 
 namespace scanloc::server {
+
+/// A certificate that trusts in itself, and its key, as PEM texts.
+struct OwnIdentity {
+  std::string cert;
+  std::string key;
+};
+
+/// Makes one of which nobody else has the key, valid whatever the clock says: the server shows it
+/// when it asks itself, where clients must show a certificate.
+[[nodiscard]] absl::StatusOr<OwnIdentity> MakeOwnIdentity();
 
 /// How the server asks itself over TLS.
 class ProbeTls {
