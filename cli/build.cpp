@@ -110,7 +110,9 @@ class BuildCommand : public Command {
     const auto start = std::chrono::steady_clock::now();
     CatchInterrupts();
     RETURN_IF_ERROR(geo_.Read());
-    ASSIGN_OR_RETURN(const std::vector<dataset::Frame> frames, ChooseFrames());
+    ASSIGN_OR_RETURN(const std::vector<dataset::Frame> selected, ChooseFrames());
+    const std::vector<dataset::Frame> frames = Thinned(selected, spacing_m_);
+    num_too_near_ = selected.size() - frames.size();
 
     mapdb::SessionPlan plan =
         PlanOf(session_.empty() ? DefaultSessionName(poses_.Place(scans_dir_)) : session_, frames,
@@ -121,7 +123,7 @@ class BuildCommand : public Command {
       ASSIGN_OR_RETURN(aligned, Align(load_scan, plan));
     }
     ASSIGN_OR_RETURN(const mapdb::BuildOptions options, MakeBuildOptions(plan, load_scan));
-    RETURN_IF_ERROR(CheckConsistency(options, plan, load_scan));
+    RETURN_IF_ERROR(CheckConsistency(options, selected, plan, load_scan));
     ReadCounts counts;
     ASSIGN_OR_RETURN(const mapdb::BuildSummary summary, Build(options, plan, frames, &counts));
 
@@ -172,14 +174,10 @@ class BuildCommand : public Command {
   }
 
  private:
-  /// The frames that become places: selected, then thinned to the spacing.
-  [[nodiscard]] absl::StatusOr<std::vector<dataset::Frame>> ChooseFrames() {
+  /// The frames of the drive that are selected.
+  [[nodiscard]] absl::StatusOr<std::vector<dataset::Frame>> ChooseFrames() const {
     ASSIGN_OR_RETURN(const dataset::Drive drive, poses_.OpenDrive(scans_dir_));
-    ASSIGN_OR_RETURN(std::vector<dataset::Frame> selected, Select(selection_, drive.frames));
-    const std::size_t num_selected = selected.size();
-    std::vector<dataset::Frame> frames = Thinned(std::move(selected), spacing_m_);
-    num_too_near_ = num_selected - frames.size();
-    return frames;
+    return Select(selection_, drive.frames);
   }
   [[nodiscard]] absl::StatusOr<mapdb::BuildOptions> MakeBuildOptions(
       const mapdb::SessionPlan& plan, const mapdb::ScanLoader& load_scan) const {
@@ -194,12 +192,17 @@ class BuildCommand : public Command {
                                      plan, load_scan, options));
     return options;
   }
-  /// InvalidArgument where the poses contradict the scans, or the map that is appended to.
+  /// InvalidArgument where the poses of the selected frames contradict the scans, or those of the
+  /// plan the map that is appended to.
   [[nodiscard]] absl::Status CheckConsistency(const mapdb::BuildOptions& options,
+                                              const std::vector<dataset::Frame>& selected,
                                               const mapdb::SessionPlan& plan,
                                               const mapdb::ScanLoader& load_scan) const {
     if (accept_inconsistent_ || options.mode == mapdb::BuildMode::kResume) return absl::OkStatus();
-    absl::Status status = mapdb::CheckPoses(options.params, plan, load_scan);
+    absl::Status status =
+        align_ ? mapdb::CheckPoses(options.params, plan, 0.0, load_scan)
+               : mapdb::CheckPoses(options.params, PlanOf(plan.name, selected, poses_.mount()),
+                                   spacing_m_, LoaderOf(selected, poses_.mount()));
     const char* mend = "";
     if (status.ok() && options.mode == mapdb::BuildMode::kAppend) {
       status = mapdb::CheckFrame(map_, plan, load_scan);

@@ -1,6 +1,7 @@
 #include "scanloc/mapdb/check_session.hpp"
 
 #include <algorithm>
+#include <iterator>
 #include <memory>
 #include <optional>
 #include <utility>
@@ -8,6 +9,7 @@
 #include "absl/strings/str_format.h"
 #include "scanloc/core/limits.hpp"
 #include "scanloc/core/localizer.hpp"
+#include "scanloc/core/map/spacing.hpp"
 #include "scanloc/core/median.hpp"
 #include "scanloc/core/scan/pose_difference.hpp"
 #include "scanloc/core/status_macros.hpp"
@@ -40,6 +42,32 @@ absl::StatusOr<std::optional<ScanDescriptor>> Look(const ScanLoader& load_scan, 
 std::string Motion(const Pose& pose) {
   const PoseDifference difference = DifferenceOf(Pose::Identity(), pose);
   return absl::StrFormat("%.2f m and %.1f deg", pose.translation().norm(), difference.heading_deg);
+}
+
+/// Scans of neighbouring places; where nearly all stand at one, as where kilometres are taken for
+/// metres, scans that follow each other closely.
+std::vector<std::pair<std::size_t, std::size_t>> ScansToCompare(const std::vector<Pose>& poses,
+                                                                double spacing_m) {
+  constexpr std::size_t kFewPlaces = 3;
+  constexpr std::size_t kSteps[] = {1, 2, 4};
+  std::vector<std::pair<std::size_t, std::size_t>> pairs;
+  const std::vector<std::size_t> places = SelectBySpacing(poses, spacing_m);
+  if (places.size() <= kFewPlaces) {
+    const std::size_t stride = std::max<std::size_t>(1, poses.size() / kMaxPairs);
+    for (std::size_t k = 0; k < kMaxPairs; ++k) {
+      const std::size_t first = k * stride;
+      const std::size_t second = first + kSteps[k % std::size(kSteps)];
+      if (second < poses.size()) pairs.emplace_back(first, second);
+    }
+    return pairs;
+  }
+  std::vector<Pose> at_places;
+  at_places.reserve(places.size());
+  for (const std::size_t i : places) at_places.push_back(poses[i]);
+  for (const std::size_t i : PairsToCheck(at_places, kMaxPairs)) {
+    pairs.emplace_back(places[i], places[i + 1]);
+  }
+  return pairs;
 }
 
 /// None if its scans have no structure to be localized by, or it has no place.
@@ -127,22 +155,21 @@ std::vector<Part> PartsOf(const Map& map, const std::vector<std::int64_t>& num_p
 
 }  // namespace
 
-absl::Status CheckPoses(const Params& params, const SessionPlan& plan,
+absl::Status CheckPoses(const Params& params, const SessionPlan& drive, double spacing_m,
                         const ScanLoader& load_scan) {
   if (!params.structure.enabled) return absl::OkStatus();
   ASSIGN_OR_RETURN(Describer describer, Describer::Create(params));
   std::vector<Pose> poses;
-  poses.reserve(plan.scans.size());
-  for (const PlannedScan& scan : plan.scans) poses.push_back(scan.T_map_place);
+  poses.reserve(drive.scans.size());
+  for (const PlannedScan& scan : drive.scans) poses.push_back(scan.T_map_place);
 
   std::vector<PairCheck> checks;
-  for (const std::size_t i : PairsToCheck(poses, kMaxPairs)) {
+  for (const auto& [i, k] : ScansToCompare(poses, spacing_m)) {
     ASSIGN_OR_RETURN(std::optional<ScanDescriptor> first, Look(load_scan, i, describer));
-    ASSIGN_OR_RETURN(std::optional<ScanDescriptor> second, Look(load_scan, i + 1, describer));
+    ASSIGN_OR_RETURN(std::optional<ScanDescriptor> second, Look(load_scan, k, describer));
     if (!first || !second) continue;
-    checks.push_back(
-        CheckPair({i, i + 1, std::move(first->structure), std::move(second->structure)}, poses[i],
-                  poses[i + 1], params.automatic));
+    checks.push_back(CheckPair({i, k, std::move(first->structure), std::move(second->structure)},
+                               poses[i], poses[k], params.automatic));
   }
   const ConsistencyReport report = JudgeDrive(checks, poses);
   if (!report.is_inconsistent) return absl::OkStatus();
@@ -157,11 +184,11 @@ absl::Status CheckPoses(const Params& params, const SessionPlan& plan,
   if (worst.verdict == PairCheck::Verdict::kContradicts) {
     example = absl::StrFormat(
         "; for example '%s' and '%s' are %s apart by their poses, %s by what they show",
-        plan.scans[worst.first].name, plan.scans[worst.second].name, Motion(worst.told),
+        drive.scans[worst.first].name, drive.scans[worst.second].name, Motion(worst.told),
         Motion(worst.shown));
   }
   return absl::InvalidArgumentError(absl::StrFormat(
-      "the poses contradict the scans: of %d pairs of successive scans %d lie on each other "
+      "the poses contradict the scans: of %d pairs of neighbouring scans %d lie on each other "
       "elsewhere than their poses say, and %d do not look alike though the poses put them side by "
       "side%s. Likely cause: %s",
       checks.size(), report.num_contradicting, report.num_strangers, example, report.likely_cause));

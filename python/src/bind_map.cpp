@@ -95,10 +95,12 @@ bool SetScale(const std::optional<double>& scale, Params& params) {
   return false;
 }
 
-absl::Status CheckDrive(const mapdb::BuildOptions& options, const mapdb::SessionPlan& plan,
-                        const mapdb::ScanLoader& load) {
+/// `whole` is the drive with all its scans, by load_any; the plan has those that become places.
+absl::Status CheckDrive(const mapdb::BuildOptions& options, const mapdb::SessionPlan& whole,
+                        double spacing_m, const mapdb::ScanLoader& load_any,
+                        const mapdb::SessionPlan& plan, const mapdb::ScanLoader& load) {
   if (options.mode == mapdb::BuildMode::kResume) return absl::OkStatus();
-  absl::Status status = mapdb::CheckPoses(options.params, plan, load);
+  absl::Status status = mapdb::CheckPoses(options.params, whole, spacing_m, load_any);
   if (!status.ok() || options.mode == mapdb::BuildMode::kCreate) return status;
   return mapdb::CheckFrame(options.path, plan, load);
 }
@@ -113,14 +115,16 @@ absl::StatusOr<PythonMap> OpenMap(const std::string& path) {
 PythonMap BuildMap(mapdb::BuildOptions options, GivenDrive drive, const BuildSteps& steps) {
   const std::vector<std::size_t> kept = SelectScans(drive, steps.spacing_m);
   const mapdb::SessionPlan plan = PlanOf(drive, kept);
+  const mapdb::SessionPlan whole = PlanOf(drive, SelectScans(drive, 0.0));
   const mapdb::FixOptions fix{.resume = steps.resume,
                               .learn_scale = SetScale(steps.scale, options.params)};
   PythonScans scans(std::move(drive.scans));
-  const auto load = [&](std::size_t i) {
-    absl::StatusOr<PointCloud> scan = scans(kept[i]);
+  const auto load_any = [&](std::size_t i) {
+    absl::StatusOr<PointCloud> scan = scans(i);
     if (scan.ok()) (void)ApplyMount(drive.mount, *scan);
     return scan;
   };
+  const auto load = [&](std::size_t i) { return load_any(kept[i]); };
   const auto tell = [&](const mapdb::BuildProgress& now) {
     scans.Call([&] {
       if (!steps.progress.is_none()) steps.progress(now.num_done, now.num_scans);
@@ -129,7 +133,7 @@ PythonMap BuildMap(mapdb::BuildOptions options, GivenDrive drive, const BuildSte
   return UnlockedReading(scans, [&]() -> absl::StatusOr<PythonMap> {
     RETURN_IF_ERROR(mapdb::FixParams(fix, plan, load, options));
     if (steps.check) {
-      RETURN_IF_ERROR(CheckDrive(options, plan, load));
+      RETURN_IF_ERROR(CheckDrive(options, whole, steps.spacing_m, load_any, plan, load));
     }
     RETURN_IF_ERROR(mapdb::BuildMap(options, plan, load, tell).status());
     if (steps.calibrate && options.params.structure.enabled) {

@@ -48,8 +48,9 @@ class CheckSessionTest : public testing::Test {
       return scenes::SeenFrom(scene_, poses_[i]);
     };
   }
-  [[nodiscard]] absl::Status Check(const std::function<Pose(std::size_t)>& pose_of) const {
-    return CheckPoses(params_, Plan(pose_of), Loader());
+  [[nodiscard]] absl::Status Check(const std::function<Pose(std::size_t)>& pose_of,
+                                   double spacing_m = 0.0) const {
+    return CheckPoses(params_, Plan(pose_of), spacing_m, Loader());
   }
 
   Params params_;
@@ -58,7 +59,7 @@ class CheckSessionTest : public testing::Test {
 };
 
 TEST_F(CheckSessionTest, AcceptsPosesThatAgreeWithTheScans) {
-  EXPECT_EQ(CheckPoses(params_, RightPlan(), Loader()), absl::OkStatus());
+  EXPECT_EQ(CheckPoses(params_, RightPlan(), 0.0, Loader()), absl::OkStatus());
 }
 
 TEST_F(CheckSessionTest, NamesTheMistakeThatPosesWereMadeWith) {
@@ -83,7 +84,7 @@ TEST_F(CheckSessionTest, NamesTheMistakeThatPosesWereMadeWith) {
          return pose;
        }},
       {"reverse order", [&](std::size_t i) { return poses_[kNumScans - 1 - i]; }},
-      {"shifted against each other by 3 places",
+      {"shifted against each other by 3 scans",
        [&](std::size_t i) { return poses_[i < 3 ? 0 : i - 3]; }},
   };
   for (const auto& c : kCases) {
@@ -93,12 +94,23 @@ TEST_F(CheckSessionTest, NamesTheMistakeThatPosesWereMadeWith) {
   }
 }
 
+TEST_F(CheckSessionTest, NoticesKilometresThoughAllScansStandAtOnePlaceThen) {
+  const auto in_kilometres = [&](std::size_t i) {
+    Pose pose = poses_[i];
+    pose.translation() *= 1e-3;
+    return pose;
+  };
+  EXPECT_EQ(Check(in_kilometres, 1.0).code(), absl::StatusCode::kInvalidArgument);
+  poses_.assign(kNumScans, Pose::Identity());
+  EXPECT_EQ(Check(in_kilometres, 1.0), absl::OkStatus()) << "a robot that stands";
+}
+
 TEST_F(CheckSessionTest, NoticesFilesInTheOrderOfTheirTexts) {
   std::vector<std::size_t> order(kNumScans);
   for (std::size_t i = 0; i < kNumScans; ++i) order[i] = i;
   std::sort(order.begin(), order.end(),
             [](std::size_t a, std::size_t b) { return std::to_string(a) < std::to_string(b); });
-  const absl::Status status = CheckPoses(params_, RightPlan(), [&](std::size_t i) {
+  const absl::Status status = CheckPoses(params_, RightPlan(), 0.0, [&](std::size_t i) {
     return absl::StatusOr<PointCloud>(scenes::SeenFrom(scene_, poses_[order[i]]));
   });
   EXPECT_THAT(std::string(status.message()),
@@ -121,24 +133,25 @@ TEST_F(CheckSessionTest, ExpectsNothingInCommonOfViewsThatFaceOtherWays) {
       return poses_[i] * PlanarOffset(0.0, yaw_rad);
     });
   };
-  EXPECT_EQ(CheckPoses(params_, turned(100.0), narrow(100.0)), absl::OkStatus());
-  EXPECT_FALSE(CheckPoses(params_, turned(20.0), narrow(0.0)).ok()) << "the poses turn too much";
+  EXPECT_EQ(CheckPoses(params_, turned(100.0), 0.0, narrow(100.0)), absl::OkStatus());
+  EXPECT_FALSE(CheckPoses(params_, turned(20.0), 0.0, narrow(0.0)).ok())
+      << "the poses turn too much";
 }
 
 TEST_F(CheckSessionTest, SaysNothingWhereThereIsTooLittleToSee) {
   const auto bare = [](std::size_t) { return absl::StatusOr<PointCloud>(scenes::PostScan(1, 5)); };
-  EXPECT_EQ(CheckPoses(params_, RightPlan(), bare), absl::OkStatus());
+  EXPECT_EQ(CheckPoses(params_, RightPlan(), 0.0, bare), absl::OkStatus());
 }
 
 TEST_F(CheckSessionTest, PassesOverScansThatCannotBeReadButNotOverAnInterrupt) {
   const auto unreadable = [](std::size_t) -> absl::StatusOr<PointCloud> {
     return absl::DataLossError("half a file");
   };
-  EXPECT_EQ(CheckPoses(params_, RightPlan(), unreadable), absl::OkStatus());
+  EXPECT_EQ(CheckPoses(params_, RightPlan(), 0.0, unreadable), absl::OkStatus());
   const auto interrupted = [](std::size_t) -> absl::StatusOr<PointCloud> {
     return absl::CancelledError("interrupted");
   };
-  EXPECT_TRUE(absl::IsCancelled(CheckPoses(params_, RightPlan(), interrupted)));
+  EXPECT_TRUE(absl::IsCancelled(CheckPoses(params_, RightPlan(), 0.0, interrupted)));
 }
 
 TEST_F(CheckSessionTest, TellsByHowMuchASecondDriveStandsInAnotherFrame) {
@@ -152,7 +165,7 @@ TEST_F(CheckSessionTest, TellsByHowMuchASecondDriveStandsInAnotherFrame) {
     pose.pretranslate(Eigen::Vector3d(6.0, 0.0, 0.0));
     return pose;
   });
-  EXPECT_EQ(CheckPoses(params_, moved, Loader()), absl::OkStatus());
+  EXPECT_EQ(CheckPoses(params_, moved, 0.0, Loader()), absl::OkStatus());
   const absl::Status status = CheckFrame(path, moved, Loader());
   EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument);
   EXPECT_THAT(std::string(status.message()), HasSubstr("by 6.0"));

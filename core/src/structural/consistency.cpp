@@ -150,15 +150,14 @@ std::vector<Remedy> Remedies(std::size_t num_scans) {
   }
   for (int k = 1; k <= 10; ++k) {
     for (const int shift : {k, -k}) {
-      remedies.push_back(
-          {absl::StrCat("poses and scans are shifted against each other by ", k,
-                        k == 1 ? " place" : " places", ": stamps, or scans left out"),
-           [shift](std::span<const Pose> poses, std::size_t scan) {
-             const auto last = static_cast<std::ptrdiff_t>(poses.size()) - 1;
-             const auto at =
-                 std::clamp<std::ptrdiff_t>(static_cast<std::ptrdiff_t>(scan) + shift, 0, last);
-             return poses[static_cast<std::size_t>(at)];
-           }});
+      remedies.push_back({absl::StrCat("poses and scans are shifted against each other by ", k,
+                                       k == 1 ? " scan" : " scans", ": stamps, or scans left out"),
+                          [shift](std::span<const Pose> poses, std::size_t scan) {
+                            const auto last = static_cast<std::ptrdiff_t>(poses.size()) - 1;
+                            const auto at = std::clamp<std::ptrdiff_t>(
+                                static_cast<std::ptrdiff_t>(scan) + shift, 0, last);
+                            return poses[static_cast<std::size_t>(at)];
+                          }});
     }
   }
   return remedies;

@@ -12,12 +12,14 @@ namespace scanloc::mapdb {
 
 /// Whether the poses of a drive agree with what its scans show, found out from a sample of at most
 /// 80 scans before anything is written. OK where they do, and where the scans show too little.
+/// The drive is given whole, and its places are spacing_m apart: what is wrong is seen from one
+/// place to the next, and told in scans.
 ///
 /// InvalidArgument: neighbouring scans lie on each other elsewhere than their poses say; the text
 /// tells how many pairs, the worst of them, and the likely cause.
 /// What the loader returns as Cancelled is passed on; scans it cannot read are passed over.
-[[nodiscard]] absl::Status CheckPoses(const Params& params, const SessionPlan& plan,
-                                      const ScanLoader& load_scan);
+[[nodiscard]] absl::Status CheckPoses(const Params& params, const SessionPlan& drive,
+                                      double spacing_m, const ScanLoader& load_scan);
 
 /// Whether a drive that is to be appended stands in the map's frame: a sample of at most 40 scans
 /// is localized in the map. OK where their poses agree with the answers, and where nothing is
