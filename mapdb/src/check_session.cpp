@@ -189,8 +189,8 @@ absl::Status CheckPoses(const Params& params, const SessionPlan& drive, double s
   }
   return absl::InvalidArgumentError(absl::StrFormat(
       "the poses contradict the scans: of %d pairs of neighbouring scans %d lie on each other "
-      "elsewhere than their poses say, and %d do not look alike though the poses put them side by "
-      "side%s. Likely cause: %s",
+      "elsewhere than their poses say, by a metre or 10 deg and more, and %d do not look alike "
+      "though the poses put them side by side%s. Likely cause: %s",
       checks.size(), report.num_contradicting, report.num_strangers, example, report.likely_cause));
 }
 

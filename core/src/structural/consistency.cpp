@@ -3,14 +3,15 @@
 #include <algorithm>
 #include <bitset>
 #include <cmath>
-#include <functional>
+#include <numbers>
 #include <numeric>
 
-#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
 #include "scan/bearing.hpp"
 #include "scanloc/core/scan/bearing_grid.hpp"
 #include "scanloc/core/scan/pose_difference.hpp"
 #include "structural/query_match.hpp"
+#include "structural/wrong_poses.hpp"
 
 namespace scanloc {
 namespace {
@@ -70,125 +71,36 @@ bool LookTheSameWay(const ScanPair& pair, double yaw_rad) {
          kSeenByBoth * static_cast<double>(std::min(first.count(), second.count()));
 }
 
+/// Where scans lie as well beside the best pose, as in a tunnel, they show no motion that way:
+/// looked for by steps up to so far [m], unless the poses say the same.
+constexpr double kSamePlace_m = 0.1;
+constexpr double kBeside_m = 1.0;
+constexpr double kFarBeside_m = 4.0;
+
+/// The poses around one that score enough.
+std::vector<PlanarPose> AsGoodBeside(const QueryMatch& query, const PlanarPose& best,
+                                     double enough) {
+  constexpr int kDirections = 8;
+  std::vector<PlanarPose> as_good;
+  for (int k = 0; k < kDirections; ++k) {
+    const double direction_rad = 2.0 * std::numbers::pi * k / kDirections;
+    for (double off_m = kBeside_m; off_m <= kFarBeside_m; off_m += kBeside_m) {
+      const PlanarPose beside{best.x_m + off_m * std::cos(direction_rad),
+                              best.y_m + off_m * std::sin(direction_rad), best.yaw_rad};
+      if (query.Score(beside) < enough) break;
+      as_good.push_back(beside);
+    }
+  }
+  return as_good;
+}
+
 /// Of right drives no pair in forty is against; of files sorted as text one in eight.
 constexpr std::size_t kMaxShareDivisor = 12;
+/// That the poses fit clearly better without a mistake is no chance where so many times fewer pairs
+/// speak against it.
+constexpr std::size_t kTimesWorse = 4;
 
 using Verdict = PairCheck::Verdict;
-
-bool SaysAnything(const PairCheck& check) {
-  return check.verdict == Verdict::kAgrees || check.verdict == Verdict::kContradicts;
-}
-
-/// A mistake that poses are often made with, undone.
-struct Remedy {
-  std::string cause;
-  std::function<Pose(std::span<const Pose> poses, std::size_t scan)> undo;
-};
-
-Pose Scaled(Pose pose, double factor) {
-  pose.translation() *= factor;
-  return pose;
-}
-
-Pose Conjugated(const Pose& pose, const Eigen::Matrix3d& axes) {
-  Pose turned = Pose::Identity();
-  turned.linear() = axes * pose.linear() * axes.transpose();
-  turned.translation() = axes * pose.translation();
-  return turned;
-}
-
-/// The rotation whose quaternion was read from other positions of the row.
-Pose Reordered(Pose pose, bool first_was_w) {
-  const Eigen::Quaterniond q(pose.linear());
-  const Eigen::Quaterniond right = first_was_w ? Eigen::Quaterniond(q.x(), q.y(), q.z(), q.w())
-                                               : Eigen::Quaterniond(q.z(), q.w(), q.x(), q.y());
-  pose.linear() = right.normalized().toRotationMatrix();
-  return pose;
-}
-
-/// Of so many scans whose names are numbers from `first` on: which is where when they are sorted as
-/// text.
-std::vector<std::size_t> OrderAsText(std::size_t num_scans, std::size_t first) {
-  std::vector<std::string> names(num_scans);
-  for (std::size_t i = 0; i < num_scans; ++i) names[i] = std::to_string(i + first);
-  std::vector<std::size_t> order(num_scans);
-  std::iota(order.begin(), order.end(), std::size_t{0});
-  std::ranges::sort(order, {}, [&](std::size_t i) -> const std::string& { return names[i]; });
-  return order;
-}
-
-std::vector<Remedy> Remedies(std::size_t num_scans) {
-  const auto each = [](auto change) {
-    return [change](std::span<const Pose> poses, std::size_t scan) { return change(poses[scan]); };
-  };
-  Eigen::Matrix3d from_camera;  // x right, y down, z forward
-  from_camera << 0, 0, 1, -1, 0, 0, 0, -1, 0;
-  const Eigen::Matrix3d from_z_down = Eigen::Vector3d(1, -1, -1).asDiagonal();
-  std::vector<Remedy> remedies{
-      {"the translations are in millimetres", each([](const Pose& p) { return Scaled(p, 1e-3); })},
-      {"the translations are in centimetres", each([](const Pose& p) { return Scaled(p, 1e-2); })},
-      {"the quaternions have w first", each([](const Pose& p) { return Reordered(p, true); })},
-      {"the quaternions are read with w first, but have it last",
-       each([](const Pose& p) { return Reordered(p, false); })},
-      {"the poses are of a camera (x right, y down, z forward); give its calibration",
-       each([=](const Pose& p) { return Conjugated(p, from_camera); })},
-      {"the poses have y to the right and z down",
-       each([=](const Pose& p) { return Conjugated(p, from_z_down); })},
-      {"the poses are inverted: the map seen from the sensor",
-       each([](const Pose& p) { return p.inverse(); })},
-      {"the files are in the reverse order of the poses",
-       [](std::span<const Pose> poses, std::size_t scan) {
-         return poses[poses.size() - 1 - scan];
-       }}};
-  for (const std::size_t first : {0, 1}) {
-    remedies.push_back(
-        {"the order of the files is that of their names as text ('10' before '2'), not of their "
-         "numbers",
-         [order = OrderAsText(num_scans, first)](std::span<const Pose> poses, std::size_t scan) {
-           return poses[order[scan]];
-         }});
-  }
-  for (int k = 1; k <= 10; ++k) {
-    for (const int shift : {k, -k}) {
-      remedies.push_back({absl::StrCat("poses and scans are shifted against each other by ", k,
-                                       k == 1 ? " scan" : " scans", ": stamps, or scans left out"),
-                          [shift](std::span<const Pose> poses, std::size_t scan) {
-                            const auto last = static_cast<std::ptrdiff_t>(poses.size()) - 1;
-                            const auto at = std::clamp<std::ptrdiff_t>(
-                                static_cast<std::ptrdiff_t>(scan) + shift, 0, last);
-                            return poses[static_cast<std::size_t>(at)];
-                          }});
-    }
-  }
-  return remedies;
-}
-
-std::size_t CountAgreeing(std::span<const PairCheck> checks, const auto& pose_of) {
-  return static_cast<std::size_t>(
-      std::count_if(checks.begin(), checks.end(), [&](const PairCheck& check) {
-        return SaysAnything(check) &&
-               Agree(pose_of(check.first).inverse() * pose_of(check.second), check.shown);
-      }));
-}
-
-/// The mistake without which most pairs agree, and more than with it.
-std::string LikelyCause(std::span<const PairCheck> checks, std::span<const Pose> poses,
-                        const ConsistencyReport& report) {
-  // No mistake in poses makes strangers of scans that are neighbours.
-  const std::size_t num_telling =
-      report.num_agreeing + report.num_contradicting + report.num_strangers;
-  std::size_t best = std::max(num_telling * 4 / 5, report.num_agreeing);
-  std::string cause;
-  for (const Remedy& remedy : Remedies(poses.size())) {
-    const std::size_t num_agreeing =
-        CountAgreeing(checks, [&](std::size_t scan) { return remedy.undo(poses, scan); });
-    if (num_agreeing > best) {
-      best = num_agreeing;
-      cause = remedy.cause;
-    }
-  }
-  return cause;
-}
 
 }  // namespace
 
@@ -226,22 +138,33 @@ PairCheck CheckPair(const ScanPair& pair, const Pose& T_map_first, const Pose& T
   std::stable_sort(guesses.begin(), guesses.end(),
                    [](const Hypothesis& a, const Hypothesis& b) { return a.score > b.score; });
 
-  const auto pose_of = [&](const Hypothesis& hypothesis) -> Pose {
-    Pose level = PlanarOffset(hypothesis.T_place_query.y_m, hypothesis.T_place_query.yaw_rad);
-    level.translation().x() = hypothesis.T_place_query.x_m;
+  const auto pose_of = [&](const PlanarPose& pose) -> Pose {
+    Pose level = PlanarOffset(pose.y_m, pose.yaw_rad);
+    level.translation().x() = pose.x_m;
     level.translation().z() = pair.second_structure.height_m - pair.first_structure.height_m;
     return from_first.inverse() * level * from_second;
   };
+  const PlanarPose& best = guesses.front().T_place_query;
   check.score = guesses.front().score;
-  check.shown = pose_of(guesses.front());
+  check.shown = pose_of(best);
+  check.up = from_first.linear().row(2);
   query.SetPlace(pair.first_structure);
-  const bool agrees =
-      query.Score(told) >= kNotBad * check.score ||
-      std::any_of(guesses.begin(), guesses.end(), [&](const Hypothesis& hypothesis) {
-        return hypothesis.score >= kAsGood * check.score && Agree(check.told, pose_of(hypothesis));
-      });
   if (check.score >= kLiesWell) {
+    const double as_good = kAsGood * check.score;
+    for (const Hypothesis& guess : guesses) {
+      if (guess.score >= as_good) check.as_good.push_back(pose_of(guess.T_place_query));
+    }
+    const bool is_not_bad = query.Score(told) >= kNotBad * check.score;
+    const bool agrees = is_not_bad || std::ranges::any_of(check.as_good, [&](const Pose& shown) {
+                          return Agree(check.told, shown);
+                        });
     check.verdict = agrees ? Verdict::kAgrees : Verdict::kContradicts;
+    if (DifferenceOf(check.told, check.shown, check.up).plane_m > kSamePlace_m) {
+      const std::vector<PlanarPose> beside = AsGoodBeside(query, best, as_good);
+      for (const PlanarPose& pose : beside) check.as_good.push_back(pose_of(pose));
+      // What slides may lie anywhere between.
+      if (is_not_bad && !beside.empty()) check.as_good.push_back(check.told);
+    }
   } else if (check.score < kStrange && num_posts >= kManyPosts &&
              check.told.translation().norm() < kNear_m) {
     check.verdict = Verdict::kStrangers;
@@ -257,11 +180,16 @@ ConsistencyReport JudgeDrive(std::span<const PairCheck> checks, std::span<const 
     report.num_strangers += check.verdict == Verdict::kStrangers ? 1 : 0;
   }
   const std::size_t against = report.num_contradicting + report.num_strangers;
+  const PoseMistake mistake = LikelyMistake(checks, poses);
+  const bool is_mistaken =
+      !mistake.cause.empty() && mistake.num_worse * kTimesWorse <= mistake.num_better;
   report.is_inconsistent =
-      against >= kMinContradictions && against * kMaxShareDivisor > report.num_agreeing + against;
+      is_mistaken ||
+      (against >= kMinContradictions && against * kMaxShareDivisor > report.num_agreeing + against);
   if (!report.is_inconsistent) return report;
-  report.likely_cause = LikelyCause(checks, poses, report);
-  if (report.likely_cause.empty()) {
+  report.likely_cause = absl::StrFormat("%s (%d pairs fit clearly better so, %d worse)",
+                                        mistake.cause, mistake.num_better, mistake.num_worse);
+  if (mistake.cause.empty()) {
     report.likely_cause =
         "no single mistake explains it: look whether each pose belongs to its scan, first at the "
         "order of the files";

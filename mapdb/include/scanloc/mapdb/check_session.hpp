@@ -15,8 +15,9 @@ namespace scanloc::mapdb {
 /// The drive is given whole, and its places are spacing_m apart: what is wrong is seen from one
 /// place to the next, and told in scans.
 ///
-/// InvalidArgument: neighbouring scans lie on each other elsewhere than their poses say; the text
-/// tells how many pairs, the worst of them, and the likely cause.
+/// InvalidArgument: neighbouring scans lie on each other elsewhere than their poses say, or fit
+/// clearly better where a common mistake is undone; the text tells how many pairs, the worst of
+/// them, and the likely cause.
 /// What the loader returns as Cancelled is passed on; scans it cannot read are passed over.
 [[nodiscard]] absl::Status CheckPoses(const Params& params, const SessionPlan& drive,
                                       double spacing_m, const ScanLoader& load_scan);

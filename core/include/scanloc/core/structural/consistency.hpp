@@ -34,6 +34,11 @@ struct PairCheck {
   double score = 0.0;             ///< of the best registration, as Hypothesis::score
   Pose told = Pose::Identity();   ///< T_first_second by the poses
   Pose shown = Pose::Identity();  ///< T_first_second as the scans lie on each other best
+  /// All T_first_second found at which they lie as well, `shown` first: in a tunnel and among even
+  /// pillars several; looked for around it where `told` is elsewhere. None where they lie nowhere
+  /// well.
+  std::vector<Pose> as_good;
+  Eigen::Vector3d up = Eigen::Vector3d::UnitZ();  ///< of the ground, in the first sensor's frame
 };
 
 /// Both scans must have been described with these parameters, which are valid.
@@ -51,13 +56,15 @@ struct ConsistencyReport {
 
 /// `poses` are T_map_sensor of all scans of the drive, which the pairs index. A drive is
 /// inconsistent where at least kMinContradictions pairs, and more than a twelfth of those that say
-/// anything, speak against the poses.
+/// anything, speak against the poses; and where the motions of the poses fit those that the scans
+/// show clearly better with a common mistake undone: other units, axes, order of numbers or files,
+/// a sensor that is turned on its body, poses of the scans some time before or after.
 [[nodiscard]] ConsistencyReport JudgeDrive(std::span<const PairCheck> checks,
                                            std::span<const Pose> poses);
 inline constexpr std::size_t kMinContradictions = 4;
 
-/// First scans of at most max_pairs pairs of successive scans that are worth a look: most of them
-/// evenly over the drive, a quarter where it begins or ends to turn. Ascending.
+/// First scans of at most max_pairs pairs of successive ones of these that are worth a look: most
+/// of them evenly over the drive, a quarter where it begins or ends to turn. Ascending.
 [[nodiscard]] std::vector<std::size_t> PairsToCheck(std::span<const Pose> poses,
                                                     std::size_t max_pairs);
 
