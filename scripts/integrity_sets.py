@@ -94,14 +94,17 @@ def storeys(quick, seed, walk):
     return made
 
 
-def small(quick, seed):
-    """Maps that hold no rival: a room, a place of a street, an aisle."""
-    made = Set("one room, one place, one aisle")
+RECTANGLES = (("room", MID, "mid", []), ("room", LOW, "low", []))
+SINGLES = (("corner-room", MID, "mid", []), ("corner-room", LOW, "low", []),
+           ("town", CAR, "mid", ["--length-m", 500, "--to-m", 1.5]),
+           ("warehouse", MID, "mid", ["--aisles", 3, "--to-m", 40]))
+
+
+def small(quick, seed, title, maps):
+    """Maps that hold no rival: of a room, a place of a street, an aisle."""
+    made = Set(title)
     for s in range(seed, seed + (2 if quick else 6)):
-        for world, sensor, pool, part in (
-                ("room", MID, "mid", []), ("room", LOW, "low", []),
-                ("town", CAR, "mid", ["--length-m", 500, "--to-m", 1.5]),
-                ("warehouse", MID, "mid", ["--aisles", 3, "--to-m", 40])):
+        for world, sensor, pool, part in maps:
             at = lambda session, step: drive(world, s, session, sensor, "--spacing-m", step, *part)
             mapped, asked = (1.5, 0.15) if world == "town" else (0.7, 0.7)
             made.cases.append(Case(f"{world} {s} {pool}", at(1, mapped),
@@ -194,7 +197,10 @@ def sets(quick, seed):
         "tunnel": lambda: tunnels(quick, seed),
         "storeys": lambda: storeys(quick, seed, walk=False),
         "walks": lambda: storeys(quick, seed, walk=True),
-        "small": lambda: small(quick, seed),
+        "small": lambda: small(quick, seed, "one room around a corner, one place, one aisle",
+                               SINGLES),
+        # Alike turned by half, but for what is built into a corner or two, and the furniture.
+        "rectangles": lambda: small(quick, seed, "one rectangular room", RECTANGLES),
         "halls": lambda: halls(quick, seed),
         "low": lambda: low_robot(quick, seed),
         "warehouse": lambda: warehouses(quick, seed),
