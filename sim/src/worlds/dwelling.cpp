@@ -170,15 +170,17 @@ Scene MakeCornerRoom(const SceneOptions& options) {
   const double high = random.Uniform(2.4, 3.4);
   const Rect along_x{Vector2d::Zero(), {size.x(), arms.y()}};
   const Rect along_y{{0.0, arms.y()}, {arms.x(), size.y()}};
-  std::vector<Vector2d> way;
-  for (const double inset : {0.5, 0.35, 0.65}) {
-    const Vector2d corner = inset * arms;
-    way.insert(
-        way.end(),
-        {corner, {size.x() - 0.8, corner.y()}, corner, {corner.x(), size.y() - 0.8}, corner});
-  }
+  const auto way_up_to = [&](double wall_m) {
+    std::vector<Vector2d> way;
+    for (const double inset : {0.5, 0.35, 0.65}) {
+      const Vector2d corner = inset * arms;
+      const Vector2d end = size - Vector2d::Constant(wall_m);
+      way.insert(way.end(), {corner, {end.x(), corner.y()}, corner, {corner.x(), end.y()}, corner});
+    }
+    return way;
+  };
   SceneBuilder builder(options);
-  builder.BeginStorey(0.0, way, 0.35);
+  builder.BeginStorey(0.0, way_up_to(0.4), 0.35);  // who turns needs room, too
   const std::array<Vector2d, 6> corners = {Vector2d::Zero(),
                                            Vector2d(size.x(), 0.0),
                                            Vector2d(size.x(), arms.y()),
@@ -193,7 +195,7 @@ Scene MakeCornerRoom(const SceneOptions& options) {
     builder.Furnish(part, 3 + static_cast<int>(part.area_m2() / 3.0));
   }
   builder.People(along_x, 1);
-  builder.WalkAlong(way);
+  builder.WalkAlong(way_up_to(0.8));
   return builder.Finish(options.length_m);
 }
 
