@@ -10,9 +10,10 @@
 #include "structural/auto_search.hpp"
 
 // What else a query may be at the place that explains it best: looked at for every query, so that
-// no rival is missed because the shortlist did not hold it. And where many are alike, the best of
-// them with the places beside: a place and a query a metre apart do not see the same, which makes
-// as much of a score as the stock of an aisle does.
+// no rival is missed because the shortlist did not hold it. And what spots are weighed by: how
+// exactly posts lie there, and where many are alike, the best of them with the places beside: a
+// place and a query a metre apart do not see the same, which makes as much of a score as the stock
+// of an aisle does.
 
 namespace scanloc {
 namespace {
@@ -166,6 +167,32 @@ std::vector<Hypothesis> AutoSearch::VerifyRivals(QueryMatch& match, const Struct
   return rivals;
 }
 
+double AutoSearch::InlierRatio(const QueryMatch& match, PlaceStructures& places,
+                               const Hypothesis& hypothesis, Looked& looked) {
+  return ScoreOf(hypothesis, looked.inliers, [&] {
+    auto lines = looked.lines.find(hypothesis.place);
+    if (lines == looked.lines.end()) {
+      const Structure& place = places.Of(hypothesis.place);
+      lines = looked.lines.emplace(hypothesis.place, match.LinesOf(place)).first;
+    }
+    return match.InlierRatio(lines->second, hypothesis.T_place_query);
+  });
+}
+
+void AutoSearch::ScoreWithInliers(const QueryMatch& match, PlaceStructures& places, Looked& looked,
+                                  std::vector<Spot>& spots) const {
+  const EvidenceParams& params = match.params().evidence;
+  if (params.inliers_share <= 0.0) return;
+  const double least = spots.front().hypothesis.score - match.params().verify.hopeless_by;
+  for (Spot& spot : spots) {
+    const Hypothesis& hypothesis = spot.hypothesis;
+    const double inliers =
+        hypothesis.score < least ? 0.0 : InlierRatio(match, places, hypothesis, looked);
+    spot.score = WithInliers(hypothesis.score, inliers, params);
+  }
+  SortByScore(spots);
+}
+
 std::vector<std::int32_t> AutoSearch::PlacesBeside(const Spot& spot, int num_places,
                                                    const SearchControl& control) const {
   std::vector<std::int32_t> beside;
@@ -208,21 +235,24 @@ Structure AutoSearch::MergedBeside(PlaceStructures& places, const Spot& spot, in
 }
 
 void AutoSearch::ScoreWithBeside(QueryMatch& match, PlaceStructures& places,
-                                 const SearchControl& control, std::vector<Spot>& spots) const {
+                                 const SearchControl& control, Looked& looked,
+                                 std::vector<Spot>& spots) const {
+  constexpr std::size_t kMostWeighed = 12;
   constexpr double kReach = 0.1;  // what is behind by more is so from anywhere
   const EvidenceParams& params = match.params().evidence;
   const double cohort_share = CohortShare(spots, params, up_);
   if (params.num_beside == 0 || cohort_share == 0.0) return;
   const double least = spots.front().score - kReach;
   std::vector<double> gains;
-  for (const Spot& spot : spots) {
+  for (const Spot& spot : std::span(spots).first(std::min(kMostWeighed, spots.size()))) {
     if (spot.score < least) break;
-    const Structure merged = MergedBeside(places, spot, params.num_beside, control);
-    const PlanarPose& pose = spot.hypothesis.T_place_query;
-    match.SetPlace(merged);
-    gains.push_back(
-        WithInliers(match.Score(pose), match.InlierRatio(match.LinesOf(merged), pose), params) -
-        spot.score);
+    const double with_beside = ScoreOf(spot.hypothesis, looked.with_beside, [&] {
+      const Structure merged = MergedBeside(places, spot, params.num_beside, control);
+      const PlanarPose& pose = spot.hypothesis.T_place_query;
+      match.SetPlace(merged);
+      return WithInliers(match.Score(pose), match.InlierRatio(match.LinesOf(merged), pose), params);
+    });
+    gains.push_back(with_beside - spot.score);
   }
   const double usual_gain =
       std::accumulate(gains.begin(), gains.end(), 0.0) / static_cast<double>(gains.size());

@@ -110,12 +110,12 @@ absl::StatusOr<std::vector<Spot>> AutoSearch::Find(const ScanDescriptor& query,
   constexpr int kMaxLooks = 3;
   Hypothesis best = *std::ranges::max_element(verified, {}, &Hypothesis::score);
   std::vector<Spot> spots;
-  LinesOfPlaces lines;
+  Looked looked;
   for (int look = 0; look < kMaxLooks; ++look) {
     add(VerifyRivals(match, structure, payload, best, control));
     spots = Distinct(structure, verified);
-    ScoreWithInliers(match, structures, lines, spots);
-    ScoreWithBeside(match, structures, control, spots);
+    ScoreWithInliers(match, structures, looked, spots);
+    ScoreWithBeside(match, structures, control, looked, spots);
     const Pose T_map_best = PoseInMap(structure, best);
     if (!MissOf(DifferenceOf(T_map_best, spots.front().T_map_query, up_)).any()) break;
     best = spots.front().hypothesis;
@@ -160,29 +160,6 @@ Unevenness AutoSearch::UnevennessAround(std::int32_t place, const SearchControl&
                        static_cast<double>(map_.grounds[here].ground.height_m));
   }
   return unevenness;
-}
-
-double AutoSearch::InlierRatio(const QueryMatch& match, PlaceStructures& places,
-                               const Hypothesis& hypothesis, LinesOfPlaces& lines) {
-  auto of_place = lines.find(hypothesis.place);
-  if (of_place == lines.end()) {
-    of_place = lines.emplace(hypothesis.place, match.LinesOf(places.Of(hypothesis.place))).first;
-  }
-  return match.InlierRatio(of_place->second, hypothesis.T_place_query);
-}
-
-void AutoSearch::ScoreWithInliers(const QueryMatch& match, PlaceStructures& places,
-                                  LinesOfPlaces& lines, std::vector<Spot>& spots) const {
-  const EvidenceParams& params = match.params().evidence;
-  if (params.inliers_share <= 0.0) return;
-  const double least = spots.front().hypothesis.score - match.params().verify.hopeless_by;
-  for (Spot& spot : spots) {
-    const Hypothesis& hypothesis = spot.hypothesis;
-    const double inliers =
-        hypothesis.score < least ? 0.0 : InlierRatio(match, places, hypothesis, lines);
-    spot.score = WithInliers(hypothesis.score, inliers, params);
-  }
-  SortByScore(spots);
 }
 
 std::vector<Spot> AutoSearch::Distinct(const Structure& query,

@@ -4,6 +4,7 @@
 #include <map>
 #include <optional>
 #include <span>
+#include <tuple>
 #include <vector>
 
 #include "absl/status/statusor.h"
@@ -131,12 +132,28 @@ class AutoSearch {
                                                         const SearchControl& control) const;
   /// What the places around say of a place's ground; those excluded say nothing.
   [[nodiscard]] Unevenness UnevennessAround(std::int32_t place, const SearchControl& control) const;
-  /// The lines of places that one search looks at: a place may hold several spots.
-  using LinesOfPlaces = std::map<std::int32_t, PostLines>;
+  /// What one search has found out of the hypotheses that it looks at, mostly more than once.
+  struct Looked {
+    using Scores = std::map<std::tuple<std::int32_t, double, double, double>, double>;
+
+    std::map<std::int32_t, PostLines> lines;  ///< of places, which may hold several spots
+    Scores inliers;
+    Scores with_beside;
+  };
+  /// Of a hypothesis, asked of `make` if it is not known.
+  template <typename Make>
+  [[nodiscard]] static double ScoreOf(const Hypothesis& hypothesis, Looked::Scores& known,
+                                      Make make) {
+    const PlanarPose& pose = hypothesis.T_place_query;
+    const auto [score, is_new] =
+        known.try_emplace({hypothesis.place, pose.x_m, pose.y_m, pose.yaw_rad});
+    if (is_new) score->second = make();
+    return score->second;
+  }
   [[nodiscard]] static double InlierRatio(const QueryMatch& match, PlaceStructures& places,
-                                          const Hypothesis& hypothesis, LinesOfPlaces& lines);
+                                          const Hypothesis& hypothesis, Looked& looked);
   /// Scores the spots; one with a hopeless hypothesis has no inliers. Sorts them, best first.
-  void ScoreWithInliers(const QueryMatch& match, PlaceStructures& places, LinesOfPlaces& lines,
+  void ScoreWithInliers(const QueryMatch& match, PlaceStructures& places, Looked& looked,
                         std::vector<Spot>& spots) const;
   /// The places nearest to a pose but its own, on its level, that see the same.
   [[nodiscard]] std::vector<std::int32_t> PlacesBeside(const Spot& spot, int num_places,
@@ -147,7 +164,7 @@ class AutoSearch {
   /// Before a cohort, the best spots' scores on that, but for what they gain by it on average.
   /// Sorts them, best first.
   void ScoreWithBeside(QueryMatch& match, PlaceStructures& places, const SearchControl& control,
-                       std::vector<Spot>& spots) const;
+                       Looked& looked, std::vector<Spot>& spots) const;
   /// The verified hypotheses that are of distinct poses, best first; their own scores.
   [[nodiscard]] std::vector<Spot> Distinct(const Structure& query,
                                            std::vector<Hypothesis> verified) const;
