@@ -1,8 +1,8 @@
-#include "scanloc/eval/vector_baseline.hpp"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
+
+#include "scanloc/eval/vector_baseline.hpp"
 
 namespace scanloc::eval {
 namespace {
