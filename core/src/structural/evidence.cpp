@@ -32,14 +32,12 @@ double EqualScores(double score, std::size_t num_posts, const EvidenceParams& pa
   return EqualByChance(num_posts, params) + EqualOfAlike(score, params);
 }
 
-/// The same of a cohort: what it leaves of it.
-double EqualInCohort(std::size_t num_posts, double large_cohort_share,
-                     const EvidenceParams& params) {
-  return (1.0 - large_cohort_share * (1.0 - params.equal_in_cohort)) *
-         EqualByChance(num_posts, params);
+/// Of that, what remains in a large cohort.
+double RemainsEqual(double large_cohort_share, const EvidenceParams& params) {
+  return 1.0 - large_cohort_share * (1.0 - params.equal_in_cohort);
 }
 
-/// By how much more than that the first score is ahead of all others.
+/// By how much more than `equal` the first score is ahead of all others.
 double Ahead(std::span<const double> scores, double equal) {
   const auto others = scores.subspan(1);
   const double second = others.empty() ? 0.0 : *std::ranges::max_element(others);
@@ -252,7 +250,7 @@ std::vector<double> Shares(std::span<const double> scores, std::size_t num_posts
   std::vector<double> shares(scores.begin(), scores.end());
   if (shares.empty()) return shares;
   EvidenceParams params = of_any;
-  const double remains = 1.0 - large_cohort_share * (1.0 - params.equal_in_cohort);
+  const double remains = RemainsEqual(large_cohort_share, params);
   params.equal_scores *= remains;
   params.equal_by_chance *= remains;
   const double best = *std::max_element(scores.begin(), scores.end());
@@ -273,8 +271,8 @@ std::vector<double> Confidences(std::span<const double> scores, const Support& s
   if (cautious_scores.empty()) cautious_scores = scores;
   const double of_lead =
       std::min(large_cohort_share * params.cohort_lead,
-               params.rival * Ahead(cautious_scores,
-                                    EqualInCohort(support.num_posts, large_cohort_share, params)));
+               params.rival * Ahead(cautious_scores, RemainsEqual(large_cohort_share, params) *
+                                                         EqualByChance(support.num_posts, params)));
   const auto read = [&](std::span<const double> some, const EvidenceParams& by) {
     std::vector<double> confidences = Shares(some, support.num_posts, by, large_cohort_share);
     const double of_cohort = by.cohort_surely * cohort_share + of_lead;
