@@ -237,8 +237,8 @@ Structure AutoSearch::MergedBeside(PlaceStructures& places, const Spot& spot, in
 void AutoSearch::ScoreWithBeside(QueryMatch& match, PlaceStructures& places,
                                  const SearchControl& control, Looked& looked,
                                  std::vector<Spot>& spots) const {
-  constexpr std::size_t kMostWeighed = 12;
-  constexpr double kReach = 0.1;  // what is behind by more is so from anywhere
+  constexpr std::size_t kMostWeighed = 12;  // a large cohort; all within reach find no more
+  constexpr double kReach = 0.1;            // what is behind by more is so from anywhere
   const EvidenceParams& params = match.params().evidence;
   const double cohort_share = CohortShare(spots, params, up_);
   if (params.num_beside == 0 || cohort_share == 0.0) return;

@@ -20,6 +20,11 @@ Pose PlanarTransform(const PlanarPose& pose, double z_m) {
   return transform;
 }
 
+/// Whether one looks the other way.
+bool LooksBack(const Spot& a, const Spot& b, const Eigen::Vector3d& up) {
+  return DifferenceOf(a.T_map_query, b.T_map_query, up).heading_deg > 90.0;
+}
+
 }  // namespace
 
 class AutoSearch::Structures : public PlaceStructures {
@@ -247,11 +252,6 @@ void SortByScore(std::vector<Spot>& spots) {
 bool IsAbove(const Spot& a, const Spot& b, const Eigen::Vector3d& up) {
   const PoseMiss miss = MissOf(DifferenceOf(a.T_map_query, b.T_map_query, up));
   return miss.height && !miss.plane && !miss.heading;
-}
-
-/// Whether one looks the other way.
-bool LooksBack(const Spot& a, const Spot& b, const Eigen::Vector3d& up) {
-  return DifferenceOf(a.T_map_query, b.T_map_query, up).heading_deg > 90.0;
 }
 
 double CohortShare(const std::vector<Spot>& spots, const EvidenceParams& params,

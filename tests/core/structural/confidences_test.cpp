@@ -12,6 +12,15 @@ namespace {
 
 using test::Offset;
 
+Support SupportOfMany(double score, double inliers) {
+  return {.score = score,
+          .sharpness = 0.3,
+          .over_mirror = 0.3,
+          .inliers = inliers,
+          .over_mirror_exactly = 0.3,
+          .num_posts = 900};
+}
+
 TEST(Confidences, TellApartWhatMayBeEqualByChanceOnlyAsFarAsUndecided) {
   const EvidenceParams params;
   const Support support{.score = 0.8,
@@ -51,12 +60,7 @@ TEST(Confidences, OfWhoIsBetterThanACohortAreMoreIndoorsMostOfItUpToUndecided) {
 
 TEST(ConfidencesOf, TellTheBestOfALargeCohortBySmallerLeads) {
   const EvidenceParams indoors = AutoParamsAtScale(0.35).evidence;
-  const Support clear{.score = 0.75,
-                      .sharpness = 0.3,
-                      .over_mirror = 0.3,
-                      .inliers = 0.5,
-                      .over_mirror_exactly = 0.3,
-                      .num_posts = 900};
+  const Support clear = SupportOfMany(0.75, 0.5);
   const auto told = [&](int num_alike, double lead, const EvidenceParams& params,
                         double turned_rad = 0.0) {
     std::vector<Spot> spots(1, {.hypothesis = {.score = 0.75}, .score = 0.7, .support = clear});
@@ -79,12 +83,7 @@ TEST(ConfidencesOf, TellTheBestOfALargeCohortBySmallerLeads) {
 
 TEST(ConfidencesOf, BelieveWhatIsAheadOfALargeCohortOfEitherWay) {
   const EvidenceParams indoors = AutoParamsAtScale(0.35).evidence;
-  const Support fair{.score = 0.7,
-                     .sharpness = 0.3,
-                     .over_mirror = 0.3,
-                     .inliers = 0.31,
-                     .over_mirror_exactly = 0.3,
-                     .num_posts = 900};
+  const Support fair = SupportOfMany(0.7, 0.31);
   // A dozen spots, some of which look the other way, the best by so much behind.
   const auto told = [&](int num_turned, double lead, const EvidenceParams& params) {
     std::vector<Spot> spots(1, {.hypothesis = {.score = 0.75}, .score = 0.7, .support = fair});
